@@ -41,7 +41,7 @@ def says(h, state, before):
     h.says(event='state', node='/a', state=state, **{'from': before})
 
 
-def test_what_a_change_touches_is_started_anew(history, process):
+def test_changed_process_is_restarted(history, process):
     h = history(process('a'), process('b'))
     assert restarts(h, 'a', 'unknown') == ('a',)
     assert h.sent('a') == [signal.SIGINT]
@@ -51,7 +51,7 @@ def test_what_a_change_touches_is_started_anew(history, process):
     assert [e.action for e in h.happened(Requested)] == ['change']
 
 
-def test_several_start_in_the_order_of_the_launch(history, process):
+def test_changed_processes_start_in_plan_order(history, process):
     h = history(process('a'), process('b'), process('c'))
     assert restarts(h, 'c', 'a', 'b') == ('a', 'b', 'c')
     h.exit('b', STOPPED)
@@ -61,7 +61,7 @@ def test_several_start_in_the_order_of_the_launch(history, process):
     assert h.started() == ['a', 'b', 'c', 'a', 'b', 'c']
 
 
-def test_one_that_is_stopped_meanwhile_holds_up_nobody(history, process):
+def test_process_stopped_during_a_restart_delays_no_other(history, process):
     h = history(process('a'), process('b'))
     restarts(h, 'a', 'b')
     h.exit('b', STOPPED)
@@ -71,7 +71,7 @@ def test_one_that_is_stopped_meanwhile_holds_up_nobody(history, process):
     assert h.phases() == ['ended', 'running']
 
 
-def test_one_that_is_dropped_meanwhile_holds_up_nobody(history, process):
+def test_process_dropped_during_a_restart_delays_no_other(history, process):
     h = history(process('a'), process('b'))
     restarts(h, 'a', 'b')
     h.exit('b', STOPPED)
@@ -80,9 +80,7 @@ def test_one_that_is_dropped_meanwhile_holds_up_nobody(history, process):
     assert h.started() == ['a', 'b', 'b']
 
 
-def test_another_change_during_a_restart_starts_nothing_twice(
-    history, process
-):
+def test_second_change_during_a_restart_starts_nothing_twice(history, process):
     h = history(process('a'))
     restarts(h, 'a')
     restarts(h, 'a')
@@ -91,7 +89,7 @@ def test_another_change_during_a_restart_starts_nothing_twice(
     assert h.sent('a') == []
 
 
-def test_what_ended_by_itself_is_started_anew(history, process):
+def test_ended_process_is_started_again_after_a_change(history, process):
     h = history(process('a'))
     h.exit('a', Outcome(code=1))
     assert not h.supervisor.done
@@ -99,7 +97,7 @@ def test_what_ended_by_itself_is_started_anew(history, process):
     assert h.started() == ['a', 'a']
 
 
-def test_what_a_user_stopped_stays_so(history, process):
+def test_process_stopped_by_the_user_stays_stopped(history, process):
     h = history(process('a'))
     h.stop('a')
     h.exit('a', STOPPED)
@@ -108,14 +106,14 @@ def test_what_a_user_stopped_stays_so(history, process):
     assert restarts(h, 'a') == ('a',)
 
 
-def test_what_was_not_started_yet_has_its_time_to_come(history, process):
+def test_process_behind_a_timer_waits_for_it(history, process):
     h = history(Timer(5.0, (process('a'),)))
     assert restarts(h, 'a') == ()
     h.after(5.0)
     assert h.started() == ['a']
 
 
-def test_a_restart_ends_no_launch(history, process):
+def test_restart_does_not_end_the_launch(history, process):
     h = history(process('a', on_exit_shutdown=True))
     restarts(h, 'a')
     h.exit('a', STOPPED)
@@ -123,9 +121,7 @@ def test_a_restart_ends_no_launch(history, process):
     assert h.happened(ShuttingDown) == []
 
 
-def test_a_failure_ends_no_launch_as_the_next_change_may_mend_it(
-    history, process
-):
+def test_failure_does_not_end_a_watched_launch(history, process):
     h = history(process('a', on_exit_shutdown=True))
     h.exit('a', Outcome(code=1))
     assert h.happened(ShuttingDown) == []
@@ -138,7 +134,7 @@ def test_a_failure_ends_no_launch_as_the_next_change_may_mend_it(
     assert len(h.happened(ShuttingDown)) == 1
 
 
-def test_a_respawn_that_is_due_is_no_second_start(history, process):
+def test_restart_cancels_a_respawn(history, process):
     h = history(process('a', respawn=True, respawn_delay=3.0))
     h.exit('a', Outcome(code=1))
     restarts(h, 'a')
@@ -146,9 +142,7 @@ def test_a_respawn_that_is_due_is_no_second_start(history, process):
     assert h.started() == ['a', 'a']
 
 
-def test_a_revised_process_is_another_one_from_its_next_start_on(
-    history, process
-):
+def test_revision_applies_from_the_next_start(history, process):
     h = history(process('a'))
     h.supervisor.revise(process('a', respawn=True), at_once=False)
     assert not h.supervisor.task('a').process.respawn
@@ -157,7 +151,7 @@ def test_a_revised_process_is_another_one_from_its_next_start_on(
     assert h.supervisor.task('a').process.respawn
 
 
-def test_what_the_launcher_does_with_it_is_new_at_once(history, process):
+def test_revised_respawn_applies_at_once(history, process):
     h = history(process('a'))
     h.supervisor.revise(process('a', respawn=True), at_once=True)
     h.exit('a', Outcome(code=1))
@@ -168,7 +162,7 @@ def test_what_the_launcher_does_with_it_is_new_at_once(history, process):
     assert h.started() == ['a', 'a']
 
 
-def test_a_revision_is_taken_back(history, process):
+def test_revision_can_be_reverted(history, process):
     h = history(process('a'))
     h.supervisor.revise(process('a', respawn=True), at_once=False)
     h.supervisor.revise(process('a'), at_once=False)
@@ -177,7 +171,7 @@ def test_a_revision_is_taken_back(history, process):
     assert not h.supervisor.task('a').process.respawn
 
 
-def test_what_waits_and_is_said_no_more_is_not_done(history, process):
+def test_forgotten_entries_are_not_executed(history, process):
     hello, bye = Message('INFO', 'hello'), Message('INFO', 'bye')
     inner = Timer(1.0, (hello, Shutdown('')))
     h = history(process('a'), Timer(1.0, (hello, bye, inner)))
@@ -187,7 +181,7 @@ def test_what_waits_and_is_said_no_more_is_not_done(history, process):
     assert h.happened(ShuttingDown) == []
 
 
-def test_lifecycle_nodes_get_their_states_back(history, process):
+def test_lifecycle_node_returns_to_its_state(history, process):
     h = history(process('a', node_name='/a', is_lifecycle=True))
     h.ready()
     says(h, 'unconfigured', None)
@@ -222,7 +216,7 @@ def reloads(h, labels, processes=()):
     return loaded
 
 
-def test_a_component_that_differs_is_loaded_anew(box):
+def test_changed_component_is_reloaded(box):
     box.composition.revise(component('a', namespace='/other'))
     assert reloads(box, ['a']) == ('a',)
     assert box.answer('unload')['unique_id'] == 1
@@ -230,7 +224,7 @@ def test_a_component_that_differs_is_loaded_anew(box):
     assert (load['name'], load['namespace']) == ('a', '/other')
 
 
-def test_a_container_that_is_started_anew_gets_its_components_back(box):
+def test_restarted_container_reloads_its_components(box):
     assert restarts(box, 'box-1') == ('box-1',)
     box.composition.revise(component('a', namespace='/other'))
     assert reloads(box, ['a'], ['box-1']) == ('a',)
@@ -242,7 +236,7 @@ def test_a_container_that_is_started_anew_gets_its_components_back(box):
     assert spaces == {'a': '/other', 'b': ''}
 
 
-def test_a_container_that_crashed_is_started_for_its_components(box):
+def test_crashed_container_is_started_for_its_components(box):
     assert box.composition.ended_containers(['a']) == set()
     box.there('/box', there=False)
     box.exit('box-1', Outcome(code=1))
@@ -255,7 +249,7 @@ def test_a_container_that_crashed_is_started_for_its_components(box):
     assert {r['name'] for r in box.open('load')} == {'a', 'b'}
 
 
-def test_a_component_that_a_user_unloaded_stays_so(box):
+def test_component_unloaded_by_the_user_stays_unloaded(box):
     box.composition.unload('a')
     box.turn()
     box.answer('unload')

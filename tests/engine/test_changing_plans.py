@@ -64,7 +64,7 @@ def arguments(history, label):
     ]
 
 
-def test_what_comes_later_takes_its_turn_like_what_was_there(history, process):
+def test_added_entries_follow_those_of_the_plan(history, process):
     h = history(process('a'))
     h.extend(
         process('b'), Message('INFO', 'hello'), Timer(2.0, (process('c'),))
@@ -86,7 +86,7 @@ def test_what_comes_later_takes_its_turn_like_what_was_there(history, process):
     assert h.supervisor.done
 
 
-def test_numbers_of_processes_are_used_once(history, process):
+def test_process_numbers_are_unique(history, process):
     h = history(process('a'), process('b'))
     h.supervisor.drop('b')
     h.exit('b', STOPPED)
@@ -96,13 +96,13 @@ def test_numbers_of_processes_are_used_once(history, process):
     assert h.started() == ['a', 'b', 'b', 'c']
 
 
-def test_a_label_is_given_once(history, process):
+def test_taken_label_is_refused(history, process):
     h = history(process('a'))
     with pytest.raises(ValueError, match='a already'):
         h.extend(process('a'))
 
 
-def test_a_launch_whose_plan_may_grow_does_not_end(history, process):
+def test_launch_waits_while_its_plan_may_grow(history, process):
     h = History(process('a'))
     h.host.waits = True
     h.turn()
@@ -115,7 +115,7 @@ def test_a_launch_whose_plan_may_grow_does_not_end(history, process):
     assert h.supervisor.done
 
 
-def test_nothing_is_started_while_everything_is_stopped(history, process):
+def test_added_entries_do_not_start_during_a_shutdown(history, process):
     h = history(process('a'))
     h.supervisor.stop('enough')
     h.extend(
@@ -132,7 +132,7 @@ def test_nothing_is_started_while_everything_is_stopped(history, process):
     assert h.supervisor.done
 
 
-def test_a_process_becomes_another_one_with_its_next_start(history, process):
+def test_replaced_process_is_restarted(history, process):
     h = history(process('a', 'old', name='a.py-1', output='screen'))
     h.supervisor.replace(process('a', 'new', name='a.py-1'))
     assert h.sent('a') == [signal.SIGINT]
@@ -146,7 +146,7 @@ def test_a_process_becomes_another_one_with_its_next_start(history, process):
     assert h.state('a').restarts == 1
 
 
-def test_one_that_has_ended_is_started_anew(history, process):
+def test_replaced_process_that_has_ended_is_started(history, process):
     h = history(process('a', 'old'), process('b', on_exit_shutdown=True))
     h.exit('a', Outcome(code=1))
     h.supervisor.replace(process('a', 'new'))
@@ -157,7 +157,7 @@ def test_one_that_has_ended_is_started_anew(history, process):
     assert h.phases() == ['running', 'running']
 
 
-def test_one_that_waits_for_its_timer_goes_on_waiting(history, process):
+def test_replaced_process_behind_a_timer_waits_for_it(history, process):
     h = history(process('a'), Timer(2.0, (process('b', 'old'),)))
     h.supervisor.replace(process('b', 'new'))
     assert h.started() == ['a']
@@ -165,7 +165,7 @@ def test_one_that_waits_for_its_timer_goes_on_waiting(history, process):
     assert arguments(h, 'b') == ['new']
 
 
-def test_a_process_that_is_dropped_is_stopped_and_forgotten(history, process):
+def test_dropped_process_is_stopped_and_forgotten(history, process):
     h = history(process('a'), process('b', respawn=True))
     h.supervisor.drop('b')
     assert h.phases() == ['running', 'stopping']
@@ -178,7 +178,7 @@ def test_a_process_that_is_dropped_is_stopped_and_forgotten(history, process):
     assert h.supervisor.done
 
 
-def test_one_is_dropped_that_was_never_started_or_has_ended(history, process):
+def test_process_that_does_not_run_is_dropped(history, process):
     h = history(
         process('a'), process('b'), Timer(1.0, (process('c'), process('d')))
     )
@@ -190,7 +190,7 @@ def test_one_is_dropped_that_was_never_started_or_has_ended(history, process):
     assert [t.process.label for t in h.supervisor.tasks] == ['a', 'd']
 
 
-def test_who_is_dropped_while_it_restarts_does_not_come_back(history, process):
+def test_process_dropped_during_its_restart_does_not_start(history, process):
     h = history(process('a'), process('b'))
     h.restart('b')
     h.supervisor.drop('b')
@@ -204,7 +204,7 @@ def test_who_is_dropped_while_it_restarts_does_not_come_back(history, process):
     assert not h.happened(Dropped)[1:]
 
 
-def test_a_component_comes_to_a_container_that_runs(history, box):
+def test_component_is_added_to_a_running_container(history, box):
     h = history(box)
     composition = h.compose(Plan((box,)))
     h.composition = composition
@@ -218,9 +218,7 @@ def test_a_component_comes_to_a_container_that_runs(history, box):
     assert [e.component.label for e in h.happened(Unloaded)] == ['a']
 
 
-def test_a_component_comes_to_a_container_that_has_ended(
-    history, box, process
-):
+def test_component_is_added_to_an_ended_container(history, box, process):
     h = history(box, process('other'))
     h.exit('box-1')
     h.supervisor.compose(h.compose(Plan((box,))))
@@ -229,7 +227,7 @@ def test_a_component_comes_to_a_container_that_has_ended(
     assert 'box-1' in failed.reason
 
 
-def test_a_container_comes_with_its_components(history, box, process):
+def test_container_is_added_with_its_components(history, box, process):
     h = history(process('lc', is_lifecycle=True, node_name='/lc'))
     h.ready()
     h.extend(box, component('a'), component('b', is_lifecycle=True))
@@ -241,7 +239,7 @@ def test_a_container_comes_with_its_components(history, box, process):
         h.extend(component('a'))
 
 
-def test_a_component_is_loaded_anew_as_another_one(history, box):
+def test_replaced_component_is_reloaded(history, box):
     h = history(box, component('a'))
     h.ready('/box')
     h.loads(1)
@@ -252,7 +250,7 @@ def test_a_component_is_loaded_anew_as_another_one(history, box):
     assert h.happened(Planned)[0].parts[0].name == 'other'
 
 
-def test_a_component_moves_to_another_container(history, box, process):
+def test_component_moves_to_another_container(history, box, process):
     other = process('crate-2', node_name='/crate', is_container=True)
     h = history(box, other, component('a'))
     h.ready('/box', '/crate')
@@ -267,7 +265,7 @@ def test_a_component_moves_to_another_container(history, box, process):
     assert h.composition.is_lifecycle('a')
 
 
-def test_a_component_is_dropped(history, box):
+def test_dropped_component_is_unloaded(history, box):
     h = history(
         box, component('a'), component('b'), Timer(1.0, (component('c'),))
     )
@@ -287,9 +285,7 @@ def test_a_component_is_dropped(history, box):
     assert not h.open('load')
 
 
-def test_a_container_becomes_another_one_with_what_is_in_it(
-    history, box, process
-):
+def test_replaced_container_reloads_its_components(history, box, process):
     h = history(box, component('a'))
     h.ready('/box')
     h.loads(1)
@@ -299,7 +295,7 @@ def test_a_container_becomes_another_one_with_what_is_in_it(
     assert h.loads(2) == ['/a']
 
 
-def test_a_lifecycle_node_becomes_another_one(history, process):
+def test_replaced_lifecycle_node_gets_its_state(history, process):
     node = {'is_lifecycle': True, 'autostart': True, 'node_name': '/lc'}
     h = history(process('lc', **node))
     h.ready()
@@ -330,7 +326,7 @@ def test_transitions_of_the_plan_follow_one_another(history, lifecycle):
     assert h.answer('change_state')['transition'] == 'deactivate'
 
 
-def test_a_transition_that_fails_ends_those_behind_it(history, lifecycle):
+def test_failed_transition_cancels_those_after_it(history, lifecycle):
     h = history(lifecycle, *changes('configure', 'activate'))
     h.ready()
     h.answer('change_state', reason='the callback failed')
@@ -340,7 +336,7 @@ def test_a_transition_that_fails_ends_those_behind_it(history, lifecycle):
     assert not h.open('change_state')
 
 
-def test_a_transition_of_a_node_that_is_elsewhere(history):
+def test_transition_of_a_node_of_another_launch(history):
     h = history(*changes('configure', node='/other'))
     h.after(2 * limits.PATIENCE)
     assert 'nothing in this launch provides it' in h.happened(Warned)[0].text
@@ -351,7 +347,7 @@ def test_a_transition_of_a_node_that_is_elsewhere(history):
     assert h.supervisor.done
 
 
-def test_a_node_that_is_elsewhere_gets_a_while_to_come(history, process):
+def test_transition_waits_for_a_node_of_another_launch(history, process):
     h = history(process('a'), process('b', node_name='/b', is_lifecycle=True))
     h.ready()
     h.extend(*changes('configure', node='/other'))
@@ -362,9 +358,7 @@ def test_a_node_that_is_elsewhere_gets_a_while_to_come(history, process):
     assert h.supervisor.done
 
 
-def test_the_plan_says_what_becomes_of_a_node_that_starts_itself(
-    history, process
-):
+def test_plan_decides_the_state_of_an_autostarted_node(history, process):
     h = history(
         process('lc', node_name='/lc', is_lifecycle=True, autostart=True)
     )
@@ -376,7 +370,7 @@ def test_the_plan_says_what_becomes_of_a_node_that_starts_itself(
     assert asked['transition'] == 'cleanup'
 
 
-def test_transitions_go_on_with_the_next_client(history, lifecycle):
+def test_transitions_continue_with_the_next_client(history, lifecycle):
     h = history(lifecycle, *changes('configure'))
     h.ready()
     h.asked.clear()
@@ -390,7 +384,7 @@ def test_transitions_go_on_with_the_next_client(history, lifecycle):
     assert len(h.happened(TransitionFailed)) == 2
 
 
-def test_nobody_waits_for_transitions_of_who_has_ended(history, lifecycle):
+def test_transitions_of_an_ended_node_are_cancelled(history, lifecycle):
     h = history(lifecycle, *changes('configure', 'activate'))
     h.ready()
     h.exit('lc')
@@ -402,7 +396,7 @@ def signalled(name, number):
     return SignalProcess(name, number, POSITION)
 
 
-def test_a_process_gets_a_signal(history, process):
+def test_signal_entry_sends_a_signal(history, process):
     h = history(process('a', name='a.py-1'), process('b', respawn=True))
     h.extend(signalled('a.py-1', 10), signalled('b', 2))
     assert h.host.signalled == [(1000, 10), (1001, 2)]
@@ -423,7 +417,7 @@ def test_signal_0_stops_a_process(history, process):
     assert h.phases() == ['ended', 'running']
 
 
-def test_a_signal_that_nobody_gets_is_told(history, process):
+def test_undelivered_signal_is_reported(history, process):
     h = history(process('a'), process('b'))
     h.exit('a')
     h.extend(signalled('a', 2), signalled('c', 0))
@@ -434,7 +428,7 @@ def test_a_signal_that_nobody_gets_is_told(history, process):
     ]
 
 
-def test_a_signal_waits_for_the_start(history, process):
+def test_signal_waits_for_the_start(history, process):
     h = history(signalled('b', 10), Timer(2.0, (process('b'),)))
     h.extend(signalled('b', 0))
     assert h.host.signalled == []
@@ -443,7 +437,7 @@ def test_a_signal_waits_for_the_start(history, process):
     assert h.sent('b') == [signal.SIGINT]
 
 
-def test_the_host_is_called_when_it_is_due(history, process):
+def test_host_call_is_made_in_its_turn(history, process):
     call = HostCall(3, 'OpaqueFunction spawn', POSITION)
     h = history(process('a'), Timer(2.0, (call,)))
     assert h.host.calls == []
@@ -451,9 +445,7 @@ def test_the_host_is_called_when_it_is_due(history, process):
     assert h.host.calls == [3]
 
 
-def test_the_launch_is_not_over_while_the_last_word_is_awaited(
-    history, process
-):
+def test_launch_waits_for_the_last_answer_of_the_host(history, process):
     h = history(process('a'))
     h.supervisor.stop('enough')
     h.host.waits = True

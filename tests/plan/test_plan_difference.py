@@ -86,7 +86,7 @@ def labels(entries: tuple[Entry, ...]) -> list[str]:
 A, B, C = node('a.py', 'a'), node('b.py', 'b'), node('c.py')
 
 
-def test_what_only_moved_is_the_same() -> None:
+def test_moved_entry_is_the_same() -> None:
     old = plan(A, B, C)
     moved = [replace(e, position=Position('x.yaml', 9, 9)) for e in (C, B, A)]
     found = plan_difference(old, plan(*moved))
@@ -106,14 +106,14 @@ def test_labels_of_what_stays_do_not_change() -> None:
     assert found.same == ('c.py-1', 'c.py-2', 'a')
 
 
-def test_what_is_gone_and_what_differs() -> None:
+def test_removed_and_changed_entries_are_found() -> None:
     found = plan_difference(plan(A, B, C), plan(node('a.py', 'a', '-x'), C))
     assert (found.gone, found.differs) == (('b',), ('a',))
     assert found.same == ('c.py-3',)
     assert entry_of(found, 'a').argv == ('/ws/a.py', '-x')
 
 
-def test_nodes_without_names_are_known_by_their_place() -> None:
+def test_unnamed_nodes_are_matched_by_position() -> None:
     old = plan(node('n', '', '1', line=1), node('n', '', '2', line=2))
     new = plan(node('n', '', '0', line=1), node('n', '', '2', line=2))
     found = plan_difference(old, new)
@@ -123,13 +123,13 @@ def test_nodes_without_names_are_known_by_their_place() -> None:
     assert (found.gone, found.same) == (('n-1',), ('n-2',))
 
 
-def test_a_node_with_another_name_is_another_one() -> None:
+def test_renamed_node_is_a_new_node() -> None:
     found = plan_difference(plan(A), plan(node('a.py', 'other')))
     assert found.gone == ('a',)
     assert labels(found.new) == ['other']
 
 
-def test_a_label_that_is_still_in_use_is_not_taken() -> None:
+def test_label_in_use_is_not_reused() -> None:
     # the process of that name ends while the component is loaded
     old = plan(A)
     found = plan_difference(old, plan(component('Talker', 'a')))
@@ -139,14 +139,14 @@ def test_a_label_that_is_still_in_use_is_not_taken() -> None:
     assert labels(found.new) == ['a.py-2']
 
 
-def test_what_the_launcher_does_with_it_needs_no_restart() -> None:
+def test_changed_launcher_options_need_no_restart() -> None:
     new = node('a.py', 'a', respawn=True, output='log', sigterm_timeout=1.0)
     found = plan_difference(plan(A), plan(new))
     assert found.is_empty
     assert next(found.plan.processes()).respawn
 
 
-def test_where_a_parameter_is_set_does_not_matter() -> None:
+def test_position_of_a_parameter_does_not_matter() -> None:
     def file(text: str, line: int) -> Process:
         position = Position('demo.yaml', line, 1)
         content = ParameterFile(text, (SetParameter('p', text, position),))
@@ -157,7 +157,7 @@ def test_where_a_parameter_is_set_does_not_matter() -> None:
     assert plan_difference(old, plan(file('2', 5))).differs == ('a',)
 
 
-def test_what_runs_on_a_machine_is_none_of_another_one() -> None:
+def test_entries_of_different_machines_are_different() -> None:
     def there(*labels: str) -> Plan:
         return Plan(
             tuple(
@@ -186,7 +186,7 @@ def test_components() -> None:
     assert labels(found.new) == ['Z']
 
 
-def test_a_timer_has_only_what_is_new_in_it() -> None:
+def test_timer_has_only_its_new_entries() -> None:
     old = plan(A, Timer(2.0, (B, Message('INFO', 'hello'))))
     new = plan(A, Timer(2.0, (B, Timer(1.0, (C,)), Message('INFO', 'hello'))))
     found = plan_difference(old, new)
@@ -200,7 +200,7 @@ def test_a_timer_has_only_what_is_new_in_it() -> None:
     assert plan_difference(old, plan(A, B)).same == ('a', 'b')
 
 
-def test_messages_and_shutdowns_are_done_once() -> None:
+def test_messages_and_shutdowns_are_executed_once() -> None:
     message = Message('INFO', 'hello')
     old = plan(message, message, Timer(9.0, (Shutdown('enough'),)))
     assert plan_difference(old, old).is_empty
@@ -210,7 +210,7 @@ def test_messages_and_shutdowns_are_done_once() -> None:
     assert found.dropped == (message, Shutdown('enough'))
 
 
-def test_what_names_a_process_names_it_as_it_is_called() -> None:
+def test_references_to_processes_use_their_labels() -> None:
     position = Position('demo.yaml', 1, 1)
 
     def signalling(name: str) -> SignalProcess:
@@ -268,9 +268,7 @@ def new_leaves(entries: tuple[Entry, ...]) -> list[Process | Component]:
 
 @RANDOM
 @given(PLANS, PLANS)
-def test_what_runs_in_the_end_is_what_the_new_plan_has(
-    old: Plan, new: Plan
-) -> None:
+def test_difference_leads_to_the_new_plan(old: Plan, new: Plan) -> None:
     found = plan_difference(old, new)
     running = {e.label: what(e) for e in runs(old)}
     for label in found.gone:
@@ -289,7 +287,7 @@ def test_what_runs_in_the_end_is_what_the_new_plan_has(
 
 @RANDOM
 @given(PLANS, PLANS)
-def test_no_more_is_started_than_has_to_be(old: Plan, new: Plan) -> None:
+def test_difference_starts_only_what_is_needed(old: Plan, new: Plan) -> None:
     found = plan_difference(old, new)
     both = Counter(map(what, runs(old))) & Counter(map(what, runs(new)))
     assert len(found.same) == both.total()
@@ -297,7 +295,7 @@ def test_no_more_is_started_than_has_to_be(old: Plan, new: Plan) -> None:
 
 @RANDOM
 @given(PLANS, PLANS)
-def test_labels_and_names_are_of_one_each(old: Plan, new: Plan) -> None:
+def test_labels_and_names_are_unique(old: Plan, new: Plan) -> None:
     found = plan_difference(old, new)
     for names in (
         [e.label for e in runs(found.plan)],
@@ -311,7 +309,7 @@ def test_labels_and_names_are_of_one_each(old: Plan, new: Plan) -> None:
 
 @RANDOM
 @given(PLANS, PLANS)
-def test_a_second_look_finds_nothing(old: Plan, new: Plan) -> None:
+def test_second_difference_is_empty(old: Plan, new: Plan) -> None:
     found = plan_difference(old, new)
     again = plan_difference(found.plan, new)
     assert again.is_empty

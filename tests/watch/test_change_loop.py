@@ -213,7 +213,7 @@ def played(monkeypatch: pytest.MonkeyPatch) -> Played:
     return Played()
 
 
-def test_what_needs_no_build_is_restarted_at_once(played: Played) -> None:
+def test_linked_script_is_restarted_at_once(played: Played) -> None:
     assert played.save('talk.py') == ['restart talk']
     assert not played.worker.asked
     assert played.lines() == []
@@ -221,7 +221,7 @@ def test_what_needs_no_build_is_restarted_at_once(played: Played) -> None:
     assert played.lines(TALK) == ['talk.py changed: restarted talk (0.25 s)']
 
 
-def test_what_a_build_touches_is_restarted_when_it_is_done(
+def test_changed_program_is_restarted_after_the_build(
     played: Played,
 ) -> None:
     assert played.save('loop.c') == []
@@ -236,7 +236,9 @@ def test_what_a_build_touches_is_restarted_when_it_is_done(
     ]
 
 
-def test_it_is_told_why(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_why_explains_changes_and_restarts(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr(change_loop, 'WatcherClient', PlayedWatcher)
     played = Played(why=True)
     played.save('loop.c')
@@ -247,7 +249,7 @@ def test_it_is_told_why(monkeypatch: pytest.MonkeyPatch) -> None:
     ]
 
 
-def test_a_change_during_a_build_makes_it_void(played: Played) -> None:
+def test_change_during_a_build_cancels_it(played: Played) -> None:
     played.save('loop.c')
     # what needs no build does not wait for it
     assert played.save('talk.py') == ['restart talk']
@@ -261,7 +263,7 @@ def test_a_change_during_a_build_makes_it_void(played: Played) -> None:
     ]
 
 
-def test_what_a_build_has_taken_away_is_restarted_when_it_is_done(
+def test_program_missing_during_a_build_is_restarted_after_it(
     played: Played, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr('os.path.exists', paths_without(f'{ARM}/talk.py'))
@@ -275,7 +277,7 @@ def test_what_a_build_has_taken_away_is_restarted_when_it_is_done(
 
 
 @pytest.mark.parametrize('gone', [f'{ARM}/talk.py', SHARE])
-def test_what_is_not_installed_any_more_is_built_before_a_restart(
+def test_uninstalled_program_is_built_before_its_restart(
     played: Played, monkeypatch: pytest.MonkeyPatch, gone: str
 ) -> None:
     # as by `rm -rf install`
@@ -295,7 +297,7 @@ def broken(monkeypatch: pytest.MonkeyPatch, *paths: str) -> None:
     )
 
 
-def test_what_does_not_compile_restarts_nothing(
+def test_file_that_does_not_compile_restarts_nothing(
     played: Played, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     talk, error = f'{ARM}/talk.py', 'talk.py:1:7: error: invalid syntax'
@@ -325,7 +327,7 @@ def test_what_does_not_compile_restarts_nothing(
     assert played.save('talk.py') == ['restart talk']
 
 
-def test_the_python_of_the_process_decides_what_compiles(
+def test_python_of_the_process_decides_what_compiles(
     played: Played, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     broken(monkeypatch, f'{ARM}/talk.py')
@@ -333,7 +335,7 @@ def test_the_python_of_the_process_decides_what_compiles(
     assert played.prepared() == ['restart talk']
 
 
-def test_a_copy_of_what_does_not_compile_restarts_nothing(
+def test_copy_of_a_file_that_does_not_compile_restarts_nothing(
     played: Played, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # it is installed as a file of its own, here or on another machine
@@ -354,7 +356,7 @@ def failed(part: Process) -> events.Exited:
     return events.Exited(part, 1, Outcome(1), 0.4, asked=False, failed=True)
 
 
-def test_what_fails_once_it_was_restarted_is_told(played: Played) -> None:
+def test_failure_after_a_restart_is_reported_once(played: Played) -> None:
     played.save('talk.py')
     assert played.lines(TALK) == ['talk.py changed: restarted talk (0.00 s)']
     played.now += 0.5
@@ -369,7 +371,7 @@ def test_what_fails_once_it_was_restarted_is_told(played: Played) -> None:
     assert played.lines() == []
 
 
-def test_what_fails_much_later_is_not_told(played: Played) -> None:
+def test_failure_long_after_a_restart_is_not_reported(played: Played) -> None:
     played.save('talk.py')
     played.lines(TALK)
     played.now += 60
@@ -377,7 +379,7 @@ def test_what_fails_much_later_is_not_told(played: Played) -> None:
     assert played.lines() == []
 
 
-def test_what_fails_before_all_are_restarted_is_told_once(
+def test_failure_before_the_report_is_part_of_it(
     played: Played,
 ) -> None:
     played.save('talk.py', 'loop.c')
@@ -402,7 +404,9 @@ def test_warnings_of_a_build_are_shown(played: Played) -> None:
     )
 
 
-def test_what_a_failed_build_owes_follows_the_next(played: Played) -> None:
+def test_restart_after_a_failed_build_follows_the_next_build(
+    played: Played,
+) -> None:
     played.save('loop.c', 'talk.py')
     played.worker.written = b'loop.c:1: error'
     assert played.answer(Failed('build')) == []
@@ -415,7 +419,7 @@ def test_what_a_failed_build_owes_follows_the_next(played: Played) -> None:
     assert played.prepared() == ['restart talk']
 
 
-def test_what_failed_is_started_anew_when_its_package_is_built(
+def test_failed_process_is_restarted_when_its_package_is_built(
     played: Played,
 ) -> None:
     end = events.Exited(TALK, 1, Outcome(1), 0.4, asked=False, failed=True)
@@ -431,7 +435,7 @@ def test_what_failed_is_started_anew_when_its_package_is_built(
     assert played.prepared(packages=('arm',)) == []
 
 
-def test_another_plan_is_done_in_its_order(played: Played) -> None:
+def test_new_plan_revises_restarts_and_starts_in_order(played: Played) -> None:
     played.save('demo.yaml')
     more = process('more', '/bin/true')
     loud = replace(TALK, argv=(*TALK.argv, '--loud'))
@@ -449,7 +453,7 @@ def test_another_plan_is_done_in_its_order(played: Played) -> None:
     assert played.prepared(again, loud)[0] == 'drop more'
 
 
-def test_who_is_stopped_by_hand_is_not_waited_for(played: Played) -> None:
+def test_process_stopped_by_the_user_is_not_waited_for(played: Played) -> None:
     played.save('talk.py')
     played.watching.handle(events.Requested(TALK, 'stop'))
     assert played.lines() == [
@@ -457,7 +461,7 @@ def test_who_is_stopped_by_hand_is_not_waited_for(played: Played) -> None:
     ]
 
 
-def test_a_worker_that_is_killed_takes_its_job_along(
+def test_job_of_a_killed_worker_is_interrupted(
     played: Played, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     killed: list[tuple[int, int]] = []
@@ -484,13 +488,13 @@ def test_a_worker_that_is_killed_takes_its_job_along(
     ]
 
 
-def test_the_end_of_what_watches_is_passed_on(played: Played) -> None:
+def test_end_of_the_watcher_reaches_its_client(played: Played) -> None:
     assert set(played.watching.pids) == {WORKER, WATCHER}
     played.watching.ended(WATCHER, Outcome(code=1))
     assert played.watcher.seen == ['exited with code 1']
 
 
-def test_nothing_follows_while_the_launch_is_stopped(played: Played) -> None:
+def test_changes_have_no_effect_while_the_launch_stops(played: Played) -> None:
     played.save('loop.c')
     played.watching.hang_up()
     assert not played.worker.is_busy
@@ -499,7 +503,7 @@ def test_nothing_follows_while_the_launch_is_stopped(played: Played) -> None:
     assert played.lines() == []
 
 
-def test_with_event_handlers_a_launch_restarts_launch_once(
+def test_launch_with_event_handlers_restarts_once(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(change_loop, 'WatcherClient', PlayedWatcher)
@@ -531,7 +535,7 @@ def test_without_worker_a_file_that_a_program_may_read_is_reported(
     )
 
 
-def test_a_job_that_was_killed_is_repeated_at_the_next_change(
+def test_killed_job_is_repeated_at_the_next_change(
     played: Played,
 ) -> None:
     played.save('loop.c')
@@ -544,7 +548,7 @@ def test_a_job_that_was_killed_is_repeated_at_the_next_change(
     assert played.worker.asked == 2
 
 
-def test_a_pause_collects_changes_until_it_ends(played: Played) -> None:
+def test_pause_collects_changes_until_it_ends(played: Played) -> None:
     # as keys and clients pause it
     engine: Any = SimpleNamespace(supervisor=None, changes=played.watching)
     acts = Acts(engine, {}, None)  # type: ignore[arg-type]
@@ -573,7 +577,7 @@ def test_batches_become_one_without_duplicates() -> None:
     assert merged([first, second]) == Batch((a, b, c), 10)
 
 
-def test_a_failure_soon_after_a_rewrite_restarts_the_process(
+def test_failure_soon_after_a_rewrite_restarts_the_process(
     played: Played,
 ) -> None:
     played.now += change_loop.READ_WINDOW

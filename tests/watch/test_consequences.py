@@ -157,7 +157,7 @@ def test_row_by_kind(path: str, kind: str, expected: Steps) -> None:
     assert of(path, kind=kind) == expected
 
 
-def test_many_changes_are_one() -> None:
+def test_changes_of_one_batch_are_handled_together() -> None:
     found = of(
         f'{MSGS}/msg/Pose.msg',
         '/home/me/x.rviz',
@@ -170,7 +170,7 @@ def test_many_changes_are_one() -> None:
     )
 
 
-def test_a_restart_after_the_build_is_the_only_one() -> None:
+def test_restart_after_build_replaces_restart_at_once() -> None:
     changes = [
         Change('new', f'{ARM}/arm/more.py', f'{ARM}/arm/more.py'),
         Change('changed', '/home/me/x.rviz', '/home/me/x.rviz'),
@@ -181,7 +181,7 @@ def test_a_restart_after_the_build_is_the_only_one() -> None:
 
 
 @pytest.mark.parametrize('known', ['reads_more', 'is_plan_broken'])
-def test_the_plan_may_depend_on_more(known: str) -> None:
+def test_any_change_replans_if_the_plan_may_depend_on_it(known: str) -> None:
     mesh, module = f'{ARM}/urdf/mesh.stl', f'{ARM}/arm/pose.py'
     assert of(mesh, **{known: True}) == Steps(replan=True)
     assert of(module, **{known: True}) == Steps(
@@ -192,7 +192,7 @@ def test_the_plan_may_depend_on_more(known: str) -> None:
     assert not of(source, **{known: True}).replan
 
 
-def test_one_file_under_two_names_is_one_change() -> None:
+def test_file_with_two_names_is_one_change() -> None:
     real = '/home/me/x.rviz'
     changes = [
         Change('changed', '/ws/install/arm/share/arm/x.rviz', real),
@@ -207,7 +207,7 @@ def test_one_file_under_two_names_is_one_change() -> None:
     assert {one.change.path for one in found} == {f'{ARM}/x.rviz'}
 
 
-def test_why_names_the_change_what_follows_and_the_reason() -> None:
+def test_why_line_names_change_action_and_reason() -> None:
     changes = [
         Change('changed', f'{ARM}/arm/pose.py', f'{ARM}/arm/pose.py'),
         Change('new', f'{ARM}/src/\x1bnew.cpp', f'{ARM}/src/\x1bnew.cpp'),
@@ -261,7 +261,7 @@ def test_why_names_the_change_what_follows_and_the_reason() -> None:
         ('/home/me/notes.txt', ('bag',), True, Steps()),
     ],
 )
-def test_a_file_that_was_another_one_for_a_moment(
+def test_rewritten_file_restarts_what_failed(
     path: str, failed: tuple[str, ...], has_prepared: bool, expected: Steps
 ) -> None:
     change = Change('again', path, path)
@@ -304,7 +304,7 @@ KNOWN = strategies.builds(
 
 @RANDOM
 @given(CHANGES, KNOWN)
-def test_each_change_has_a_consequence_of_a_kind(
+def test_each_change_has_a_consequence(
     changes: list[Change], knowledge: Dependencies
 ) -> None:
     found = consequences(changes, knowledge)
@@ -320,7 +320,7 @@ def test_each_change_has_a_consequence_of_a_kind(
 
 @RANDOM
 @given(CHANGES, CHANGES, KNOWN)
-def test_changes_together_are_what_they_are_one_by_one(
+def test_batch_has_the_consequences_of_its_changes(
     some: list[Change], others: list[Change], knowledge: Dependencies
 ) -> None:
     def done(changes: list[Change]) -> Steps:

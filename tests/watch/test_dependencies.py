@@ -125,7 +125,7 @@ def only(known: Dependencies) -> ProcessDependencies:
     return one
 
 
-def test_a_script_is_known_by_what_it_links_to(
+def test_linked_script_is_known_by_its_target(
     workspace: FakeWorkspace,
 ) -> None:
     workspace.build('arm', 'maths')
@@ -140,7 +140,7 @@ def test_a_script_is_known_by_what_it_links_to(
     assert one.may_run_python
 
 
-def test_a_compiled_program_runs_no_python(workspace: FakeWorkspace) -> None:
+def test_compiled_program_runs_no_python(workspace: FakeWorkspace) -> None:
     workspace.build('arm')
     program = workspace.file('build/arm/motor', '\x7fELF…', 0o755)
     link = workspace.link('install/arm/lib/arm/motor', program)
@@ -152,7 +152,7 @@ def test_a_compiled_program_runs_no_python(workspace: FakeWorkspace) -> None:
     assert not only(learn(workspace, process(link))).may_run_python
 
 
-def test_what_the_plan_names(workspace: FakeWorkspace) -> None:
+def test_files_that_the_plan_names_are_found(workspace: FakeWorkspace) -> None:
     workspace.build('arm')
     names = ['a.rviz', 'b.yaml', 'c.yaml', 'd.conf', 'e.txt', 'f.sh', 'g.py']
     a, b, c, d, e, f, g = (workspace.file(f'src/arm/{n}') for n in names)
@@ -175,7 +175,7 @@ def test_what_the_plan_names(workspace: FakeWorkspace) -> None:
     assert set(known.files()) == only(known).files
 
 
-def test_a_workspace_may_be_where_installers_put_things(
+def test_workspace_below_a_system_folder_is_watched(
     workspace: FakeWorkspace, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # as in /opt/my_ws
@@ -191,7 +191,9 @@ def test_a_workspace_may_be_where_installers_put_things(
     assert only(learn(workspace, process('x', file))).files == set()
 
 
-def test_modules_of_a_package_in_python(workspace: FakeWorkspace) -> None:
+def test_modules_of_a_python_package_are_found(
+    workspace: FakeWorkspace,
+) -> None:
     # its share folder is linked by way of the build
     build = f'{workspace.root}/build/arm'
     file = 'launch/x.launch.py'
@@ -205,7 +207,9 @@ def test_modules_of_a_package_in_python(workspace: FakeWorkspace) -> None:
     assert arm.module_folders == {'arm'}
 
 
-def test_modules_are_what_programs_import(workspace: FakeWorkspace) -> None:
+def test_modules_that_programs_import_are_found(
+    workspace: FakeWorkspace,
+) -> None:
     source = f'{workspace.root}/src/arm'
     workspace.file('src/arm/scripts/a.py', 'import helper\nimport b', 0o755)
     workspace.file('src/arm/scripts/b.py', '', 0o755)
@@ -235,7 +239,7 @@ def test_modules_are_what_programs_import(workspace: FakeWorkspace) -> None:
     assert learn(workspace).folders() == (source,)
 
 
-def test_a_container_has_the_code_of_its_components(
+def test_container_uses_the_packages_of_its_components(
     workspace: FakeWorkspace,
 ) -> None:
     workspace.build('arm')
@@ -252,7 +256,7 @@ def test_a_container_has_the_code_of_its_components(
     assert component.files == {file}
 
 
-def test_a_command_of_ros_may_start_all(workspace: FakeWorkspace) -> None:
+def test_ros2_launch_may_start_every_package(workspace: FakeWorkspace) -> None:
     workspace.build('arm')
     workspace.build('eye')
     known = learn(workspace, process('ros2', 'run', 'arm', 'motor'))
@@ -261,7 +265,7 @@ def test_a_command_of_ros_may_start_all(workspace: FakeWorkspace) -> None:
     assert only(known).packages == {'arm', 'eye'}
 
 
-def test_files_of_the_plan_are_those_behind_links(
+def test_plan_files_are_those_behind_links(
     workspace: FakeWorkspace,
 ) -> None:
     real = workspace.file('src/arm/launch/demo.yaml')
@@ -281,7 +285,9 @@ def test_without_a_workspace(workspace: FakeWorkspace) -> None:
     assert build_products(workspace, ['arm']) == {}
 
 
-def test_what_a_build_changed(workspace: FakeWorkspace) -> None:
+def test_changed_products_are_those_of_a_build(
+    workspace: FakeWorkspace,
+) -> None:
     build, install = f'{workspace.root}/build', f'{workspace.root}/install'
     products = {
         'motor': found('1'),
@@ -371,7 +377,7 @@ MODULE = '/ws/install/arm/lib/python3.11/site-packages/arm/pose.py'
         ),
     ],
 )
-def test_whom_a_build_concerns(
+def test_build_affects_the_processes_that_use_its_products(
     use: ProcessDependencies, path: str, reason: bool
 ) -> None:
     known = Dependencies((use,))
@@ -379,7 +385,7 @@ def test_whom_a_build_concerns(
     assert affected_by_build({}, known) == {}
 
 
-def test_what_is_mapped_into_a_process() -> None:
+def test_files_mapped_into_a_process_are_found() -> None:
     code = 'import time; print(flush=True); time.sleep(60)'
     with subprocess.Popen(
         # what a shell starts counts as well

@@ -30,7 +30,7 @@ WRONG = b'x = 1\nprint(\n'
         ('a.yaml', b'a: [', True),
     ],
 )
-def test_a_file_compiles_or_not(
+def test_file_compiles_or_not(
     tmp_path: Path, name: str, text: bytes, expected: bool
 ) -> None:
     file = tmp_path / name
@@ -40,13 +40,13 @@ def test_a_file_compiles_or_not(
     assert (error is None) == expected
 
 
-def test_a_file_that_is_gone_is_no_error(tmp_path: Path) -> None:
+def test_missing_file_is_no_error(tmp_path: Path) -> None:
     path = str(tmp_path / 'a.py')
     assert compiles(path)
     assert source_error(path, os.environ) is None
 
 
-def test_the_error_has_its_place(tmp_path: Path) -> None:
+def test_syntax_error_has_its_position(tmp_path: Path) -> None:
     file = tmp_path / 'a.py'
     file.write_bytes(WRONG)
     error = source_error(str(file), os.environ)
@@ -56,7 +56,7 @@ def test_the_error_has_its_place(tmp_path: Path) -> None:
     assert 'never closed' in error.message or 'EOF' in error.message
 
 
-def test_the_python_that_runs_a_file_decides(tmp_path: Path) -> None:
+def test_python_that_runs_a_file_decides(tmp_path: Path) -> None:
     # one for which all is right
     python = tmp_path / 'python9'
     python.write_text('#!/bin/sh\n')

@@ -72,7 +72,7 @@ def replay(process):
     return begin
 
 
-def test_a_round_is_green_when_all_was_seen(replay):
+def test_check_succeeds_when_all_was_seen(replay):
     r = replay('one', 'two')
     assert r.says('a', 'one') == []
     r.now += 0.5
@@ -80,7 +80,7 @@ def test_a_round_is_green_when_all_was_seen(replay):
     assert r.says('b', 'two') == []
 
 
-def test_only_what_was_started_anew_has_to_prove_itself(replay):
+def test_only_restarted_processes_are_checked_again(replay):
     r = replay('one', 'two')
     r.says('a', 'one')
     r.says('b', 'two')
@@ -89,7 +89,7 @@ def test_only_what_was_started_anew_has_to_prove_itself(replay):
     assert r.changes() == ['green: all was seen (0.00 s)']
 
 
-def test_what_an_old_process_says_at_its_end_does_not_count(replay):
+def test_output_of_the_old_process_does_not_count(replay):
     r = replay('bye')
     r.hears(Changed(('/ws/a.py',)))
     assert r.says('a', 'bye') == []
@@ -97,7 +97,7 @@ def test_what_an_old_process_says_at_its_end_does_not_count(replay):
     assert r.says('a', 'bye') == ['green: all was seen (0.00 s)']
 
 
-def test_a_round_is_red_when_the_time_is_over(replay):
+def test_check_fails_at_its_timeout(replay):
     r = replay('one', 'two', timeout=5.0)
     r.says('a', 'one')
     assert r.rounds.due() == 105.0
@@ -107,26 +107,26 @@ def test_a_round_is_red_when_the_time_is_over(replay):
     assert r.says('b', 'two') == ['green: all was seen (0.00 s)']
 
 
-def test_a_round_is_red_when_something_failed(replay):
+def test_check_fails_when_a_process_fails(replay):
     r = replay('one')
     (line,) = r.ends('b', 3)
     assert line == "red: b exited with code 3, 'one' was not seen (0.00 s)"
 
 
-def test_a_round_is_red_when_everything_has_ended(replay):
+def test_check_fails_when_all_processes_have_ended(replay):
     r = replay('one')
     assert r.ends('a', 0) == []
     assert r.ends('b', 0) == ["red: 'one' was not seen (0.00 s)"]
 
 
-def test_nothing_is_judged_of_a_change_that_came_to_nothing(replay):
+def test_failed_build_starts_no_check(replay):
     r = replay('one')
     assert r.changes(failed=True) == []
     assert r.says('a', 'one') == []
     assert r.changes() == ['green: all was seen (0.00 s)']
 
 
-def test_the_verdict_at_the_end_is_the_last_one(replay):
+def test_verdict_is_that_of_the_last_check(replay):
     r = replay('one')
     r.says('a', 'one')
     assert r.rounds.failures() == ()
@@ -136,7 +136,7 @@ def test_the_verdict_at_the_end_is_the_last_one(replay):
     )
 
 
-def test_without_an_expression_nothing_is_said(process):
+def test_without_expressions_nothing_is_reported(process):
     r = Replay(process)
     assert r.starts('a') == []
     assert r.ends('a', 1) == []

@@ -85,7 +85,7 @@ def test_saving_the_same_content_is_no_change(tree: Tree) -> None:
     assert tree.again() == []
 
 
-def test_a_clock_that_goes_back_hides_nothing(tree: Tree) -> None:
+def test_change_is_found_after_the_clock_went_back(tree: Tree) -> None:
     a = tree.write('src/arm/a.cpp', 'one')
     tree.watch()
     a.write_text('two')
@@ -94,7 +94,7 @@ def test_a_clock_that_goes_back_hides_nothing(tree: Tree) -> None:
     assert tree.again() == ['changed src/arm/a.cpp']
 
 
-def test_who_read_a_file_while_it_was_saved_is_not_forgotten(
+def test_rewritten_file_is_noted_once(
     tree: Tree,
 ) -> None:
     a, b = tree.write('src/arm/a.cpp', 'one'), tree.write('src/arm/b.cpp')
@@ -131,7 +131,7 @@ def test_who_read_a_file_while_it_was_saved_is_not_forgotten(
         *('.git/index', '__pycache__/a.py', '.vscode/x.json'),
     ],
 )
-def test_what_editors_and_caches_write_is_passed_over(
+def test_files_of_editors_and_caches_are_ignored(
     tree: Tree, name: str
 ) -> None:
     tree.watch()
@@ -141,7 +141,7 @@ def test_what_editors_and_caches_write_is_passed_over(
 
 
 @pytest.mark.parametrize('folder', ['build', 'install', 'log'])
-def test_what_colcon_writes_is_passed_over(tree: Tree, folder: str) -> None:
+def test_folders_of_colcon_are_ignored(tree: Tree, folder: str) -> None:
     # a workspace that is its only package
     tree.write(f'src/arm/{folder}/COLCON_IGNORE')
     tree.watch()
@@ -153,7 +153,7 @@ def test_what_colcon_writes_is_passed_over(tree: Tree, folder: str) -> None:
     )
 
 
-def test_what_vim_does_is_one_change(tree: Tree) -> None:
+def test_save_by_vim_is_one_change(tree: Tree) -> None:
     a = tree.write('src/arm/a.cpp', 'one')
     tree.watch()
     tree.write('src/arm/4913').unlink()
@@ -165,7 +165,7 @@ def test_what_vim_does_is_one_change(tree: Tree) -> None:
     assert tree.changes(*events) == ['changed src/arm/a.cpp']
 
 
-def test_an_atomic_rename_is_a_change(tree: Tree) -> None:
+def test_atomic_rename_is_a_change(tree: Tree) -> None:
     tree.write('src/arm/a.cpp', 'one')
     tree.watch()
     new = tree.write('src/arm/sedX1y2', 'two')
@@ -174,7 +174,7 @@ def test_an_atomic_rename_is_a_change(tree: Tree) -> None:
     assert found == ['changed src/arm/a.cpp']
 
 
-def test_a_file_in_the_midst_of_being_saved_looks_torn(tree: Tree) -> None:
+def test_file_that_is_being_saved_is_partly_written(tree: Tree) -> None:
     a = tree.write('src/arm/a.cpp', 'one')
     tree.watch()
     assert not tree.files.is_partly_written(str(a))
@@ -191,7 +191,7 @@ def test_a_file_in_the_midst_of_being_saved_looks_torn(tree: Tree) -> None:
     assert not tree.files.is_partly_written(str(a))
 
 
-def test_folders_come_and_go(tree: Tree) -> None:
+def test_new_and_removed_folders_are_noticed(tree: Tree) -> None:
     tree.watch()
     tree.write('src/arm/more/deep/a.cpp')
     assert tree.changes('src/arm/more') == ['new src/arm/more/deep/a.cpp']
@@ -210,7 +210,7 @@ def test_folders_come_and_go(tree: Tree) -> None:
     assert tree.changes('src/arm') == ['new src/arm/a.cpp']
 
 
-def test_files_go_by_the_names_that_are_watched(tree: Tree) -> None:
+def test_changes_have_the_watched_names_of_files(tree: Tree) -> None:
     real = tree.write('elsewhere/deep/a.yaml')
     shared = tree.write('shared/b.yaml')
     (tree.package / 'config').symlink_to(real.parent)
@@ -239,7 +239,7 @@ def test_files_go_by_the_names_that_are_watched(tree: Tree) -> None:
     assert 'changed src/arm/b.yaml' in tree.changes('elsewhere/deep/a.yaml')
 
 
-def test_folders_beside_a_single_file_are_nobodys(tree: Tree) -> None:
+def test_folders_beside_a_single_file_are_ignored(tree: Tree) -> None:
     file = tree.write('elsewhere/a.yaml')
     tree.watch(file)
     for name, needs_scan in (
@@ -253,7 +253,7 @@ def test_folders_beside_a_single_file_are_nobodys(tree: Tree) -> None:
         assert tree.files.needs_scan(str(folder)) == needs_scan
 
 
-def test_links_in_circles_end(tree: Tree) -> None:
+def test_circular_links_are_scanned_once(tree: Tree) -> None:
     tree.write('src/arm/a.cpp')
     (tree.package / 'loop').symlink_to(tree.package)
     (tree.package / 'dangling').symlink_to('nowhere')
@@ -261,7 +261,7 @@ def test_links_in_circles_end(tree: Tree) -> None:
     assert tree.again() == []
 
 
-def test_what_is_not_read_is_told_by_its_times(
+def test_large_file_is_compared_by_its_times(
     tree: Tree, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr('colcon_yamllaunch.common.fingerprint.READ_SIZE', 2)
@@ -277,7 +277,7 @@ def test_what_is_not_read_is_told_by_its_times(
     assert found == ['changed src/arm/a.bag']
 
 
-def test_what_was_written_since_the_launch_began_is_told(tree: Tree) -> None:
+def test_file_written_since_the_launch_began_is_a_change(tree: Tree) -> None:
     old = tree.write('src/arm/old.cpp')
     past = time.time_ns() - 10**12
     assert tree.watch(since=past) == ['changed src/arm/old.cpp']
@@ -291,7 +291,7 @@ def test_what_was_written_since_the_launch_began_is_told(tree: Tree) -> None:
     assert tree.watch(since=past) == ['deleted src/arm/old.cpp']
 
 
-def test_the_lock_of_git_is_found(tree: Tree) -> None:
+def test_lock_of_git_is_found(tree: Tree) -> None:
     git = tree.root / '.git'
     git.mkdir()
     tree.watch()
@@ -343,7 +343,7 @@ def now(folder: Path) -> dict[str, tuple[str, int]]:
 
 @RANDOM
 @given(strategies.lists(EDITS, max_size=6))
-def test_what_is_told_is_what_happened(
+def test_changes_are_those_that_happened(
     rounds: list[list[tuple[str, str, str, str]]],
 ) -> None:
     with tempfile.TemporaryDirectory() as name:

@@ -175,7 +175,7 @@ CASES = [
 
 
 @pytest.mark.parametrize(('kind', 'sync', 'label', 'installed'), CASES)
-def test_the_state_of_the_machine_decides(
+def test_only_changes_on_the_machine_restart_its_processes(
     tmp_path: Path, kind: Kind, sync: str, label: str, installed: bool
 ) -> None:
     launched = Launched(
@@ -199,7 +199,7 @@ def test_the_state_of_the_machine_decides(
     assert launched.touched('gpu│') == set()
 
 
-def test_a_file_of_no_package_is_compared_on_the_machine() -> None:
+def test_file_of_no_package_is_compared_on_the_machine() -> None:
     path = '/home/me/a.yaml'
     known = Dependencies(remote_files=frozenset((path,)))
     assert known.files() == (path,)

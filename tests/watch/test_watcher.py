@@ -130,7 +130,7 @@ def is_gone(pid: int) -> bool:
     return state.split()[0] in 'ZX'
 
 
-def test_changes_are_told(watched: Watched) -> None:
+def test_changes_are_reported(watched: Watched) -> None:
     watched.start()
     watched.write('a.cpp', 'one')
     assert watched.told() == ['new a.cpp']
@@ -183,7 +183,7 @@ def jetbrains(file: Path, text: str) -> None:
     old.unlink()
 
 
-def test_of_what_editors_do_only_the_file_is_told(watched: Watched) -> None:
+def test_only_the_saved_file_is_reported(watched: Watched) -> None:
     elsewhere = watched.folder.parent / 'elsewhere'
     elsewhere.mkdir()
     (elsewhere / 'a.cpp').touch()
@@ -197,7 +197,7 @@ def test_of_what_editors_do_only_the_file_is_told(watched: Watched) -> None:
         assert paths == {str(watched.folder / 'linked' / 'a.cpp')}
 
 
-def test_one_that_is_stopped_misses_nothing(watched: Watched) -> None:
+def test_suspended_watcher_reports_changes_later(watched: Watched) -> None:
     watched.start()
     pid = watched.link.pid
     os.kill(pid, signal.SIGSTOP)
@@ -209,7 +209,7 @@ def test_one_that_is_stopped_misses_nothing(watched: Watched) -> None:
     assert is_gone(pid)
 
 
-def test_a_folder_in_the_place_of_another_is_watched(watched: Watched) -> None:
+def test_folder_that_replaces_another_is_watched(watched: Watched) -> None:
     inner = watched.folder / 'inner'
     inner.mkdir()
     watched.start()
@@ -234,7 +234,7 @@ def test_a_folder_in_the_place_of_another_is_watched(watched: Watched) -> None:
             watched.wait(lambda: 'a.cpp' in watched.names())
 
 
-def test_a_file_that_was_away_is_told(watched: Watched) -> None:
+def test_file_that_was_moved_away_is_reported(watched: Watched) -> None:
     watched.start()
     # ticks of the clock go by until the file system has another time
     path = watched.folder / 'first'
@@ -245,7 +245,7 @@ def test_a_file_that_was_away_is_told(watched: Watched) -> None:
     assert watched.told() == ['again first']
 
 
-def test_a_checkout_is_one_change(watched: Watched) -> None:
+def test_git_checkout_is_one_batch(watched: Watched) -> None:
     git = watched.folder / '.git'
     git.mkdir()
     watched.start()
@@ -264,7 +264,7 @@ def test_a_checkout_is_one_change(watched: Watched) -> None:
     assert lock.exists()
 
 
-def test_what_is_watched_can_be_another(watched: Watched) -> None:
+def test_watched_files_can_be_replaced(watched: Watched) -> None:
     other = watched.folder.parent / 'other.yaml'
     other.write_text('x')
     watched.start()
@@ -274,7 +274,9 @@ def test_what_is_watched_can_be_another(watched: Watched) -> None:
     assert watched.told() == ['changed other.yaml']
 
 
-def test_it_is_started_again_and_misses_nothing(watched: Watched) -> None:
+def test_killed_watcher_is_restarted_and_misses_nothing(
+    watched: Watched,
+) -> None:
     watched.start()
     watched.write('b.cpp', 'one')
     assert watched.told() == ['new b.cpp']
@@ -288,7 +290,7 @@ def test_it_is_started_again_and_misses_nothing(watched: Watched) -> None:
     assert is_gone(first)
 
 
-def test_it_is_given_up_in_the_end(
+def test_watcher_that_cannot_run_is_given_up(
     watched: Watched, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(watcher_client, 'PROGRAM', 'no_such_module')
@@ -305,7 +307,7 @@ def test_it_is_given_up_in_the_end(
     assert watched.link.pid == 0
 
 
-def test_it_ends_with_a_launcher_that_is_killed(tmp_path: Path) -> None:
+def test_watcher_ends_with_a_killed_launcher(tmp_path: Path) -> None:
     (tmp_path / 'a.cpp').touch()
     command = [sys.executable, '-c', LAUNCHER, str(tmp_path)]
     with subprocess.Popen(
@@ -363,7 +365,7 @@ def run(folder: Path, told: list[Any]) -> None:
         ('Function not implemented', 'the kernel does not tell of changes (F'),
     ],
 )
-def test_without_the_kernel_it_looks_itself(
+def test_watcher_polls_without_inotify(
     error: str,
     note: str,
     tmp_path: Path,
@@ -387,7 +389,7 @@ def test_without_the_kernel_it_looks_itself(
 
 
 @pytest.mark.usefixtures('own_signals')
-def test_polling_can_be_asked_for(
+def test_polling_variable_makes_the_watcher_poll(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv(watcher.POLLING_VARIABLE, 'true')
@@ -400,7 +402,7 @@ def test_polling_can_be_asked_for(
 
 
 @pytest.mark.usefixtures('own_signals')
-def test_what_the_kernel_did_not_tell_is_found(
+def test_scan_finds_changes_that_the_kernel_missed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     class Silent:
@@ -429,14 +431,16 @@ def test_what_the_kernel_did_not_tell_is_found(
         *(('nfs4', True), ('fuse.sshfs', True), ('virtiofs', True)),
     ],
 )
-def test_file_systems_that_others_write_to(kind: str, is_remote: bool) -> None:
+def test_network_file_systems_are_recognized(
+    kind: str, is_remote: bool
+) -> None:
     mounts = {'': 'ext4', '/home/me/ws': kind, '/home/me/ws/x': 'ext4'}
     assert watcher._is_remote('/home/me/ws/src/arm', mounts) == is_remote
     assert not watcher._is_remote('/home/me/wso', mounts)
     assert not watcher._is_remote('/home/me/ws/x/y', mounts)
 
 
-def test_the_library_is_looked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_library_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     assert is_installed()
     monkeypatch.setattr('importlib.util.find_spec', lambda _: None)
     assert not is_installed()

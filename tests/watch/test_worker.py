@@ -95,7 +95,7 @@ def busy(make_worker):
     return jobs, jobs.wait_for(Begun).pid, pid
 
 
-def test_disks_are_waited_for_after_the_answer(make_worker, monkeypatch):
+def test_answer_does_not_wait_for_the_disks(make_worker, monkeypatch):
     written, done = os.pipe()
     told, answered = os.pipe()
 
@@ -181,7 +181,7 @@ def test_large_requests_answers_and_output_pass(make_worker):
     assert jobs.worker.written == data
 
 
-def test_a_job_that_raises_has_failed(make_worker):
+def test_job_that_raises_has_failed(make_worker):
     def prepare(request, announce):
         raise ValueError(request)
 
@@ -190,7 +190,7 @@ def test_a_job_that_raises_has_failed(make_worker):
     assert jobs.answer() == [Failed('job')]
 
 
-def test_a_job_leads_a_group_and_is_cancelled_with_it(make_worker):
+def test_job_leads_a_group_and_is_cancelled_with_it(make_worker):
     jobs, group, pid = busy(make_worker)
     assert os.getpgid(pid) == group
     jobs.worker.cancel()
@@ -199,7 +199,7 @@ def test_a_job_leads_a_group_and_is_cancelled_with_it(make_worker):
     assert jobs.wait_for(Begun) != Begun(group)
 
 
-def test_a_stopped_worker_leaves_nothing_behind(make_worker):
+def test_suspended_worker_leaves_nothing_behind(make_worker):
     jobs, group, pid = busy(make_worker)
     os.kill(jobs.worker.pid, signal.SIGSTOP)
     jobs.worker.close()
@@ -226,7 +226,7 @@ def test_another_job_cancels_the_running_one(make_worker):
     os.close(clean)
 
 
-def test_nothing_is_left_when_the_launcher_is_killed(tmp_path):
+def test_worker_and_job_end_with_a_killed_launcher(tmp_path):
     program = f"""
 import os, signal, subprocess, sys, time
 from colcon_yamllaunch.engine.loop import Loop

@@ -189,14 +189,14 @@ one_by_one = pytest.mark.xdist_group('random_edits')
 
 @one_by_one
 @pytest.mark.parametrize('number', NUMBERS)
-def test_what_runs_is_what_a_fresh_launch_would_run(user, number):
+def test_random_edits_lead_to_what_a_new_launch_runs(user, number):
     edit_at_random(user, number)
 
 
 @one_by_one
 @pytest.mark.skipif(not SECONDS, reason='it takes minutes: make soak')
 @pytest.mark.parametrize('number', NUMBERS)
-def test_nodes_of_ros_are_what_they_would_be(
+def test_random_edits_lead_to_the_nodes_of_a_new_launch(
     user, ros_parts, ros_domain_id, number
 ):
     source_for(user, ros_parts, ros_domain_id)
@@ -206,7 +206,7 @@ def test_nodes_of_ros_are_what_they_would_be(
 @one_by_one
 @pytest.mark.skipif(not SECONDS, reason='it takes minutes: make soak')
 @pytest.mark.parametrize('number', NUMBERS)
-def test_launch_files_in_python_are_no_exception(ros_user, number):
+def test_random_edits_of_python_launch_files(ros_user, number):
     edit_at_random(ros_user, number, 'python')
 
 

@@ -69,7 +69,7 @@ def robot(user: User, ros_parts: Path, ros_domain_id: int) -> User:
     return user
 
 
-def test_components_and_states_come_back(robot: User) -> None:
+def test_components_and_states_are_restored(robot: User) -> None:
     launch = robot.start('colcon', 'launch', './robot.yaml', '--watch')
     launch.wait_for('listener: loaded')
     robot.launch('--lifecycle', 'camera', 'configure')

@@ -50,7 +50,7 @@ def generate_launch_description():
 """
 
 
-def test_a_launch_file_in_python_is_read_again(ros_user: User) -> None:
+def test_python_launch_file_is_read_again(ros_user: User) -> None:
     ros_user.environment['PYTHONPATH'] += f':{ros_user.root}'
     ros_user.write('helper.py', "SECONDS = '999'\n")
     ros_user.write('plain.launch.py', PLAIN)
@@ -68,7 +68,7 @@ def test_a_launch_file_in_python_is_read_again(ros_user: User) -> None:
     assert 'begins anew' not in launch.output
 
 
-def test_a_launch_with_event_handlers_begins_anew(ros_user: User) -> None:
+def test_launch_with_event_handlers_restarts(ros_user: User) -> None:
     ros_user.write('src/flow/package.xml', manifest('flow', 'cmake'))
     ros_user.write('src/flow/CMakeLists.txt', CMAKE)
     ros_user.write('src/flow/talk.sh', TALK, 0o755)

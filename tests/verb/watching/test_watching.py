@@ -74,7 +74,7 @@ def is_running(pid):
     return stat.rpartition(') ')[2][0] not in 'ZX'
 
 
-def test_each_change_has_just_its_consequence(flow):
+def test_each_change_has_only_its_consequence(flow):
     w = Watched(flow).watches()
     counts = Counter({'talk': 1, 'loop': 1, 'other': 1, 'more-4': 1})
 
@@ -137,7 +137,7 @@ def test_each_change_has_just_its_consequence(flow):
     assert 'Traceback' not in w.launch.output
 
 
-def test_modules_and_files_that_the_plan_names_are_no_build(user):
+def test_linked_modules_and_files_need_no_build(user):
     user.write('src/flow/package.xml', manifest('flow', 'cmake'))
     user.write('src/flow/CMakeLists.txt', CMAKE)
     user.write('src/flow/node.py', NODE, 0o755)
@@ -157,7 +157,7 @@ def test_modules_and_files_that_the_plan_names_are_no_build(user):
     assert w.launch.interrupt() == 0
 
 
-def test_what_cannot_start_replaces_nothing_that_runs(flow):
+def test_mistakes_stop_nothing_that_runs(flow):
     w = Watched(flow).watches()
     before = w.running()
     w.save(
@@ -178,9 +178,7 @@ def test_what_cannot_start_replaces_nothing_that_runs(flow):
     assert w.launch.interrupt() == 1
 
 
-def test_a_workspace_that_is_gone_is_no_internal_error(
-    tmp_path, monkeypatch, capsys
-):
+def test_removed_workspace_is_no_internal_error(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     cwd = tmp_path / 'ws'
     watch = WatchFlow(LaunchOptions(('flow', 'demo.yaml')), cwd, {}, None)
@@ -192,7 +190,7 @@ def test_a_workspace_that_is_gone_is_no_internal_error(
     )
 
 
-def test_who_read_a_file_while_it_was_saved_reads_it_again(flow):
+def test_process_that_read_a_file_during_its_save_restarts(flow):
     w = Watched(flow).watches()
     # what starts finds its parameter file away, which comes back as it was
     w.save('scripts/talk.py', 'says one', 'says two')
@@ -215,7 +213,7 @@ def test_who_read_a_file_while_it_was_saved_reads_it_again(flow):
     assert w.launch.interrupt() == 0
 
 
-def test_nothing_is_left_when_the_launcher_is_killed_in_a_build(flow):
+def test_build_ends_with_a_killed_launcher(flow):
     w = Watched(flow).watches()
     before = w.running()
     slow = 'execute_process(COMMAND sleep 1000)\n'
@@ -230,7 +228,7 @@ def test_nothing_is_left_when_the_launcher_is_killed_in_a_build(flow):
     wait_until(lambda: not any(map(is_running, pids)))
 
 
-def test_a_change_during_a_build_begins_it_anew(flow):
+def test_change_during_a_build_restarts_it(flow):
     flow.write('src/flow/launch/unused.yaml', 'launch: []')
     w = Watched(flow, '--why').watches()
     slow = 'execute_process(COMMAND sleep 1000)\n'
@@ -253,7 +251,7 @@ def test_a_change_during_a_build_begins_it_anew(flow):
     assert w.launch.interrupt() == 0
 
 
-def test_a_check_follows_each_change(flow):
+def test_check_follows_each_change(flow):
     w = Watched(flow, '--until', 'talk says (one|two)', '--until', 'loop says')
     w.says(r'\[watch\] +green: all was seen')
     w.save('scripts/talk.py', 'says one', 'says three')
