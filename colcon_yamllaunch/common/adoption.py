@@ -15,7 +15,7 @@ from collections.abc import Collection
 from contextlib import suppress
 import os
 
-_PR_SET_CHILD_SUBREAPER = 36
+from colcon_yamllaunch.common.prctl import adopt_orphans
 
 
 class Adoption:
@@ -40,7 +40,7 @@ class Adoption:
         # nobody else can wait for the children of process 1
         self._others = frozenset() if os.getpid() == 1 else frozenset(before)
         self._seen: set[int] = set()
-        _adopt_orphans(wanted=True)
+        adopt_orphans(wanted=True)
 
     def look(self, ours: Collection[int]) -> tuple[set[int], set[int]]:
         """
@@ -62,19 +62,10 @@ class Adoption:
 
     def end(self) -> None:
         """Adopt no more, and reap what has ended."""
-        _adopt_orphans(wanted=False)
+        adopt_orphans(wanted=False)
         for pid in self.look(())[0]:
             with suppress(ChildProcessError):
                 os.waitpid(pid, os.WNOHANG)
-
-
-def _adopt_orphans(*, wanted: bool) -> None:
-    """Become the parent of all descendants that lose theirs, or no more."""
-    # late, as not every command comes here
-    import ctypes
-
-    arguments = [ctypes.c_ulong(n) for n in (int(wanted), 0, 0, 0)]
-    ctypes.CDLL(None).prctl(_PR_SET_CHILD_SUBREAPER, *arguments)
 
 
 def _children() -> set[int]:

@@ -22,7 +22,6 @@ import errno
 import fcntl
 import os
 from pathlib import Path
-import signal
 import socket
 import struct
 
@@ -43,7 +42,6 @@ _SIOCSIFFLAGS = 0x8914
 _IFF_UP_RUNNING_MULTICAST = 0x1041
 _SIOCADDRT = 0x890B
 _RTF_UP = 0x0001
-_PR_SET_PDEATHSIG = 1
 #: POSIX shared memory on Linux, see shm_overview(7).
 _SHARED_MEMORY = b'/dev/shm'
 #: The meaning of errors of unshare(2) for users, where their text is unclear.
@@ -183,20 +181,6 @@ def enter_own_network(*, again: bool = False) -> None:
             _call('umount2', _SHARED_MEMORY, _MNT_DETACH)
         name, options = b'tmpfs', b'mode=1777'
         _call('mount', name, _SHARED_MEMORY, name, _MS_NOSUID_NODEV, options)
-
-
-def end_with(parent: int) -> None:
-    """
-    Have the kernel send us SIGTERM when our parent ends, for any reason.
-
-    Call it after :func:`enter_own_network`, which undoes it; see
-    PR_SET_PDEATHSIG in prctl(2).
-
-    :param parent: Its process id, in case it has ended already
-    """
-    _call('prctl', _PR_SET_PDEATHSIG, signal.SIGTERM, 0, 0, 0)
-    if os.getppid() != parent:
-        os.kill(os.getpid(), signal.SIGTERM)
 
 
 def _call(name: str, *arguments: int | bytes | None) -> None:

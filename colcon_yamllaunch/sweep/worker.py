@@ -23,11 +23,11 @@ from typing import Any
 
 from colcon_yamllaunch.common.codec import to_json
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.prctl import end_with_parent
 from colcon_yamllaunch.engine.process.cgroup import expect_moves
 from colcon_yamllaunch.engine.stopping.guard import DISMISSED
 from colcon_yamllaunch.engine.stopping.guard import guard
 from colcon_yamllaunch.engine.stopping.guard_link import Guards
-from colcon_yamllaunch.sweep.isolation import end_with
 from colcon_yamllaunch.sweep.isolation import enter_own_network
 from colcon_yamllaunch.sweep.isolation import VARIABLE
 from colcon_yamllaunch.sweep.results import failed_run
@@ -171,7 +171,7 @@ def keep_moves_fast(parent: int) -> None:
     Its first move waits for some 10 ms, moves soon after it do not, see
     :func:`.cgroup.expect_moves`. That is a tenth of a run of 0.1 s.
     """
-    end_with(parent)
+    end_with_parent(signal.SIGTERM, parent)
     while expect_moves():
         pass
 
@@ -212,7 +212,8 @@ class Worker:
                 for left in reversed(range(_RUNS)):
                     if self._own_network:
                         enter_own_network(again=left + 1 < _RUNS)
-                    end_with(parent)
+                    # the new network has undone it
+                    end_with_parent(signal.SIGTERM, parent)
                     message = self._launch(run, guards)
                     sys.stdout.flush()
                     sys.stderr.flush()

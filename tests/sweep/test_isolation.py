@@ -10,10 +10,10 @@ import signal
 import socket
 import time
 
+from colcon_yamllaunch.common.prctl import end_with_parent
 from colcon_yamllaunch.engine.stopping.guard_link import GuardLink
 from colcon_yamllaunch.sweep.isolation import DOMAIN_IDS
 from colcon_yamllaunch.sweep.isolation import DomainIds
-from colcon_yamllaunch.sweep.isolation import end_with
 from colcon_yamllaunch.sweep.isolation import enter_own_network
 from colcon_yamllaunch.sweep.isolation import reason_for_no_network
 from colcon_yamllaunch.sweep.worker import ForkedGuards
@@ -77,7 +77,7 @@ def test_a_process_ends_with_its_parent() -> None:
         ours = os.getpid()
         pid = os.fork()
         if not pid:
-            end_with(ours)
+            end_with_parent(signal.SIGTERM, ours)
             while True:
                 time.sleep(60)
         time.sleep(0.2)

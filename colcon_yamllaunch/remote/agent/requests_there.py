@@ -7,7 +7,6 @@ So that it can be ended with all that it has started when the launcher is gone.
 """
 
 from collections.abc import Mapping
-from contextlib import suppress
 import importlib
 import os
 import select
@@ -17,6 +16,7 @@ from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.escalation import Timeouts
+from colcon_yamllaunch.common.prctl import end_with_parent
 from colcon_yamllaunch.engine.stopping.launch_scan import LAUNCH_ID_VARIABLE
 from colcon_yamllaunch.engine.stopping.launch_scan import new_identity
 from colcon_yamllaunch.remote.agent import launcher_channel
@@ -30,7 +30,6 @@ _SUFFIX = '_there'
 _TIMEOUTS = Timeouts(3.0, 3.0)
 _REPLIED = 0
 _READ = 256 * 1024
-_PR_SET_PDEATHSIG = 1
 
 
 def answer(
@@ -62,7 +61,7 @@ def answer(
                 signal.signal(number, signal.SIG_DFL)
             signal.signal(signal.SIGINT, signal.default_int_handler)
             os.environ[LAUNCH_ID_VARIABLE] = f'{identity}.0'
-            _end_with_parent()
+            end_with_parent(signal.SIGINT)
             code = _call(function, content, its)
             if os.getppid() != agent:
                 # killed, and nobody else ends what was started
@@ -96,14 +95,6 @@ def _end(identity: str, pid: int) -> None:
     from colcon_yamllaunch.remote.agent.left_processes import end_in_any_case
 
     end_in_any_case(identity, pid, _TIMEOUTS)
-
-
-def _end_with_parent() -> None:
-    """Have this process sent SIGINT when its parent ends, see prctl(2)."""
-    import ctypes
-
-    with suppress(OSError, AttributeError):
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, int(signal.SIGINT))
 
 
 def _function(name: str) -> Any:
