@@ -51,6 +51,7 @@ _PID = b'i'
 _PROGRESS = b'p'
 _DONE = b'd'
 _READ_SIZE = 1024 * 1024
+_CANCELLING = (signal.SIGINT, signal.SIGTERM)
 #: Seconds until a cancelled job gets SIGTERM after SIGINT, and then SIGKILL.
 _GRACE = 3.0
 #: Seconds until a worker that should end is killed.
@@ -347,10 +348,13 @@ def _serve(
             clean_up(child.pid)
             child = None
         if data == _START:
+            # a signal to the child waits until it has its handlers
+            signal.pthread_sigmask(signal.SIG_BLOCK, _CANCELLING)
             pid = os.fork()
             if not pid:
                 connection.close()
                 _do(prepare, descriptors)
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, _CANCELLING)
             with suppress(OSError):
                 # the child does so, too; this may be first
                 os.setpgid(pid, pid)
@@ -375,8 +379,9 @@ def _do(prepare: Prepare, descriptors: Sequence[int]) -> NoReturn:
     """Do a job, in a child that ends with it."""
     try:
         os.setpgid(0, 0)
-        for number in (signal.SIGINT, signal.SIGTERM):
+        for number in _CANCELLING:
             signal.signal(number, signal.default_int_handler)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, _CANCELLING)
         # it ends soon, and its answer need not wait for the disks
         gc.disable()
         put_off()

@@ -12,6 +12,7 @@ import time
 
 from colcon_yamllaunch.common import file_sync
 from colcon_yamllaunch.engine.loop import Loop
+from colcon_yamllaunch.watch import worker
 from colcon_yamllaunch.watch.worker import Announced
 from colcon_yamllaunch.watch.worker import Begun
 from colcon_yamllaunch.watch.worker import Failed
@@ -224,6 +225,21 @@ def test_another_job_cancels_the_running_one(make_worker):
     assert int(os.read(cleaned, 100)) == group
     os.close(cleaned)
     os.close(clean)
+
+
+def test_many_jobs_in_a_row_are_cancelled_at_once(make_worker):
+    def prepare(request, announce):
+        while request < 30:
+            signal.pause()
+        return str(request)
+
+    jobs = make_worker(prepare)
+    begun = time.monotonic()
+    for number in range(31):
+        jobs.ask(number)
+    assert jobs.answer() == ['30']
+    # none of them waited for SIGTERM
+    assert time.monotonic() - begun < worker._GRACE
 
 
 def test_worker_and_job_end_with_a_killed_launcher(tmp_path):
