@@ -4,8 +4,8 @@
 """
 What is shown of a sweep while it goes on.
 
-In a terminal that is one line, drawn anew; elsewhere there is a line now and
-then. A run that failed has a line of its own.
+On a terminal that is one line, which is redrawn; elsewhere a line is written
+now and then. A run that failed has a line of its own.
 """
 
 from collections.abc import Callable
@@ -41,7 +41,7 @@ _CLEAR = '\r\x1b[K'
 
 class Progress:
     """
-    Shows how far it got, and keeps what is done.
+    Shows the progress of a sweep, and records results.
 
     :param stream: Where it is shown
     :param quiet: Whether only failures are
@@ -83,11 +83,11 @@ class Progress:
         self._is_drawn = False
 
     def began(self, running: int) -> None:
-        """Take note of how many runs go on."""
+        """Set the number of running runs."""
         self._running = running
 
     def waiting(self, text: str) -> None:
-        """Take note of what runs wait for, such as a queue."""
+        """Set a text about waiting runs."""
         self._waiting = text
 
     def planned(self, run: Run, uses: Collection[str] = ()) -> None:
@@ -107,7 +107,7 @@ class Progress:
 
     def done(self, run: Run, result: RunResult) -> None:
         """
-        Keep what came of a run.
+        Record the result of a run, and show a failure.
 
         :raises UserError: when it cannot be kept
         """
@@ -135,7 +135,7 @@ class Progress:
             self._line(f'  logs: {shown_path(logs)}')
 
     def interrupted(self, running: int, *, escalates: bool) -> None:
-        """Tell that those that run are being stopped."""
+        """Show that the running runs are being stopped."""
         if escalates:
             self._line('killing what still runs')
         elif running:
@@ -163,7 +163,7 @@ class Progress:
             self._write(self._text(0) + '\n')
 
     def end(self) -> None:
-        """Leave nothing behind that is drawn anew."""
+        """Clear the line that is redrawn."""
         if self._is_drawn:
             self._write(_CLEAR)
             self._is_drawn = False
@@ -213,7 +213,7 @@ class Progress:
         return _WIDTH
 
     def _write(self, text: str) -> None:
-        # what cannot be shown does not change what is done
+        # the sweep goes on if nobody sees it
         with suppress(OSError, ValueError):
             self._stream.write(text)
             self._stream.flush()

@@ -186,7 +186,7 @@ def main() -> int:
     except Exception as e:  # noqa: BLE001 - the sweep shows any error
         result = failed_run(number, str(e))
     if result is None:
-        # Slurm knows who stopped it
+        # Slurm knows why it was stopped
         return 1
     files.write_result(result)
     return 0

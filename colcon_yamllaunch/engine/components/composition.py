@@ -837,7 +837,7 @@ class Composition:
         self._requests.cancel(task.request)
         task.request = None
         task.was_sent = False
-        # who asked to load it anew gets it with the container
+        # an open reload is done with the container
         task.is_wanted |= task.is_again
         task.is_again = False
         if task.unique_id is not None:
@@ -856,7 +856,7 @@ class Composition:
         for task in container.tasks:
             if task.phase == 'loading':
                 self._enter(task, 'waiting')
-        # of a process of ours, its end tells what to do
+        # the end of a process of this launch is handled in `ended`
         if not container.runs and any(
             task.unique_id is not None for task in container.tasks
         ):

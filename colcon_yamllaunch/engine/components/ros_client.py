@@ -43,7 +43,7 @@ that is false:
         answered with `nodes`: [["/ns/n", 3]]
     {"id": 4, "do": "cancel", "request": 1}
         has no answer; that request fails with the reason "cancelled" if it is
-        still open. What a load that was cancelled too late brings is unloaded.
+        still open. If it comes too late for a load, the component is unloaded.
     {"id": 5, "do": "follow", "node": "/a"}
         sends the states of a lifecycle node from now on
     {"id": 6, "do": "change_state", "node": "/a", "transition": "configure"}
@@ -56,7 +56,7 @@ that is false:
         DDS 20 s, or when another one comes in its place.
 
 The middleware may lose the response to a call: rmw_fastrtps drops it if the
-server has not found within 0.1 s who is to get it (ros2/rmw_fastrtps#392).
+server has not found the client within 0.1 s (ros2/rmw_fastrtps#392).
 Without a response, the outcome of a load, an unload or a change follows from
 the list of the container, or from the state of the node; it is not sent again.
 """
@@ -95,7 +95,7 @@ CONNECTING = 0.05
 SILENCE = 0.3
 #: Seconds without an answer until the outcome of a call is looked for, as the
 #: middleware may lose answers; each wait doubles.
-PATIENCE = 5.0
+ANSWER_TIMEOUT = 5.0
 #: How often that may find nothing until the call is given up.
 LAST_DOUBT = 3
 READ_SIZE = 1 << 16
@@ -128,14 +128,14 @@ class Refused(Exception):  # noqa: N818 - it is an answer
 
 
 class Output:
-    """Writes lines to what was standard output."""
+    """Writes lines to the original standard output."""
 
     def __init__(self) -> None:
         self._descriptor = os.dup(1)
         # other prints, by any library, are not for the engine
         os.dup2(2, 1)
 
-    def tell(self, **fields: Any) -> None:
+    def write(self, **fields: Any) -> None:
         """Write a line, or end if nobody reads."""
         data = (json.dumps(fields) + '\n').encode()
         try:
@@ -208,7 +208,7 @@ class Call:
     #: How often that found nothing.
     doubts: int = 0
     #: Seconds until that is done, and when.
-    patience: float = PATIENCE
+    timeout: float = ANSWER_TIMEOUT
     due: float = 0.0
 
 
@@ -216,7 +216,7 @@ class Peer:
     """
     A node with services: a container, or a lifecycle node.
 
-    Which one has the services is told by the identity of their servers, as a
+    The identity of the servers distinguishes processes with its name, as a
     crashed one stays visible for a while beside the one that takes its place.
 
     :param ros: The ROS node of this program
@@ -262,11 +262,11 @@ class Peer:
         """When there is something to ask again."""
         return [one.due for one in self._running if one.future is not None]
 
-    def tell_there(self) -> None:
-        """Tell that it came or went."""
+    def on_presence(self) -> None:
+        """Handle that it came or went."""
 
     def look(self, now: float) -> None:
-        """Find out who is there now, and do what depends on it."""
+        """Check which servers exist now, and call them."""
         present = self._servers()
         self._name(present - self._gone)
         before = self._current
@@ -287,19 +287,19 @@ class Peer:
         self._send_next()
 
     def ask_again(self, now: float) -> None:
-        """Find out what has become of calls that have had no answer."""
+        """Look for the outcome of calls without an answer."""
         for call in list(self._running):
             if call.future is None or now < call.due:
                 continue
-            call.patience *= 2
-            call.due = now + call.patience
+            call.timeout *= 2
+            call.due = now + call.timeout
             if call.find_out is not None:
                 call.find_out()
             elif self._can_send(call):
                 self._transmit(call)
 
     def lose(self) -> None:
-        """Take note that what had it has ended."""
+        """Handle the end of its process."""
         self._gone |= self._servers()
         for call in self._running:
             call.is_final = True
@@ -350,9 +350,9 @@ class Peer:
 
     def _name(self, servers: Servers) -> None:
         """
-        Take those whose names were not known for the ones that have names.
+        Identify servers without names with those that have names.
 
-        The graph may tell them later than a client is connected; what was
+        The graph may report them after a client is connected; a call that was
         sent in between has arrived, and must not be sent again.
         """
         unnamed = frozenset({SOME_SERVER})
@@ -370,27 +370,27 @@ class Peer:
         answered: Callable[[Any], None],
     ) -> None:
         """
-        Find out what has become of a call, unless that was asked already.
+        Ask for the outcome of a call, unless that was asked already.
 
-        :param answered: What to do with the response if it is still open
+        :param answered: Called with the response if the call is still open
         """
 
-        def told(response: Any) -> None:
+        def received(response: Any) -> None:
             if call in self._running:
                 answered(response)
 
         if call.question not in self._running:
-            call.question = Call(None, service, message, told, _nothing)
+            call.question = Call(None, service, message, received, _nothing)
             self.call(call.question)
 
     def _doubt(self, call: Call, reason: str) -> None:
-        """Take note that nothing came of a call, and give it up at last."""
+        """Count that a call had no effect, and give it up at last."""
         call.doubts += 1
         if call.doubts == LAST_DOUBT:
             self._give_up(call, f'there was no answer, and {reason}')
 
     def _give_up(self, call: Call, reason: str) -> None:
-        """Have nobody wait for a call, but know it if an answer comes."""
+        """Refuse a call, but recognize a late answer."""
         call.request = None
         call.is_final = True
         if call in self._queue:
@@ -402,10 +402,10 @@ class Peer:
     def _set_there(self, is_there: bool) -> None:
         if is_there != self.is_there:
             self.is_there = is_there
-            self.tell_there()
+            self.on_presence()
 
     def _lose(self) -> None:
-        """Refuse what is lost, unless another one may get it."""
+        """Refuse lost calls, unless another server may receive them."""
         for call in list(self._running):
             is_lost = not call.servers & self._current
             if is_lost and (call.is_final or not self._current):
@@ -414,9 +414,9 @@ class Peer:
 
     def _repeat(self) -> None:
         """
-        Send again what only those have got that are no longer current.
+        Send calls again that only ended servers have received.
 
-        They may have been gone when it was sent, as this is noticed late.
+        They may have ended before, as this is noticed late.
         """
         for call in self._running:
             if not call.servers & self._current and self._can_send(call):
@@ -429,7 +429,7 @@ class Peer:
             self._send(head)
 
     def _can_send(self, call: Call) -> bool:
-        """Tell whether it arrives: each service is connected for itself."""
+        """Return whether it arrives: each service has its own connection."""
         client = self._clients[call.service]
         return self.is_there and bool(client.service_is_ready())
 
@@ -444,7 +444,7 @@ class Peer:
         self._forget(call)
         call.state = self.state
         call.servers = self._current
-        call.due = time.monotonic() + call.patience
+        call.due = time.monotonic() + call.timeout
         call.future = self._clients[call.service].call_async(call.message)
         call.future.add_done_callback(lambda future: self._done(call, future))
 
@@ -485,9 +485,9 @@ class Container(Peer):
         #: The last unique id that is known; a container counts them up.
         self._last_id = 0
 
-    def tell_there(self) -> None:
-        """Tell the engine."""
-        self._ros.output.tell(
+    def on_presence(self) -> None:
+        """Report it to the engine."""
+        self._ros.output.write(
             event='container', container=self.name, there=self.is_there
         )
 
@@ -531,7 +531,7 @@ class Container(Peer):
         self.call(call)
 
     def list(self, request: Json) -> None:
-        """List what is loaded."""
+        """List the loaded components."""
         message = self._kinds.ListNodes.Request()
         self.call(self._ros.call(request, '_container/list_nodes', message))
 
@@ -546,9 +546,9 @@ class Container(Peer):
 
     def _find_loaded(self, call: Call) -> None:
         """
-        Look for what a load has brought, among what the container lists.
+        Look for the component of a load in the list of the container.
 
-        It is not sent again if there is nothing: it may still come.
+        The load is not sent again if there is none: it may still come.
         """
         asked = call.message
         full_name = f'{asked.node_namespace}/{asked.node_name}'.strip('/')
@@ -601,10 +601,10 @@ class LifecycleNode(Peer):
         }
         super().__init__(ros, name, 'node', services)
         self._subscription: Any = None
-        #: What it was brought to, but has not told.
+        #: The state after a transition, until the node reports it.
         self._expected: str | None = None
         self._refresh_at = 0.0
-        #: How often a transition was told, to know what is news.
+        #: The number of reported transitions, to recognize old states.
         self._transitions = 0
 
     @property
@@ -613,20 +613,20 @@ class LifecycleNode(Peer):
         return super().is_unsettled or self._expected is not None
 
     def look(self, now: float) -> None:
-        """Ask for the state, too, if it should have been told."""
+        """Ask for the state, too, if the node should have reported it."""
         super().look(now)
         if self._expected is not None and now >= self._refresh_at:
             self._expected = None
             self._refresh()
 
-    def tell_there(self) -> None:
+    def on_presence(self) -> None:
         """Ask for the state of one that comes."""
         self.state = self._expected = None
         if self.is_there:
             self._refresh()
 
     def follow(self, request: Json) -> None:
-        """Tell the states from now on."""
+        """Report the states from now on."""
         if self._subscription is None:
             messages = importlib.import_module('lifecycle_msgs.msg')
             self._subscription = self._ros.node.create_subscription(
@@ -661,9 +661,9 @@ class LifecycleNode(Peer):
 
     def _find_changed(self, call: Call, transition: str) -> None:
         """
-        Tell from the state whether a change was made or refused.
+        Find out from the state whether a change was made or refused.
 
-        It is not sent again if neither: it may still come.
+        It is not sent again if neither: it may still be made.
         """
         _, starts, goal = TRANSITIONS[transition]
 
@@ -681,7 +681,7 @@ class LifecycleNode(Peer):
         self._ask_about(call, 'get_state', message, answered)
 
     def _expect(self, state: str) -> None:
-        """Ask for the state if the node does not tell it in a while."""
+        """Ask for the state if the node does not report it for a while."""
         if self._subscription is not None and state != self.state:
             self._expected = state
             self._refresh_at = time.monotonic() + SILENCE
@@ -698,7 +698,7 @@ class LifecycleNode(Peer):
 
         def answered(response: Any) -> None:
             state = response.current_state.label
-            self._tell_state(state, None)
+            self._report_state(state, None)
             start = before or state
             if start in TRANSITIONS[transition][1]:
                 refused(f'{transition!r} failed, the node is {state!r}')
@@ -709,23 +709,23 @@ class LifecycleNode(Peer):
         self.call(Call(None, 'get_state', message, answered, refused))
 
     def _refresh(self) -> None:
-        """Ask for the state, and tell it unless there is later news."""
+        """Ask for the state, and report it unless a later one arrives."""
         if self._subscription is None or not self.is_there:
             return
         known = self._transitions
 
         def answered(response: Any) -> None:
             if known == self._transitions:
-                self._tell_state(response.current_state.label, None)
+                self._report_state(response.current_state.label, None)
 
         message = self._kinds.GetState.Request()
         self.call(Call(None, 'get_state', message, answered, _nothing))
 
     def _on_transition(self, event: Any) -> None:
         self._transitions += 1
-        self._tell_state(event.goal_state.label, event.start_state.label)
+        self._report_state(event.goal_state.label, event.start_state.label)
 
-    def _tell_state(self, state: str, before: str | None) -> None:
+    def _report_state(self, state: str, before: str | None) -> None:
         if self._subscription is None or state == self.state:
             return
         if before is None:
@@ -735,11 +735,11 @@ class LifecycleNode(Peer):
             self._expected = None
         # `from` is a word of Python
         fields = {'node': self.name, 'state': state, 'from': before}
-        self._ros.output.tell(event='state', **fields)
+        self._ros.output.write(event='state', **fields)
 
 
 class Clock:
-    """Tells the time of /clock, and sleeps between two messages told."""
+    """Reports the time of /clock, and sleeps between two reports."""
 
     def __init__(self, ros: Ros) -> None:
         groups = importlib.import_module('rclpy.callback_groups')
@@ -769,7 +769,7 @@ class Clock:
     def _on_clock(self, message: Any) -> None:
         self.due = time.monotonic() + CLOCK_PERIOD
         seconds = message.clock.sec + message.clock.nanosec / 1e9
-        self._output.tell(event='clock', seconds=seconds)
+        self._output.write(event='clock', seconds=seconds)
 
 
 class Ros:
@@ -805,7 +805,7 @@ class Ros:
 
     def run(self) -> None:
         """Serve until there are no requests any more."""
-        self.output.tell(event='ready')
+        self.output.write(event='ready')
         while not self._requests.has_ended:
             line = self._requests.take()
             if line is not None:
@@ -832,7 +832,7 @@ class Ros:
     def answer(self, request: int | None, **fields: Any) -> None:
         """Answer a request, unless nobody wants to know any more."""
         if request is not None:
-            self.output.tell(id=request, **fields)
+            self.output.write(id=request, **fields)
 
     def _take(self, line: bytes) -> None:
         try:
@@ -840,7 +840,7 @@ class Ros:
             number, does = request['id'], _DOES[request['do']]
         except (ValueError, LookupError, TypeError):
             text = line.decode(errors='replace')
-            self.output.tell(event='trouble', text=f'strange request: {text}')
+            self.output.write(event='trouble', text=f'strange request: {text}')
             return
         try:
             does(self, request)
@@ -1016,17 +1016,17 @@ def _make_node() -> Any:
 
 def _watch_graph(node: Any, changed: Callable[[], None]) -> bool:
     """
-    Have the executor wake up when a node or service comes or goes.
+    Wake the executor up when a node or service comes or goes.
 
-    rclpy has no name for the condition that rcl has for it, but what it makes
-    of wait sets and nodes lets it be added.
+    rclpy lacks the condition that rcl has for it, but its wait sets and nodes
+    allow to add it.
 
     :returns: whether that works here
     """
     waitables = importlib.import_module('rclpy.waitable')
     binding = importlib.import_module('rclpy.impl.implementation_singleton')
     try:
-        # what the binding is linked with is found by its handle, too
+        # the handle of the binding finds the libraries that it is linked with
         rcl = ctypes.CDLL(binding.rclpy_implementation.__file__)
         get_condition = rcl.rcl_node_get_graph_guard_condition
         add_condition = rcl.rcl_wait_set_add_guard_condition
@@ -1063,7 +1063,7 @@ def _watch_graph(node: Any, changed: Callable[[], None]) -> bool:
             return bool(wait_set.is_ready('guard_condition', index))
 
         def take_data(self) -> None:
-            """Take nothing: a condition has no data."""
+            """Return nothing: a condition has no data."""
 
         async def execute(self, _: None) -> None:
             changed()
@@ -1077,7 +1077,7 @@ def _nothing(_: Any) -> None:
 
 
 def main(needed: list[str]) -> int:
-    """Say what is missing, and serve if nothing is."""
+    """Report missing modules, and serve if there are none."""
     if '__file__' in globals():
         # nothing beside it may be taken for a module of the same name
         folder = os.path.dirname(os.path.abspath(__file__))
@@ -1086,13 +1086,13 @@ def main(needed: list[str]) -> int:
     output = Output()
     requests = Input()
     missing = [name for name in needed if not importlib.util.find_spec(name)]
-    output.tell(event='found', missing=missing)
+    output.write(event='found', missing=missing)
     if missing:
         return 0
     try:
         ros = Ros(output, requests)
     except Exception as e:
-        output.tell(event='trouble', text=f'ROS does not start: {e}')
+        output.write(event='trouble', text=f'ROS does not start: {e}')
         raise
     ros.run()
     return 0

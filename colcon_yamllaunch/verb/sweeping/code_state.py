@@ -42,7 +42,7 @@ class CodeState:
 
     def __init__(self, environment: Mapping[str, str]) -> None:
         self._environment = dict(environment)
-        # what each file or folder was like at the last look
+        # the fingerprints of each file or folder at the last check
         self._known: dict[str, dict[str, Fingerprint]] = {}
         self._found = Code('', {})
         self._next = 0.0

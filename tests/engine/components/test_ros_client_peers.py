@@ -25,7 +25,7 @@ class Box(Peer):
         services = {'load': None, 'list': None}
         super().__init__(ros, '/box', 'container', services)
 
-    def tell_there(self) -> None:
+    def on_presence(self) -> None:
         self.told.append(self.is_there)
 
     def has(self, *servers: int) -> None:

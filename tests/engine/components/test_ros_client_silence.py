@@ -7,10 +7,10 @@ import sys
 from types import SimpleNamespace
 from typing import Any
 
+from colcon_yamllaunch.engine.components.ros_client import ANSWER_TIMEOUT
 from colcon_yamllaunch.engine.components.ros_client import Container
 from colcon_yamllaunch.engine.components.ros_client import LAST_DOUBT
 from colcon_yamllaunch.engine.components.ros_client import LifecycleNode
-from colcon_yamllaunch.engine.components.ros_client import PATIENCE
 from colcon_yamllaunch.engine.components.ros_client import Peer
 from colcon_yamllaunch.engine.components.ros_client import Ros
 import pytest
@@ -34,7 +34,7 @@ class Played:
     def __init__(self) -> None:
         self.node = Graph()
         self.node.servers = [7]
-        self.output = SimpleNamespace(tell=self._tell)
+        self.output = SimpleNamespace(write=self._write)
         self.answers: dict[int, dict[str, Any]] = {}
         self.now = 100.0
 
@@ -59,7 +59,7 @@ class Played:
         calls = [one for name, one in self.node.calls if name == service]
         calls[-1].respond(SimpleNamespace(**fields))
 
-    def _tell(self, **fields: Any) -> None:
+    def _write(self, **fields: Any) -> None:
         if 'id' in fields:
             self.answers[fields.pop('id')] = fields
 
@@ -116,7 +116,7 @@ def _list(played: Played, **nodes: int) -> None:
 
 def test_state_confirms_a_change(played: Played, node: LifecycleNode) -> None:
     _change(node, 'configure')
-    played.waits(node, PATIENCE - 1)
+    played.waits(node, ANSWER_TIMEOUT - 1)
     assert played.sent == ['change_state']
     played.waits(node, 1)
     assert played.sent == ['change_state', 'get_state']
@@ -130,11 +130,11 @@ def test_state_shows_a_refused_change(
     played: Played, node: LifecycleNode
 ) -> None:
     _change(node, 'activate')
-    played.waits(node, PATIENCE)
+    played.waits(node, ANSWER_TIMEOUT)
     _state(played, 'unconfigured')
     # asked for the reason, as if the answer had come; it is lost, too
     assert played.sent == ['change_state', 'get_state', 'get_state']
-    played.waits(node, PATIENCE)
+    played.waits(node, ANSWER_TIMEOUT)
     assert played.sent[3:] == ['get_state']
     _state(played, 'unconfigured')
     reason = "'activate' is not possible in 'unconfigured'"
@@ -146,7 +146,7 @@ def test_unfinished_change_is_waited_for(
 ) -> None:
     _change(node, 'configure')
     for n in range(2 * LAST_DOUBT):
-        played.waits(node, PATIENCE * 2**n)
+        played.waits(node, ANSWER_TIMEOUT * 2**n)
         _state(played, 'configuring')
     assert not played.answers
     played.respond('change_state', success=True)
@@ -159,7 +159,7 @@ def test_change_without_effect_is_given_up(
     _change(node, 'configure')
     for n in range(LAST_DOUBT):
         assert not played.answers
-        played.waits(node, PATIENCE * 2**n)
+        played.waits(node, ANSWER_TIMEOUT * 2**n)
         _state(played, 'unconfigured')
     reason = "there was no answer, and the node is 'unconfigured'"
     assert played.answers == {1: {'ok': False, 'reason': reason}}
@@ -172,12 +172,12 @@ def test_change_without_effect_is_given_up(
 
 def test_late_answer_counts(played: Played, node: LifecycleNode) -> None:
     _change(node, 'configure')
-    played.waits(node, PATIENCE)
+    played.waits(node, ANSWER_TIMEOUT)
     played.respond('change_state', success=True)
     assert played.answers == {1: {'ok': True}}
     _change(node, 'activate')
     _state(played, 'inactive')
-    played.waits(node, PATIENCE - 1)
+    played.waits(node, ANSWER_TIMEOUT - 1)
     played.respond('change_state', success=True)
     assert played.sent == ['change_state', 'get_state', 'change_state']
 
@@ -190,14 +190,14 @@ def test_load_whose_answer_is_lost_is_found_in_the_list(
     played.respond('load_node', success=True, full_node_name='/a', unique_id=4)
     _load(box, 2, name=name)
     _load(box, 3)
-    played.waits(box, PATIENCE)
+    played.waits(box, ANSWER_TIMEOUT)
     _list(played, a=4, b=5, **({'c': 6} if name else {}))
     loaded = {'ok': True, 'full_name': '/b', 'unique_id': 5}
     assert played.answers[2] == loaded
     sent = ['load_node', 'load_node', 'list_nodes', 'load_node']
     assert played.sent == sent
     # that one is not the next one
-    played.waits(box, PATIENCE)
+    played.waits(box, ANSWER_TIMEOUT)
     _list(played, a=4, b=5)
     assert 3 not in played.answers
 
@@ -223,7 +223,7 @@ def test_load_without_effect_is_given_up_not_repeated(
     _load(box, 2)
     for n in range(LAST_DOUBT):
         assert not played.answers
-        played.waits(box, PATIENCE * 2**n)
+        played.waits(box, ANSWER_TIMEOUT * 2**n)
         _list(played)
     reason = 'there was no answer, and the container does not list it'
     assert played.answers == {1: {'ok': False, 'reason': reason}}
@@ -253,7 +253,7 @@ def test_list_confirms_an_unload(played: Played, box: Container) -> None:
     box.unload({'id': 1, 'unique_id': 3})
     box.unload({'id': 2, 'unique_id': 4})
     for n in range(LAST_DOUBT):
-        played.waits(box, PATIENCE * 2**n)
+        played.waits(box, ANSWER_TIMEOUT * 2**n)
         for service, future in played.node.calls:
             if service == 'list_nodes':
                 listed = {'full_node_names': ['/b'], 'unique_ids': [4]}
