@@ -2,12 +2,13 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-The process that reads launch files in Python, and the pipes to it.
+The worker that reads launch files in Python, and the pipes to it.
 
-It runs the program in `launch_host` with the Python of the sourced
-environment. What passes are JSON objects, one a line; that program says which.
+The worker runs the program in `launch_host` with the Python of the sourced
+environment. Messages are JSON objects, one a line; that program lists them.
 
-Until the launch runs, a guard of its own ends it when the launcher is killed.
+Until the launch runs, the worker has a guard, which ends it when the launcher
+is killed.
 """
 
 from collections.abc import Collection
@@ -40,30 +41,30 @@ from colcon_yamllaunch.language.evaluation.launch_host import HostTimeoutError
 from colcon_yamllaunch.language.evaluation.launch_host import NoHostError
 from colcon_yamllaunch.language.host.python_errors import TIMEOUT_VARIABLE
 
-#: What the process runs; it imports nothing of this package.
+#: The program of the worker; it imports nothing of this package.
 PROGRAM = Path(__file__).with_name('launch_host')
-#: The file in the log folder for what launch files print.
+#: The file in the log folder for the output of launch files.
 LOG_NAME = 'launch_files.log'
-#: Seconds that it may take where the user says nothing else.
+#: The default timeout (seconds).
 TIMEOUT = 60.0
-#: The number of the process in the launch: that of no process of the plan.
+#: The number of the worker in the launch; no process of the plan has it.
 NUMBER = 1_000_000_000
-#: Seconds that it gets to say what it is doing, and to end by itself.
+#: Seconds to wait for its position in a launch file, and for its end.
 PATIENCE = 1.0
-#: Bytes of the longest line.
+#: The longest line (bytes).
 MAXIMUM_LINE = 64 * 1024 * 1024
 
 _STDERR = 2
 _AT_ONCE = Timeouts(0.0, 0.0)
-# for what launch files have started in the background
+# for processes that launch files have started in the background
 _AT_THE_END = Timeouts(0.0, 1.0)
 
 
 def timeout_of(environment: Mapping[str, str]) -> float:
     """
-    Return the seconds that a host may take until it says something.
+    Return the seconds that a worker may take until its next message.
 
-    :raises UserError: when the user's wish is no number
+    :raises UserError: when the user's value is not a number of seconds
     """
     text = environment.get(TIMEOUT_VARIABLE) or str(TIMEOUT)
     with suppress(ValueError):
@@ -74,13 +75,13 @@ def timeout_of(environment: Mapping[str, str]) -> float:
 
 class HostLink:
     """
-    The host of a launch; it is started when something is sent, or before.
+    The worker of a launch; its first message starts it, if nothing did before.
 
     :param environment: The environment that it runs in
     :param cwd: Its working directory
-    :param log: The file for its standard error; None for our own
+    :param log: The file for its standard error; None for that of the launcher
     :param identity: The identity of the launch, see `launch_scan`
-    :param timeout: Seconds that it may take until it says something
+    :param timeout: Seconds that it may take until its next message
     """
 
     def __init__(
@@ -101,34 +102,34 @@ class HostLink:
         self._timeout = timeout
         self._pythons = pythons(environment.get('PATH', os.defpath))
         self._guard: GuardLink | None = None
-        #: Its process id and process group, or 0 while there is none.
+        #: Its process ID and process group, or 0 while it does not run.
         self.pid = 0
-        #: What is readable when it has said something, or -1.
+        #: Is readable when it has sent something; -1 while it does not run.
         self.descriptor = -1
         self._input = -1
         self._unsent = b''
         self._read = bytearray()
         self._lines: list[bytes] = []
-        # what was sent before it is known to have what is needed
+        # messages to send again to another Python; None once it needs no other
         self._first: list[bytes] | None = []
-        # what was wrong with the first Python
+        # the error of the first Python
         self._first_reason: HostError | None = None
         self._begun = self._is_entrusted = False
         self._is_over = False
-        # why, if there never was one
+        # why no worker could be started
         self._reason: HostError | None = None
 
     @property
     def is_spent(self) -> bool:
-        """Whether it ended, and another one could do what it did."""
+        """Whether it has ended, and another worker could replace it."""
         return self._is_over and self._reason is None
 
     def send(self, message: HostMessage) -> None:
         """
-        Send a message; the host is started for the first one.
+        Send a message; the first one starts the worker.
 
-        :raises HostError: when there is no host, as `launch` is not there or
-          it ended
+        :raises HostError: when there is no worker, as `launch` is not
+          installed or the worker has ended
         """
         data = json.dumps(message).encode() + b'\n'
         self.start()
@@ -141,9 +142,9 @@ class HostLink:
 
     def start(self) -> None:
         """
-        Start it, unless it was, so that it is ready the sooner.
+        Start it in advance, unless it was started before.
 
-        If that is impossible, :meth:`send` says so.
+        If that fails, :meth:`send` raises the error.
         """
         if not self._begun:
             self._begun = True
@@ -155,16 +156,12 @@ class HostLink:
         Wait for the next message.
 
         :raises HostTimeoutError: when none comes in time
-        :raises HostError: when the host ended
+        :raises HostError: when the worker has ended
         """
         return self._receive(self._timeout)
 
     def doing(self) -> HostMessage:
-        """
-        Return what it is doing, if it says so, and end it.
-
-        After this there is no host any more.
-        """
+        """Return its position in a launch file, if it answers, and end it."""
         try:
             self.send({'do': 'where'})
             deadline = time.monotonic() + PATIENCE
@@ -180,13 +177,13 @@ class HostLink:
 
     def poll(self) -> HostMessage | None:
         """
-        Return the next message if there is one.
+        Return the next message, or None if there is none.
 
-        None at the end of what it says, too; that it ended is reported as of
-        each child.
+        It is None at the end of its output, too: the engine reaps the worker
+        and reports its end.
 
-        :raises HostError: when no Python of the environment runs, or none has
-          what is needed
+        :raises HostError: when no Python of the environment runs, or all lack
+          a needed package
         """
         while True:
             self.flush()
@@ -201,12 +198,12 @@ class HostLink:
                 continue
             if self.descriptor != -1 or self._first is None or not self.pid:
                 return None
-            # not even what it lacks: it may be too old, or a broken one
+            # it did not even check its packages: it may be too old, or broken
             self._await_end()
             self._next(HostError(f'{self._end()}{self._last_words()}'))
 
     def flush(self) -> bool:
-        """Write what is to be sent, and return whether all is written."""
+        """Write pending messages; return whether all are written."""
         try:
             while self._unsent and self._input != -1:
                 count = os.write(self._input, self._unsent)
@@ -219,34 +216,30 @@ class HostLink:
         return True
 
     def entrust(self) -> None:
-        """
-        Leave it to others to end it if we are killed.
-
-        From now on they reap it, too, see :meth:`reaped`.
-        """
+        """Let the engine guard and reap it from now on, see :meth:`reaped`."""
         self._is_entrusted = True
         if self._guard is not None:
             self._guard.dismiss()
             self._guard = None
 
     def disown(self) -> None:
-        """Have nothing to do with it, in a fork of its launcher."""
+        """Detach a forked child of the launcher from it."""
         self.pid = 0
         self._is_over = self._is_entrusted = True
         self._close_pipes()
 
     def reaped(self) -> None:
-        """Take note that somebody waited for it."""
+        """Note that the engine has reaped it."""
         self.pid = 0
 
     def release(self) -> None:
         """
-        End it, but not what launch files have started in the background.
+        End it, but not the background processes of launch files.
 
-        That goes on until :meth:`close`.
+        These go on until :meth:`close`.
         """
         with suppress(HostError):
-            # it removes what it has made for launch files that were read
+            # it removes the temporary files of launch files
             self.send({'do': 'start', 'id': 0, 'packages': {}})
             while self._receive(PATIENCE).get('id') != 0:
                 continue
@@ -256,12 +249,12 @@ class HostLink:
         self.entrust()
 
     def close(self) -> None:
-        """End it with all that it has started."""
+        """End it with all processes that it has started."""
         strays = _Strays(self.identity, {self.pid: NUMBER} if self.pid else {})
         if self.pid:
             self._close_pipes()
             if self._first == []:
-                # it was asked for nothing, so it has nothing to end
+                # it had no request, so it has nothing to clean up
                 os.kill(self.pid, signal.SIGKILL)
             self._await_end()
             self._end()
@@ -271,12 +264,12 @@ class HostLink:
         self.entrust()
 
     def _await_end(self) -> None:
-        """Let it end by itself, at the latest after a moment."""
+        """Wait until it ends, and kill it after a timeout."""
         deadline = time.monotonic() + PATIENCE
         while not _has_ended(self.pid) and time.monotonic() < deadline:
             time.sleep(0.002)
         with suppress(ProcessLookupError, PermissionError):
-            # it has not been waited for, so the id is still its own
+            # it is not reaped yet, so no other process has its ID
             os.killpg(self.pid, signal.SIGKILL)
 
     def _end(self) -> str:
@@ -293,9 +286,9 @@ class HostLink:
 
     def _start(self) -> None:
         """
-        Start it, with the next Python that there is.
+        Start it with the next Python of the environment.
 
-        :raises HostError: when none can be started
+        :raises HostError: when no Python can be started
         """
         its_input, self._input = os.pipe()
         self.descriptor, its_output = os.pipe()
@@ -315,8 +308,8 @@ class HostLink:
             os.close(its_output)
             if error != _STDERR:
                 os.close(error)
-        # behind it, whose start takes longer; without a guard, the end of
-        # its input still ends it
+        # after the worker, whose start takes longer; without a guard, it
+        # still ends with its input
         if self._guard is None:
             self._guard = GuardLink(self.identity)
             with suppress(OSError):
@@ -343,7 +336,7 @@ class HostLink:
         return message
 
     def _read_more(self) -> bool:
-        """Read what has come, and return whether anything has."""
+        """Read available data; return whether there was any."""
         if self.descriptor == -1:
             return False
         try:
@@ -361,9 +354,9 @@ class HostLink:
 
     def _found(self, missing: list[str]) -> None:
         """
-        Take note of what the environment of a Python lacks.
+        Go on with another Python if this one lacks packages.
 
-        :raises NoHostError: when all of them lack something
+        :raises NoHostError: when all of them lack a package
         """
         if not missing:
             self._first = None
@@ -374,9 +367,9 @@ class HostLink:
         """
         Go on with the next Python.
 
-        :param reason: What is wrong with this one
-        :raises HostError: when there is none: what was wrong with the first
-          one, as the others matter less
+        :param reason: The error of this one
+        :raises HostError: when there is no other; it is the error of the first
+          Python, which matters most
         """
         if self._first_reason is None:
             self._first_reason = reason
@@ -393,7 +386,7 @@ class HostLink:
         self._start()
 
     def _gone(self) -> HostError:
-        """Return the error of a host that ended, once it did."""
+        """Wait until the worker has ended, and return its error."""
         self._is_over = True
         if self._reason is not None:
             return self._reason
@@ -418,7 +411,7 @@ class HostLink:
 
 
 class _Strays(Targets):
-    """What a host has left running."""
+    """The processes that a worker left running."""
 
     def __init__(self, identity: str, groups: Mapping[int, int]) -> None:
         self._identity = identity

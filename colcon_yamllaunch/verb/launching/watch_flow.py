@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What `colcon launch --watch` adds to a launch, and what its worker does."""
+"""`colcon launch --watch`: the change loop of a launch and its jobs."""
 
 from collections.abc import Iterable
 from collections.abc import Mapping
@@ -50,10 +50,10 @@ from colcon_yamllaunch.workspace.building.orphan_builds import BuildProcesses
 
 logger = logging.getLogger('colcon.colcon_yamllaunch')
 
-#: The log of what watches files, in the folder with the logs of the launch.
+#: The log of the watcher, in the folder with the logs of the launch.
 WATCHER_LOG = 'watcher.log'
-#: What a build takes, and few launches have loaded when they begin.
-_FOR_BUILDS = (
+#: Modules that a build needs, and few launches have loaded when they begin.
+_BUILD_MODULES = (
     'colcon_yamllaunch.verb.launching.builds',
     'colcon_yamllaunch.verb.launching.preflight',
     'colcon_yamllaunch.workspace.colcon.colcon_adapter',
@@ -65,9 +65,9 @@ _FOR_BUILDS = (
 
 class WatchFlow:
     """
-    A launch that goes on with its files.
+    The preparation of a launch whose files are watched.
 
-    :raises UserError: when what watches files is not installed
+    :raises UserError: when the library that watches files is not installed
     """
 
     def __init__(
@@ -79,7 +79,7 @@ class WatchFlow:
     ) -> None:
         if not is_installed():
             raise UserError(MISSING)
-        # of each job only that which went wrong is shown
+        # jobs show only their errors
         self._options = replace(options, quiet=True, force=False, why=False)
         self._why = options.why
         self._cwd = cwd
@@ -118,18 +118,18 @@ class WatchFlow:
         return self._changes is not None and self._changes.restarts_launch
 
     def restart_launch(self) -> NoReturn:
-        """Run the same command again, in the place of this process."""
+        """Run the same command again, in this process."""
         sys.stdout.flush()
         sys.stderr.flush()
         signal.signal(signal.SIGINT, self._sigint)
         os.execv(sys.executable, sys.orig_argv)
 
     def _prepare(self, job: Job, announce: Announce) -> Prepared | Failed:
-        """Prepare the launch as one that begins now; in a child."""
+        """Prepare the launch as one that begins now, in a child."""
         since_ns = time.time_ns()
         flow = None
         try:
-            # one that was made again is another one
+            # the folder may have been removed and created again
             os.chdir(self._cwd)
             flow = LaunchFlow(
                 self._options,
@@ -154,7 +154,7 @@ class WatchFlow:
         except Exception as e:
             logger.debug('unexpected exception', exc_info=True)
             if os.path.isdir(self._cwd):
-                # a defect of ours, as in `messages.report_errors`
+                # a bug, as in `messages.report_errors`
                 text = f'internal error: {type(e).__name__}: {e}'
             else:
                 text = (
@@ -204,7 +204,7 @@ class WatchFlow:
 
     def _expect_restarts(self) -> None:
         if self._environment.get(CGROUP_VARIABLE) != '0':
-            # it ends with the child, if not before
+            # it ends with the child at the latest
             threading.Thread(target=expect_moves, daemon=True).start()
 
     def _dependencies(
@@ -231,18 +231,18 @@ class WatchFlow:
 
 
 def _built(flow: LaunchFlow, names: Iterable[str]) -> Products:
-    """Return what the last builds of packages made, here and elsewhere."""
+    """Return the products of packages, here and on other machines."""
     own = [name for name in names if _package_of(name) == name]
     return {**build_products(flow.workspace, own), **flow.records_there}
 
 
 def _package_of(name: str) -> str:
-    """Return the package of what a machine has built, as of `arm│my_pkg`."""
+    """Return the package of `name`, such as `arm│my_pkg` on a machine."""
     return name.rpartition(MACHINE_SEPARATOR)[2]
 
 
 def _grown_from(flow: LaunchFlow) -> Mapping[str, str] | None:
-    """Return what a plan that grows was made from, see `Prepared`."""
+    """Return the files of a plan that may grow; see `Prepared`."""
     evaluation = flow.evaluation
     if evaluation is None or evaluation.growing is None:
         return None
@@ -257,33 +257,33 @@ def _grown_from(flow: LaunchFlow) -> Mapping[str, str] | None:
 
 
 def _warm_up(flow: LaunchFlow) -> None:
-    """Load what a build takes."""
-    # what it says is nobody's business
+    """Load what a build needs."""
+    # its output does not matter
     with redirect_stdout(io.StringIO()):
-        for name in _FOR_BUILDS:
+        for name in _BUILD_MODULES:
             import_module(name)
         if flow.workspace.root is not None:
-            # it was understood when the launch began
+            # errors were reported when the launch began
             with suppress(UserError):
                 workspace = flow.workspace
                 workspace.colcon.warm_up(
                     workspace.build_environment().variables
                 )
     gc.collect()
-    # so that no job touches all of it
+    # so that garbage collection in jobs does not copy all pages
     gc.freeze()
     _trim()
 
 
 def _trim() -> None:
-    """Give the memory back that only loading has taken."""
+    """Return the memory that only loading needed to the system."""
     import ctypes
 
-    # of the C library of GNU; most of it was for the compiler of Python
+    # a function of glibc; most of the memory was for the compiler of Python
     with suppress(AttributeError):
         ctypes.CDLL(None).malloc_trim(0)
 
 
 def _clean_up(pid: int) -> None:
-    """End what a job left running."""
+    """End the builds that a killed job left running."""
     BuildProcesses(builder=pid).end()
