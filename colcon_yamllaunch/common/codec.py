@@ -53,6 +53,10 @@ class CodecError(ValueError):
     def __str__(self) -> str:
         return f'{self.path.lstrip(".") or "it"} {self.problem}'
 
+    def within(self, path: str) -> 'CodecError':
+        """Return the same error for a field below `path`."""
+        return CodecError(self.problem, path + self.path)
+
 
 class Codec:
     """
@@ -99,7 +103,9 @@ class Codec:
         :raises CodecError: when the data is not of that type
         """
         try:
-            value: _T = _read_at(where, self._reader(kind), data)
+            value: _T = self._reader(kind)(data)
+        except CodecError as e:
+            raise e.within(where) from None
         except RecursionError as e:
             raise CodecError('is nested too deeply', where) from e
         return value
@@ -190,7 +196,7 @@ class Codec:
         if hint in (Any, object):
             return _same
         if hint in (str, bool, types.NoneType):
-            return lambda data: only(hint, data)
+            return _scalar_reader(hint)
         if hint in (float, int):
             return read_float if hint is float else _read_int
         raise TypeError(f'{hint} has no form in JSON')
@@ -213,11 +219,14 @@ class Codec:
                 name = min(data.keys() - known)
                 raise CodecError(f"has an unknown field '{_shown(name)}'")
             values = {}
-            for key, (name, read, is_required) in fields.items():
-                if key in data:
-                    values[name] = _read_at(f'.{key}', read, data[key])
-                elif is_required:
-                    raise CodecError('is missing', f'.{key}')
+            try:
+                for key, (name, read, is_required) in fields.items():
+                    if key in data:
+                        values[name] = read(data[key])
+                    elif is_required:
+                        raise CodecError('is missing')
+            except CodecError as e:
+                raise e.within(f'.{key}') from None
             return kind(**values)
 
         return read_object
@@ -255,20 +264,34 @@ class Codec:
     def _mapping_reader(self, arguments: tuple[Any, ...]) -> Read:
         read = self._reader(arguments[1] if arguments else Any)
 
-        return lambda data: {
-            name: _read_at(f'.{_shown(name)}', read, one)
-            for name, one in only(dict, data).items()
-        }
+        def read_mapping(data: Any) -> Any:
+            found = {}
+            data = only(dict, data)
+            try:
+                for name, one in data.items():
+                    found[name] = read(one)
+            except CodecError as e:
+                raise e.within(f'.{_shown(name)}') from None
+            return found
+
+        return read_mapping
 
     def _list_reader(
         self, origin: Callable[[Any], Any], arguments: tuple[Any, ...]
     ) -> Read:
         read = self._reader(arguments[0] if arguments else Any)
 
-        return lambda data: origin(
-            _read_at(f'[{index}]', read, one)
-            for index, one in enumerate(only(list, data))
-        )
+        def read_list(data: Any) -> Any:
+            found: list[Any] = []
+            data = only(list, data)
+            try:
+                for one in data:
+                    found.append(read(one))
+            except CodecError as e:
+                raise e.within(f'[{len(found)}]') from None
+            return origin(found)
+
+        return read_list
 
     def _items_reader(self, kind: Any, hints: tuple[Any, ...]) -> Read:
         readers = [self._reader(hint) for hint in hints]
@@ -277,10 +300,12 @@ class Codec:
         def read_items(data: Any) -> Any:
             if not required <= len(only(list, data)) <= len(readers):
                 raise CodecError(f'does not have {len(readers)} values')
-            found = [
-                _read_at(f'[{index}]', readers[index], one)
-                for index, one in enumerate(data)
-            ]
+            found: list[Any] = []
+            try:
+                for read, one in zip(readers, data, strict=False):
+                    found.append(read(one))
+            except CodecError as e:
+                raise e.within(f'[{len(found)}]') from None
             return tuple(found) if kind is tuple else kind(*found)
 
         return read_items
@@ -322,11 +347,11 @@ def _read_int(data: Any) -> int:
     return number
 
 
-def _read_at(path: str, read: Read, data: Any) -> Any:
-    try:
-        return read(data)
-    except CodecError as e:
-        raise CodecError(e.problem, path + e.path) from None
+def _scalar_reader(kind: type) -> Read:
+    def read_scalar(data: Any) -> Any:
+        return data if type(data) is kind else only(kind, data)
+
+    return read_scalar
 
 
 def _same(value: Any) -> Any:

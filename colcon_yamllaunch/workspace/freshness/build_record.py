@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from colcon_yamllaunch.common.codec import Codec
-from colcon_yamllaunch.common.codec import from_json
+from colcon_yamllaunch.common.codec import only
 from colcon_yamllaunch.common.fingerprint import Fingerprint
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.json_files import write_json
@@ -122,12 +122,17 @@ def _decode(values: Any) -> Record | None:
     return _CODEC.from_json(Record, {**values, 'context': context})
 
 
+def _read_files(data: Any) -> dict[str, Fingerprint]:
+    # each launch reads thousands of them, of its own making
+    return {path: Fingerprint(*one) for path, one in only(dict, data).items()}
+
+
 # which file it is does not matter
 _CODEC = Codec(
     special={
         dict[str, Fingerprint]: (
             lambda files: {path: files[path][:-1] for path in sorted(files)},
-            lambda data: from_json(dict[str, Fingerprint], data),
+            _read_files,
         )
     }
 )
