@@ -6,7 +6,6 @@
 from collections.abc import Callable
 from typing import Protocol
 
-from colcon_yamllaunch.control.acts import Acts
 from colcon_yamllaunch.control.service import Service
 from colcon_yamllaunch.engine.elsewhere import Companion
 from colcon_yamllaunch.engine.engine import Engine
@@ -18,14 +17,12 @@ class LaunchCompanion(Companion, Protocol):
     def begin(
         self,
         engine: Engine,
-        acts: Acts,
         service: Service,
         show: Callable[[], None],
     ) -> None:
         """
         Be beside an engine from now on, which runs next.
 
-        :param acts: Does what users ask for
         :param service: Tells the states of processes and components
         :param show: Lets other terminals of this machine see the part
         """

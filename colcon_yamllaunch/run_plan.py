@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.adoption import Adoption
 from colcon_yamllaunch.common.errors import OutputError
-from colcon_yamllaunch.control.acts import Acts
 from colcon_yamllaunch.control.journal import Journal
 from colcon_yamllaunch.control.launch_record import LaunchRecord
 from colcon_yamllaunch.control.server import serve
@@ -258,21 +257,22 @@ def run_plan(
             source,
             elsewhere,
             companion,
+            log_files=log_files,
+            parameters_of=parameters_of,
         )
         stack.callback(engine.close)
         if changes is not None:
             engine.change_by(changes, display.environment_for)
         conditions.tell = engine.tell
-        acts = Acts(engine, log_files, parameters_of)
         engine.start_client()
         for text in troubles:
             engine.tell(events.Warned(text))
 
         # who may ask for more meanwhile
         with ExitStack() as control:
-            terminal.connect(engine, acts, control)
+            terminal.connect(engine, control)
             service = Service(
-                engine, acts, Journal(log_folder, log_limit), guard.lease
+                engine, Journal(log_folder, log_limit), guard.lease
             )
             show = partial(
                 serve,
@@ -284,7 +284,7 @@ def run_plan(
                 control,
             )
             if companion is not None:
-                companion.begin(engine, acts, service, show)
+                companion.begin(engine, service, show)
                 engine.listen(companion.handle)
             elif about is not None:
                 show()

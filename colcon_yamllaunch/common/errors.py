@@ -56,3 +56,7 @@ class OutputError(UserError):
         super().__init__(
             f'the output cannot be written: {reason.strerror or reason}'
         )
+
+
+class RefusedError(Exception):
+    """A launch refuses a command; the text says why, in one line."""

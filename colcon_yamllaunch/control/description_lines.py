@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     # few launches are asked
-    from colcon_yamllaunch.control.description import Description
-    from colcon_yamllaunch.control.description import Parameter
+    from colcon_yamllaunch.engine.description import Description
+    from colcon_yamllaunch.engine.description import Parameter
 
 
 def description_lines(description: 'Description') -> Iterator[str]:

@@ -7,11 +7,12 @@ from collections.abc import Callable
 from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
+from typing import cast
 from typing import Protocol
 from typing import TYPE_CHECKING
 
+from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.control import protocol
-from colcon_yamllaunch.control.acts import Acts
 from colcon_yamllaunch.control.journal import Cursor
 from colcon_yamllaunch.control.journal import Journal
 from colcon_yamllaunch.control.protocol import ProtocolError
@@ -21,13 +22,12 @@ from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.outcome import ending_of
 from colcon_yamllaunch.engine.state import to_json
-from colcon_yamllaunch.engine.tasks import RefusedError
 from colcon_yamllaunch.plan.plan import Process
 
 if TYPE_CHECKING:
     # most launches have no components, and few are asked for them
-    from colcon_yamllaunch.control.description import Description
-    from colcon_yamllaunch.engine.elsewhere import Done
+    from colcon_yamllaunch.engine.commands import Command
+    from colcon_yamllaunch.engine.commands import Done
 
 #: Takes the answer to a request.
 Reply = Callable[[Mapping[str, Any]], None]
@@ -53,13 +53,11 @@ class Service:
     def __init__(
         self,
         engine: Engine,
-        acts: Acts,
         journal: Journal,
         lease: Lease = bool,
     ) -> None:
         self._engine = engine
         self._state = engine.state
-        self._acts = acts
         self._supervisor = engine.supervisor
         self._terminals = engine.terminals
         self._elsewhere = engine.elsewhere
@@ -110,24 +108,6 @@ class Service:
                         )
                     )
                     return None
-                case 'shutdown':
-                    self._engine.stop('requested')
-                case 'stop' | 'restart' | 'kill' | 'debug' as action:
-                    self._acts.act(action, _name(message), _answering(reply))
-                    return None
-                case 'describe':
-                    self._acts.describe_to(
-                        _name(message), lambda told: reply(_description(told))
-                    )
-                    return None
-                case 'tree':
-                    tree = [asdict(branch) for branch in self._acts.tree()]
-                    answer = protocol.success(tree=tree)
-                case 'watch':
-                    self._acts.watch(paused=_is_pause(message))
-                case 'change_state':
-                    self._change_state(message, reply)
-                    return None
                 case 'attach':
                     if cursor is not None:
                         raise RefusedError(
@@ -143,8 +123,15 @@ class Service:
                 case 'ping':
                     fields = self.subscribers.ping(message, cursor)
                     answer = protocol.success(**fields)
-                case _:
-                    raise ProtocolError('there is no such request')
+                case name:
+                    kind = self._engine.dispatcher.kinds.get(str(name))
+                    if kind is None or not kind.is_public:
+                        raise ProtocolError('there is no such request')
+                    self._engine.dispatcher.ask(
+                        command_of(kind, message),
+                        lambda response: reply(_answer(response)),
+                    )
+                    return None
         except RefusedError as error:
             answer = protocol.failure(str(error))
         reply(answer)
@@ -185,21 +172,6 @@ class Service:
         else:
             self._elsewhere.measure(then)
 
-    def _change_state(self, message: Mapping[str, Any], reply: Reply) -> None:
-        from colcon_yamllaunch.engine.components.transitions import TRANSITIONS
-
-        name, transition = _name(message), str(message.get('transition'))
-        if transition not in TRANSITIONS:
-            known = ', '.join(TRANSITIONS)
-            raise ProtocolError(f"the 'transition' is one of {known}")
-        if self._elsewhere is not None and self._elsewhere.has(name):
-            self._elsewhere.change_state(name, transition, _answering(reply))
-            return
-        composition = self._engine.composition
-        if composition is None:
-            raise RefusedError(f"there is no lifecycle node '{name}'")
-        composition.change_state(name, transition, _answering(reply))
-
     def _may_attach(self, name: str) -> tuple[str, int | None]:
         """Return label and pid of a process to be attached to."""
         process = self._process(name)
@@ -215,31 +187,37 @@ class Service:
         return label, None if state is None else state.pid
 
 
-def _answering(reply: Reply) -> 'Done':
-    """Return what answers once something is done or begun, or is not."""
+def command_of(
+    kind: 'type[Command[Any]]', message: Mapping[str, Any]
+) -> 'Command[Any]':
+    """
+    Return the command that a request stands for.
 
-    def done(reason: str | None) -> None:
-        reply(
-            protocol.success() if reason is None else protocol.failure(reason)
-        )
+    :raises ProtocolError: when a field is missing or of another type
+    """
+    from colcon_yamllaunch.common.codec import Codec
+    from colcon_yamllaunch.common.codec import CodecError
 
-    return done
-
-
-def _description(told: 'Description | str') -> Mapping[str, Any]:
-    """Return the answer with a description, or why there is none."""
-    if isinstance(told, str):
-        return protocol.failure(told)
-    description = asdict(told)
-    description['environment'] = dict(description['environment'])
-    return protocol.success(description=description)
+    try:
+        # clients of a later version may send more
+        return Codec(accept_unknown=True).from_json(kind, message)
+    except CodecError as error:
+        name, problem = error.path.lstrip('.'), error.problem
+        raise ProtocolError(f"the '{name}' {problem}") from error
 
 
-def _is_pause(message: Mapping[str, Any]) -> bool:
-    action = message.get('action')
-    if action not in ('pause', 'resume'):
-        raise ProtocolError("the 'action' is one of pause, resume")
-    return bool(action == 'pause')
+def _answer(response: object) -> Mapping[str, Any]:
+    """Return the response to a command as an answer."""
+    from colcon_yamllaunch.engine.commands import Described
+    from colcon_yamllaunch.engine.commands import Refused
+
+    if isinstance(response, Refused):
+        return protocol.failure(response.error)
+    answer = protocol.success(**asdict(cast('Done', response)))
+    if isinstance(response, Described):
+        description = answer['description']
+        description['environment'] = dict(description['environment'])
+    return answer
 
 
 def _name(message: Mapping[str, Any]) -> str:

@@ -16,10 +16,10 @@ import math
 import time
 from typing import Any
 
+from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.control.journal import Cursor
 from colcon_yamllaunch.control.journal import Journal
 from colcon_yamllaunch.control.protocol import ProtocolError
-from colcon_yamllaunch.engine.tasks import RefusedError
 
 #: Renews the lease of a launch by some seconds; without them, it has none.
 Lease = Callable[[float | None], object]

@@ -15,14 +15,17 @@ from collections.abc import Iterable
 from collections.abc import Mapping
 from collections.abc import Sequence
 import os
-from typing import Any
 from typing import Protocol
 from typing import TypeVar
 
 from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine.commands import PartCommand
+from colcon_yamllaunch.engine.commands import Refused
+from colcon_yamllaunch.engine.commands import Response
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.moment import Moment
 from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.plan.plan import Block
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Entry
 from colcon_yamllaunch.plan.plan import Plan
@@ -52,6 +55,10 @@ class LaunchHere(Protocol):
 
     #: What the loop of the launch waits for.
     loop: Loop
+
+    @property
+    def blocks(self) -> tuple[Block, ...]:
+        """The launch files, groups and timers that parts stand in."""
 
     @property
     def moment(self) -> Moment:
@@ -203,26 +210,17 @@ class Elsewhere(Protocol):
     def components(self) -> Iterable[tuple[Component, Process | None]]:
         """Return the components, with the process of their container."""
 
-    # what users do with one of them
-
-    def act(self, action: events.Action, name: str, done: Done) -> None:
-        """
-        Stop, restart, kill or debug a process or component.
-
-        :raises RefusedError: when it is known here that it cannot be
-        """
-
-    def describe(
-        self, name: str, done: Callable[[Mapping[str, Any] | str], None]
+    def ask(
+        self,
+        command: PartCommand[Response],
+        reply: Callable[[Response | Refused], object],
     ) -> None:
         """
-        Ask for the attributes of a `Description`.
+        Execute a command about a process or component.
 
-        :param done: Takes them, or why there are none
+        :param reply: Is called with the response, at once or later
+        :raises RefusedError: when it is refused at once
         """
-
-    def change_state(self, name: str, transition: str, done: Done) -> None:
-        """Ask a lifecycle node for a transition."""
 
     # keyboards
 

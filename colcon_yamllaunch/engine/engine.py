@@ -10,9 +10,12 @@ from collections.abc import Mapping
 from contextlib import suppress
 import math
 import os
+from pathlib import Path
 import signal
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
+from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.escalation import Orphan
 from colcon_yamllaunch.common.escalation import send
@@ -46,16 +49,17 @@ from colcon_yamllaunch.engine.process_starter import ProcessStarter
 from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.stopping.guard_link import GuardLink
 from colcon_yamllaunch.engine.supervisor import Supervisor
-from colcon_yamllaunch.engine.tasks import RefusedError
 from colcon_yamllaunch.plan.plan import Block
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Entry
+from colcon_yamllaunch.plan.plan import ParametersOf
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.engine.components.composition import Composition
     from colcon_yamllaunch.engine.components.ros_link import RosLink
+    from colcon_yamllaunch.engine.dispatcher import Dispatcher
     from colcon_yamllaunch.engine.elsewhere import Companion
     from colcon_yamllaunch.engine.elsewhere import Elsewhere
     from colcon_yamllaunch.engine.plan_changes import PlanChanges
@@ -80,6 +84,8 @@ class Engine:
     :param source: Where more plan comes from, if anywhere
     :param elsewhere: The parts that run on other machines, if any do
     :param companion: What is beside a part that runs for another machine
+    :param log_files: For each label, the log with all output
+    :param parameters_of: Returns the parameters of a process
     """
 
     def __init__(
@@ -97,6 +103,9 @@ class Engine:
         source: PlanSource | None = None,
         elsewhere: 'Elsewhere | None' = None,
         companion: 'Companion | None' = None,
+        *,
+        log_files: Mapping[str, Path] = MappingProxyType({}),
+        parameters_of: ParametersOf = lambda process: process.parameters,
     ) -> None:
         if settings.tty:
             plan = with_terminals(plan)
@@ -160,6 +169,26 @@ class Engine:
         self.helpers: dict[int, Callable[[bool], None]] = {}
         #: Are called when the screen has another size.
         self.when_resized: list[Callable[[], None]] = []
+        self._log_files = log_files
+        self._parameters_of = parameters_of
+        self._dispatcher: Dispatcher | None = None
+
+    @property
+    def dispatcher(self) -> 'Dispatcher':
+        """Executes commands."""
+        if self._dispatcher is None:
+            # few launches are asked for anything
+            from colcon_yamllaunch.engine.dispatcher import Dispatcher
+
+            self._dispatcher = Dispatcher(
+                self, self._log_files, self._parameters_of
+            )
+        return self._dispatcher
+
+    @property
+    def feed(self) -> 'PlanFeed | None':
+        """The source of more plan, if there is one."""
+        return self._feed
 
     @property
     def composition(self) -> 'Composition | None':
@@ -295,28 +324,6 @@ class Engine:
         self.starter.variables = self._adapt(variables)
         if self.elsewhere is not None:
             self.elsewhere.renew_environment(variables)
-
-    def stop(self, reason: str, *, interactive: bool = False) -> None:
-        """
-        Begin to end the launch; see `Supervisor.stop`.
-
-        :param interactive: Whether someone at a keyboard asked for it, who
-          can ask again: timers that outlast a shutdown are waited for then
-        """
-        drop_timers = not interactive
-        self.supervisor.stop(
-            reason, interactive=interactive, drop_timers=drop_timers
-        )
-        if self.elsewhere is not None and drop_timers:
-            self.elsewhere.drop_timers()
-
-    def hurry(self) -> None:
-        """Take the next step of stopping at once."""
-        self.supervisor.hurry()
-        if self._feed is not None:
-            self._feed.hurry()
-        if self.elsewhere is not None:
-            self.elsewhere.hurry()
 
     # what parts that run elsewhere need; see `elsewhere.LaunchHere`
 
@@ -717,6 +724,8 @@ class Engine:
             self._reap()
 
     def _stop_by(self, number: int) -> None:
+        from colcon_yamllaunch.engine import commands
+
         now = self.loop.time()
         is_echo = now - self._last_stop < limits.SIGNAL_ECHO
         self._last_stop = now
@@ -725,11 +734,12 @@ class Engine:
             name = signal.Signals(number).name
             by_key = number == signal.SIGINT
             reason = 'interrupted' if by_key else f'{name} received'
-            self.stop(reason, interactive=by_key)
+            # who is at a keyboard can ask again
+            self.dispatcher.do(commands.Shutdown(reason, by_key, not by_key))
             return
         # a terminal that closes sends SIGHUP, and so does its shell
         if not is_echo and number != signal.SIGHUP:
-            self.hurry()
+            self.dispatcher.do(commands.Escalate())
 
     def _suspend(self) -> None:
         for listener in self.when_suspended:

@@ -7,6 +7,7 @@ from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Mapping
 from typing import Protocol
+from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.loop import Loop
@@ -15,6 +16,9 @@ from colcon_yamllaunch.plan.plan import Block
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Entry
 from colcon_yamllaunch.plan.plan import Process
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.engine.dispatcher import Dispatcher
 
 
 class RunningLaunch(Protocol):
@@ -67,8 +71,9 @@ class RunningLaunch(Protocol):
     def renew_environment(self, variables: Mapping[str, str]) -> None:
         """Give processes that start from now on other variables."""
 
-    def stop(self, reason: str) -> None:
-        """Begin to end the launch; see `Supervisor.stop`."""
+    @property
+    def dispatcher(self) -> 'Dispatcher':
+        """What executes commands."""
 
     @property
     def is_ended_by_others(self) -> bool:

@@ -22,6 +22,7 @@ from typing import Literal
 from typing import Protocol
 from typing import TYPE_CHECKING
 
+from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.loop import Loop
@@ -36,7 +37,6 @@ from colcon_yamllaunch.engine.outcome import STOP_SIGNALS
 from colcon_yamllaunch.engine.process.spawn import StartError
 from colcon_yamllaunch.engine.stopping.launch_stop import Stop
 from colcon_yamllaunch.engine.stopping.launch_stop import StopHost
-from colcon_yamllaunch.engine.tasks import RefusedError
 from colcon_yamllaunch.engine.tasks import Task
 from colcon_yamllaunch.plan.plan import ChangeState
 from colcon_yamllaunch.plan.plan import Component

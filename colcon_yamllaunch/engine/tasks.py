@@ -8,10 +8,6 @@ from dataclasses import dataclass
 from colcon_yamllaunch.plan.plan import Process
 
 
-class RefusedError(Exception):
-    """A request makes no sense now; the text says why, in one line."""
-
-
 @dataclass(slots=True)
 class Task:
     """

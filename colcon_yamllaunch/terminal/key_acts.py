@@ -5,22 +5,21 @@
 
 from collections.abc import Callable
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from typing import Any
 
-from colcon_yamllaunch.control.acts import Acts
+from colcon_yamllaunch.engine import commands
+from colcon_yamllaunch.engine.commands import Command
+from colcon_yamllaunch.engine.commands import Described
+from colcon_yamllaunch.engine.commands import Refused
+from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.state import ComponentState
 from colcon_yamllaunch.engine.state import ProcessState
-from colcon_yamllaunch.engine.tasks import RefusedError
 from colcon_yamllaunch.terminal.attachment import Attachment
 from colcon_yamllaunch.terminal.key_meanings import cannot_be_typed_at
 from colcon_yamllaunch.terminal.keys import Act
 from colcon_yamllaunch.terminal.keys import DOWN
 from colcon_yamllaunch.terminal.keys import Keys
 from colcon_yamllaunch.terminal.status_model import StatusModel
-
-if TYPE_CHECKING:
-    # few launches are asked
-    from colcon_yamllaunch.control.description import Description
 
 
 class KeyActs:
@@ -33,14 +32,14 @@ class KeyActs:
 
     def __init__(
         self,
-        acts: Acts,
+        engine: Engine,
         model: StatusModel,
         keys: Keys,
         attachment: Attachment,
         show: Callable[[Iterable[str]], None],
         page: Callable[[str, str | None], None],
     ) -> None:
-        self._acts = acts
+        self._engine = engine
         self._model = model
         self._keys = keys
         self._attachment = attachment
@@ -53,52 +52,60 @@ class KeyActs:
         part = self._model.part(label)
         if act.action in ('stop', 'kill') and part and part.condition in DOWN:
             self._keys.tell(f'{label} does not run')
-        try:
-            match act.action:
-                case 'stop' | 'restart' | 'kill' as action:
-                    self._acts.act(action, label, self._done)
-                case 'debug':
-                    self._acts.act('debug', label, self._done)
-                    self._attachment.await_start(label)
-                case 'attach':
-                    if not self._attachment.attach(label):
-                        self._keys.tell(self._no_keyboard(label))
-                case 'detach':
-                    self._attachment.detached(label)
-                case 'log':
-                    self._acts.describe_to(label, self._page_described)
-                case 'describe':
-                    self._acts.describe_to(label, self._describe)
-        except RefusedError as error:
-            self._keys.tell(str(error))
+        match act.action:
+            case 'stop':
+                self._ask(commands.Stop(label))
+            case 'restart':
+                self._ask(commands.Restart(label))
+            case 'kill':
+                self._ask(commands.Kill(label))
+            case 'debug':
+                self._ask(
+                    commands.Debug(label),
+                    lambda _: self._attachment.await_start(label),
+                )
+            case 'attach':
+                if not self._attachment.attach(label):
+                    self._keys.tell(self._no_keyboard(label))
+            case 'detach':
+                self._attachment.detached(label)
+            case 'log':
+                self._ask(commands.Describe(label), self._page_described)
+            case 'describe':
+                self._ask(commands.Describe(label), self._describe)
 
     def switch_watch(self) -> None:
         """Have nothing follow from changes of files, or again."""
-        try:
-            self._acts.watch(paused=not self._acts.is_watch_paused)
-        except RefusedError as error:
-            self._keys.tell(str(error))
+        changes = self._engine.changes
+        is_paused = changes is not None and changes.is_paused
+        self._ask(commands.Watch('resume' if is_paused else 'pause'))
 
-    def _done(self, error: str | None) -> None:
-        if error is not None:
-            self._keys.tell(error)
+    def _ask(
+        self,
+        command: Command[Any],
+        then: Callable[[Any], None] = lambda _: None,
+    ) -> None:
+        """Send a command; show why it is refused, or call `then`."""
 
-    def _page_described(self, told: 'Description | str') -> None:
-        if isinstance(told, str):
-            self._keys.tell(told)
-        else:
-            self._page(told.label, told.log)
+        def reply(response: Any) -> None:
+            if isinstance(response, Refused):
+                self._keys.tell(response.error)
+            else:
+                then(response)
 
-    def _describe(self, told: 'Description | str') -> None:
-        if isinstance(told, str):
-            self._keys.tell(told)
-            return
+        self._engine.dispatcher.ask(command, reply)
+
+    def _page_described(self, response: Described) -> None:
+        described = response.description
+        self._page(described.label, described.log)
+
+    def _describe(self, response: Described) -> None:
         # few are asked for it
         from colcon_yamllaunch.control.description_lines import (
             description_lines,
         )
 
-        self._show(description_lines(told))
+        self._show(description_lines(response.description))
 
     def _no_keyboard(self, label: str) -> str:
         part = self._model.part(label)

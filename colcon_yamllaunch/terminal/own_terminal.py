@@ -13,7 +13,6 @@ from contextlib import ExitStack
 import sys
 from typing import TYPE_CHECKING
 
-from colcon_yamllaunch.control.acts import Acts
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.exit_conditions import ExitConditions
@@ -82,14 +81,14 @@ class OwnTerminal:
             )
             self.show = self._session.showing(self.show)
 
-    def connect(self, engine: Engine, acts: Acts, stack: ExitStack) -> None:
+    def connect(self, engine: Engine, stack: ExitStack) -> None:
         """
         Use an engine, before it runs.
 
         :param stack: Gives the terminal back
         """
         if self._session is not None:
-            self._session.connect(engine, acts)
+            self._session.connect(engine)
             stack.callback(self._session.close)
         if self._attachment is not None:
             self._attachment.connect(engine)

@@ -19,7 +19,6 @@ import time
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.control.acts import Acts
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.exit_conditions import ExitConditions
@@ -143,15 +142,11 @@ class TerminalSession:
         self._show = show
         return self._handle
 
-    def connect(self, engine: Engine, acts: Acts) -> None:
-        """
-        Use an engine, before it runs.
-
-        :param acts: What is done with its processes
-        """
+    def connect(self, engine: Engine) -> None:
+        """Use an engine, before it runs."""
         self._engine = engine
         self._acts = KeyActs(
-            acts,
+            engine,
             self.model,
             self._keys,
             self._attachment,

@@ -20,10 +20,10 @@ from pathlib import Path
 import re
 import signal
 
+from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.plan_changes import RunningLaunch
-from colcon_yamllaunch.engine.tasks import RefusedError
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Entry
 from colcon_yamllaunch.plan.plan import Plan
@@ -591,7 +591,10 @@ class ChangeLoop:
         self._changes.remove(current)
         self._restarts_launch = True
         self.launch.tell(events.Watched(text))
-        self.launch.stop('it begins anew')
+        # few launches begin anew
+        from colcon_yamllaunch.engine.commands import Shutdown
+
+        self.launch.dispatcher.do(Shutdown('it begins anew'))
 
     # what starts and fails
 

@@ -9,11 +9,11 @@ import socket
 from types import SimpleNamespace
 
 from colcon_yamllaunch.control import protocol
-from colcon_yamllaunch.control.acts import Acts
 from colcon_yamllaunch.control.client_connection import Client
 from colcon_yamllaunch.control.journal import Journal
 from colcon_yamllaunch.control.service import Service
 from colcon_yamllaunch.engine.components.composition import Composition
+from colcon_yamllaunch.engine.dispatcher import Dispatcher
 from colcon_yamllaunch.engine.state import About
 from colcon_yamllaunch.engine.state import from_json
 from colcon_yamllaunch.engine.state import LaunchState
@@ -60,7 +60,6 @@ class Controlled:
         engine = SimpleNamespace(
             state=state,
             elsewhere=None,
-            stop=self.history.supervisor.stop,
             changes=None,
             is_changed=False,
             blocks=BLOCKS,
@@ -69,8 +68,8 @@ class Controlled:
             terminals=terminals,
             tell=lambda _: None,
         )
-        acts = Acts(engine, logs, lambda process: process.parameters)
-        service = Service(engine, acts, Journal())
+        engine.dispatcher = Dispatcher(engine, logs, lambda p: p.parameters)
+        service = Service(engine, Journal())
         self.near, far = socket.socketpair()
         far.setblocking(False)
         self.near.settimeout(60)
@@ -222,7 +221,7 @@ def test_a_transition_that_fails_has_its_reason(controlled):
     # a mistake of form ends the connection, as all others do
     c.ask(('change_state', {**change, 'transition': 'destroy'}))
     (wrong,) = c.answers()
-    assert "the 'transition' is one of configure, " in wrong['error']
+    assert "the 'transition' is not 'configure' or " in wrong['error']
     assert c.left
 
 

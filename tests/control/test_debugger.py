@@ -5,8 +5,8 @@
 
 import sys
 
-from colcon_yamllaunch.control.debugger import debugged
-from colcon_yamllaunch.engine.tasks import RefusedError
+from colcon_yamllaunch.common.errors import RefusedError
+from colcon_yamllaunch.engine.debugger import debugged
 import pytest
 
 PDB = ('-m', 'pdb')

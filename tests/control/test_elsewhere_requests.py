@@ -7,13 +7,13 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.control import protocol
-from colcon_yamllaunch.control.acts import Acts
 from colcon_yamllaunch.control.journal import Journal
 from colcon_yamllaunch.control.service import Service
 from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine.dispatcher import Dispatcher
 from colcon_yamllaunch.engine.state import from_json
-from colcon_yamllaunch.engine.tasks import RefusedError
 from colcon_yamllaunch.engine.tasks import Task
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.remote.deployment.placement import Placed
@@ -77,8 +77,8 @@ class Asked:
             blocks=(),
             tell=self.launch.tell,
         )
-        self.acts = Acts(engine, logs, lambda process: process.parameters)
-        self.service = Service(engine, self.acts, Journal())
+        engine.dispatcher = Dispatcher(engine, logs, lambda p: p.parameters)
+        self.service = Service(engine, Journal())
         self.parts.begin(self.launch, SimpleNamespace(lines=1, columns=1))
         self.answers: list[Any] = []
 

@@ -7,6 +7,7 @@ import os
 import signal
 import time
 
+from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.common.process_scan import read_process
 from colcon_yamllaunch.control.client import ControlError
 from colcon_yamllaunch.control.client import LaunchEndedError
@@ -21,7 +22,6 @@ from colcon_yamllaunch.control.subscription import Wrote
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.events import Output
 from colcon_yamllaunch.engine.events import Warned
-from colcon_yamllaunch.engine.tasks import RefusedError
 import pytest
 
 #: Writes 100,000 numbered lines when a file is there, then `done`.

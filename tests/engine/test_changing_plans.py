@@ -5,6 +5,7 @@
 
 import signal
 
+from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.events import Dropped
 from colcon_yamllaunch.engine.events import Exited
@@ -18,7 +19,6 @@ from colcon_yamllaunch.engine.events import TransitionFailed
 from colcon_yamllaunch.engine.events import Unloaded
 from colcon_yamllaunch.engine.events import Warned
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.engine.tasks import RefusedError
 from colcon_yamllaunch.plan.plan import ChangeState
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import HostCall

@@ -5,6 +5,7 @@
 
 import signal
 
+from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.common.escalation import Orphan
 from colcon_yamllaunch.engine.events import Exited
 from colcon_yamllaunch.engine.events import LeftBehind
@@ -16,7 +17,6 @@ from colcon_yamllaunch.engine.events import StartFailed
 from colcon_yamllaunch.engine.events import StillRunning
 from colcon_yamllaunch.engine.events import Warned
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.engine.tasks import RefusedError
 from colcon_yamllaunch.plan.plan import Message
 from colcon_yamllaunch.plan.plan import Shutdown
 from colcon_yamllaunch.plan.plan import Timer

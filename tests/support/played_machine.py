@@ -12,6 +12,7 @@ from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.moment import Moment
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.state import LaunchState
+from colcon_yamllaunch.plan.plan import Block
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position
@@ -102,6 +103,7 @@ class PlayedLaunch:
             self.state.machine_of = parts.machine_of
             self.state.add_machines(parts.machines)
             self.state.expect(parts.whole(Plan()).entries)
+        self.blocks: tuple[Block, ...] = ()
         self.moment = Moment(lambda: 1000.0)
         self.is_stopping = False
         self.told: list[events.Event] = []

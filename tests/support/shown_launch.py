@@ -11,13 +11,13 @@ import os
 from typing import Any
 
 from colcon_yamllaunch.control.client import LaunchEndedError
-from colcon_yamllaunch.control.description import Description
-from colcon_yamllaunch.control.description import Parameter
-from colcon_yamllaunch.control.description import Surrounding
 from colcon_yamllaunch.control.subscription import Answered
 from colcon_yamllaunch.control.subscription import Happened
 from colcon_yamllaunch.control.subscription import News
 from colcon_yamllaunch.control.subscription import Wrote
+from colcon_yamllaunch.engine.description import Description
+from colcon_yamllaunch.engine.description import Parameter
+from colcon_yamllaunch.engine.description import Surrounding
 from colcon_yamllaunch.engine.state import ComponentState
 from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.state import ProcessState

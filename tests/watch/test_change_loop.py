@@ -10,8 +10,10 @@ import signal
 from types import SimpleNamespace
 from typing import Any
 
-from colcon_yamllaunch.control.acts import Acts
 from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine.commands import Shutdown
+from colcon_yamllaunch.engine.commands import Watch
+from colcon_yamllaunch.engine.dispatcher import Dispatcher
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
@@ -150,8 +152,12 @@ class Played:
     def extend(self, entries: tuple[Any, ...]) -> None:
         self.asked += [f'start {entry.label}' for entry in entries]
 
-    def stop(self, reason: str) -> None:
-        self.asked.append(f'stop: {reason}')
+    @property
+    def dispatcher(self) -> Any:
+        return SimpleNamespace(do=self.do)
+
+    def do(self, command: Shutdown) -> None:
+        self.asked.append(f'stop: {command.reason}')
 
     def forget(self, entries: object) -> None:
         pass
@@ -550,15 +556,17 @@ def test_killed_job_is_repeated_at_the_next_change(
 
 def test_pause_collects_changes_until_it_ends(played: Played) -> None:
     # as keys and clients pause it
-    engine: Any = SimpleNamespace(supervisor=None, changes=played.watching)
-    acts = Acts(engine, {}, None)  # type: ignore[arg-type]
+    engine: Any = SimpleNamespace(
+        supervisor=None, changes=played.watching, elsewhere=None
+    )
+    dispatcher = Dispatcher(engine, {}, lambda _: ())
     played.watching.resume()
-    acts.watch(paused=True)
-    acts.watch(paused=True)
-    assert acts.is_watch_paused
+    dispatcher.do(Watch('pause'))
+    dispatcher.do(Watch('pause'))
+    assert played.watching.is_paused
     assert played.save('talk.py') == played.save('talk.py', 'other.py') == []
-    acts.watch(paused=False)
-    assert not acts.is_watch_paused
+    dispatcher.do(Watch('resume'))
+    assert not played.watching.is_paused
     assert played.was_asked() == []
     assert played.worker.asked == 1
     assert played.lines() == [

@@ -23,6 +23,7 @@ import re
 from typing import Any
 from typing import Literal
 
+from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.components.lifecycles import Lifecycles
@@ -34,7 +35,6 @@ from colcon_yamllaunch.engine.components.requests import WaitWarnings
 from colcon_yamllaunch.engine.components.ros_timers import RosTimers
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.loop import TimerHandle
-from colcon_yamllaunch.engine.tasks import RefusedError
 from colcon_yamllaunch.plan.plan import ChangeState
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Plan

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.components.requests import has_ended
@@ -16,7 +17,6 @@ from colcon_yamllaunch.engine.components.requests import Requests
 from colcon_yamllaunch.engine.components.requests import WaitWarnings
 from colcon_yamllaunch.engine.components.transitions import TRANSITIONS
 from colcon_yamllaunch.engine.loop import Loop
-from colcon_yamllaunch.engine.tasks import RefusedError
 from colcon_yamllaunch.plan.plan import ChangeState
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Plan

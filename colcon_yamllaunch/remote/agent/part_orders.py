@@ -8,25 +8,34 @@ from collections.abc import Callable
 from collections.abc import Mapping
 from dataclasses import asdict
 import math
-import os
 import termios
 import time
 from typing import Any
 
-from colcon_yamllaunch.control.acts import Acts
+from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.control.resource_usage import INTERVAL
 from colcon_yamllaunch.control.resource_usage import Look
 from colcon_yamllaunch.control.resource_usage import look
 from colcon_yamllaunch.control.resource_usage import usage_between
 from colcon_yamllaunch.control.service import Service
+from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.state import to_json
-from colcon_yamllaunch.engine.tasks import RefusedError
 from colcon_yamllaunch.plan.plan_json import plan_from_json
 from colcon_yamllaunch.plan.plan_json import PlanFormatError
 
 #: Seconds between two looks at how a terminal reads that somebody types at.
 _MODES_INTERVAL = 0.05
+
+_ACTIONS = {
+    kind.name: kind
+    for kind in (
+        commands.Stop,
+        commands.Restart,
+        commands.Kill,
+        commands.Debug,
+    )
+}
 
 #: Takes a message for the launcher.
 Tell = Callable[[Mapping[str, Any]], None]
@@ -39,11 +48,8 @@ class PartOrders:
     :param tell: Sends the answers
     """
 
-    def __init__(
-        self, engine: Engine, acts: Acts, service: Service, tell: Tell
-    ) -> None:
+    def __init__(self, engine: Engine, service: Service, tell: Tell) -> None:
         self._engine = engine
-        self._acts = acts
         self._service = service
         self._tell = tell
         # who somebody is attached to, and how the terminals of these read
@@ -116,19 +122,23 @@ class PartOrders:
         :raises RefusedError: when it cannot be done
         """
         engine = self._engine
+        do = engine.dispatcher.do
         match what:
             case 'stop':
-                engine.supervisor.stop(
-                    str(content.get('reason')),
-                    interactive=bool(content.get('interactive')),
-                    drop_timers=bool(content.get('drop_timers')),
+                do(
+                    commands.Shutdown(
+                        str(content.get('reason')),
+                        bool(content.get('interactive')),
+                        bool(content.get('drop_timers')),
+                    )
                 )
             case 'hurry':
-                engine.hurry()
+                do(commands.Escalate())
             case 'act':
-                self._act(content['action'], content['name'])
+                do(_ACTIONS[content['action']](content['name']))
             case 'describe':
-                found = asdict(self._acts.describe(content['name']))
+                described = do(commands.Describe(content['name']))
+                found = asdict(described.description)
                 found['environment'] = dict(found['environment'])
                 return {'description': found}
             case 'change_state':
@@ -141,34 +151,29 @@ class PartOrders:
                 self._modes.pop(content['label'], None)
             case 'type':
                 keys = base64.b64decode(content['keys'])
-                engine.terminals.type(content['label'], keys)
+                do(commands.Type(content['label'], keys))
             case 'resize':
-                size = content['columns'], content['rows']
-                engine.resize(os.terminal_size(size))
+                do(commands.Resize(content['columns'], content['rows']))
             case 'suspend' | 'continue':
-                engine.hold(is_held=what == 'suspend')
-            case 'signal':
-                task = engine.supervisor.task(content['name'])
-                if task.group is not None:
-                    engine.signal(task.group, content['number'])
+                do(commands.Hold(what == 'suspend'))
             case 'extend':
-                engine.extend(plan_from_json(content['entries']).entries)
+                entries = plan_from_json(content['entries']).entries
+                do(commands.Extend(entries))
             case 'revise':
                 at_once = bool(content.get('at_once'))
                 for part in plan_from_json(content['plan']).entries:
-                    engine.revise(part, at_once=at_once)  # type: ignore[arg-type]
+                    do(commands.Revise(part, at_once))  # type: ignore[arg-type]
             case 'replace':
                 for part in plan_from_json(content['plan']).entries:
-                    engine.replace(part)  # type: ignore[arg-type]
+                    do(commands.Replace(part))  # type: ignore[arg-type]
             case 'restart_changed':
-                labels = engine.restart(content['labels'])
-                return {'labels': list(labels)}
+                command = commands.RestartChanged(tuple(content['labels']))
+                return {'labels': list(do(command).labels)}
             case 'drop':
-                engine.drop(content['label'])
+                do(commands.Drop(content['label']))
             case 'forget':
-                engine.forget(plan_from_json(content['plan']).entries)
-            case 'environment':
-                engine.renew_environment(content['variables'])
+                entries = plan_from_json(content['plan']).entries
+                do(commands.Forget(entries))
             case 'usage':
                 groups = dict(engine.groups())
                 due = time.monotonic() + INTERVAL
@@ -179,22 +184,10 @@ class PartOrders:
                 raise RefusedError(f"'{what}' is not known there")
         return {}
 
-    def _act(self, action: str, name: str) -> None:
-        acts = {
-            'stop': self._acts.stop,
-            'restart': self._acts.restart,
-            'kill': self._acts.kill,
-            'debug': self._acts.debug,
-        }
-        acts[action](name)
-
     def _change_state(self, content: Mapping[str, Any]) -> None:
-        name = content['name']
-        composition = self._engine.composition
-        if composition is None:
-            raise RefusedError(f"there is no lifecycle node '{name}'")
+        def answer(response: commands.Done | commands.Refused) -> None:
+            error = getattr(response, 'error', None)
+            self._tell({'reply': content.get('id'), 'error': error})
 
-        def answer(reason: str | None) -> None:
-            self._tell({'reply': content.get('id'), 'error': reason})
-
-        composition.change_state(name, content['transition'], answer)
+        command = commands.ChangeState(content['name'], content['transition'])
+        self._engine.dispatcher.ask(command, answer)

@@ -14,9 +14,9 @@ import time
 from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.control.acts import Acts
 from colcon_yamllaunch.control.service import Service
 from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine.commands import Shutdown
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.remote.agent.part_orders import PartOrders
@@ -130,7 +130,6 @@ class Uplink:
     def begin(
         self,
         engine: Engine,
-        acts: Acts,
         service: Service,
         show: Callable[[], None],
     ) -> None:
@@ -146,7 +145,7 @@ class Uplink:
         self._turned = time.monotonic()
         self._engine = engine
         self._show = show
-        self._orders = PartOrders(engine, acts, service, self._tell)
+        self._orders = PartOrders(engine, service, self._tell)
         engine.loop.add_reader(self._server.fileno(), self._accept)
         for one in (self._socket, *self._newcomers):
             if one is not None:
@@ -390,7 +389,8 @@ class Uplink:
             self._show = None
         if not self._keeps:
             self._is_lost = True
-            self._engine.stop(f'the link to the launcher is lost: {reason}')
+            why = f'the link to the launcher is lost: {reason}'
+            self._engine.dispatcher.do(Shutdown(why))
 
     # what is told and done
 

@@ -26,6 +26,7 @@ import time
 from typing import Any
 from typing import Protocol
 
+from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.common.printable import printable
 from colcon_yamllaunch.common.table import decimal_size
 from colcon_yamllaunch.engine import events
@@ -36,7 +37,6 @@ from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.state import LinkState
 from colcon_yamllaunch.engine.stopping.launch_stop import timeouts_of
 from colcon_yamllaunch.engine.stopping.launch_stop import UNATTRIBUTED
-from colcon_yamllaunch.engine.tasks import RefusedError
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Entry
 from colcon_yamllaunch.plan.plan import Plan

@@ -14,12 +14,13 @@ from itertools import chain
 import os
 import time
 from typing import Any
+from typing import cast
 
+from colcon_yamllaunch.common.errors import RefusedError
+from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine.elsewhere import Done
 from colcon_yamllaunch.engine.elsewhere import LaunchHere
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.engine.tasks import RefusedError
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Entry
 from colcon_yamllaunch.plan.plan import Plan
@@ -250,24 +251,44 @@ class RemoteParts:
         self._measuring.append((self._measured + MEASURING, waiting, done))
         self._mind_measuring()
 
-    # what users do with one of them
+    # commands about one of them
 
-    def act(self, action: events.Action, name: str, done: Done) -> None:
-        """Stop, restart, kill or debug a process or component."""
-        part, label = self._find(name)
-        part.act(action, label, done)
-
-    def describe(
-        self, name: str, done: Callable[[Mapping[str, Any] | str], None]
+    def ask(
+        self,
+        command: commands.PartCommand[Any],
+        reply: Callable[[Any], object],
     ) -> None:
-        """Ask for the attributes of a `Description`."""
-        part, label = self._find(name)
-        part.describe(label, done)
+        """Execute a command about a process or component."""
+        part, label = self._find(command.process)
 
-    def change_state(self, name: str, transition: str, done: Done) -> None:
-        """Ask a lifecycle node for a transition."""
-        part, label = self._find(name)
-        part.change_state(label, transition, done)
+        def done(error: str | None) -> None:
+            refused = commands.Refused(error or '')
+            reply(commands.DONE if error is None else refused)
+
+        match command:
+            case commands.Describe():
+
+                def described(answer: Mapping[str, Any] | str) -> None:
+                    reply(self._described(part.part(label), answer))
+
+                part.describe(label, described)
+            case commands.ChangeState(transition=transition):
+                part.change_state(label, transition, done)
+            case commands.Type(keys=keys):
+                self.type(label, keys)
+                reply(commands.DONE)
+            case _:
+                part.act(cast('events.Action', command.name), label, done)
+
+    def _described(
+        self, part: Process | Component, answer: Mapping[str, Any] | str
+    ) -> commands.Described | commands.Refused:
+        from colcon_yamllaunch.engine.description import told_description
+
+        if isinstance(answer, str):
+            return commands.Refused(answer)
+        blocks = () if self._launch is None else self._launch.blocks
+        return commands.Described(told_description(part, answer, blocks, None))
 
     # keyboards
 

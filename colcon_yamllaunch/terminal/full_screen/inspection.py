@@ -10,12 +10,12 @@ from dataclasses import fields
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.common.table import duration
 from colcon_yamllaunch.common.table import size
-from colcon_yamllaunch.control.description import Description
-from colcon_yamllaunch.control.description import Parameter
-from colcon_yamllaunch.control.description import Surrounding
 from colcon_yamllaunch.control.description_lines import description_lines
 from colcon_yamllaunch.control.protocol import ProtocolError
 from colcon_yamllaunch.control.resource_usage import Usage
+from colcon_yamllaunch.engine.description import Description
+from colcon_yamllaunch.engine.description import Parameter
+from colcon_yamllaunch.engine.description import Surrounding
 from colcon_yamllaunch.engine.state import ComponentState
 from colcon_yamllaunch.engine.state import ProcessState
 from colcon_yamllaunch.terminal.full_screen.launch_model import LaunchModel

@@ -5,6 +5,7 @@
 
 import signal
 
+from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.components.composition import load_request
 from colcon_yamllaunch.engine.events import Loaded
@@ -13,7 +14,6 @@ from colcon_yamllaunch.engine.events import RosLost
 from colcon_yamllaunch.engine.events import Unloaded
 from colcon_yamllaunch.engine.events import Warned
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.engine.tasks import RefusedError
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import SetParameter
 from colcon_yamllaunch.plan.plan import Timer

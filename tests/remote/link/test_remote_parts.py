@@ -7,11 +7,12 @@ import os
 import signal
 import termios
 
+from colcon_yamllaunch.common.errors import RefusedError
+from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.state import from_json
 from colcon_yamllaunch.engine.state import to_json
-from colcon_yamllaunch.engine.tasks import RefusedError
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Timer
@@ -68,6 +69,16 @@ class Played:
 @pytest.fixture
 def played():
     return Played()
+
+
+def act(parts, name, label, done):
+    """Send a command about a part, and pass on why it is refused."""
+    kind = {
+        'stop': commands.Stop,
+        'restart': commands.Restart,
+        'debug': commands.Debug,
+    }[name]
+    parts.ask(kind(label), lambda answer: done(getattr(answer, 'error', None)))
 
 
 def test_what_happens_there_is_told_here(played):
@@ -185,7 +196,7 @@ def test_the_launch_waits_until_each_machine_is_done(played):
 
 def test_what_is_asked_for_has_to_be_answered_first(played):
     played.link.says(idle=True)
-    played.parts.act('restart', 'driver-1', lambda _: None)
+    act(played.parts, 'restart', 'driver-1', lambda _: None)
     assert played.parts.is_waiting()
     played.link.answers('act')
     assert not played.parts.is_waiting()
@@ -193,16 +204,16 @@ def test_what_is_asked_for_has_to_be_answered_first(played):
 
 def test_acts_are_answered(played):
     answers = []
-    played.parts.act('stop', LABEL, answers.append)
+    act(played.parts, 'stop', LABEL, answers.append)
     (asked,) = played.link.asked('act')
     assert (asked['action'], asked['name']) == ('stop', LABEL)
     played.link.answers('act', error='it has \x1b[1mnot been started yet')
     assert answers == ['it has not been started yet']
     with pytest.raises(RefusedError, match='no process'):
-        played.parts.act('stop', 'other', answers.append)
+        act(played.parts, 'stop', 'other', answers.append)
     played.launch.is_stopping = True
     with pytest.raises(RefusedError, match='being stopped'):
-        played.parts.act('stop', LABEL, answers.append)
+        act(played.parts, 'stop', LABEL, answers.append)
 
 
 def test_states_follow_what_happens(played):
@@ -287,7 +298,7 @@ _JSON = st.recursive(
 )
 def test_whatever_a_machine_says_is_taken_or_refused(message):
     played = Played()
-    played.parts.act('stop', LABEL, lambda _: None)
+    act(played.parts, 'stop', LABEL, lambda _: None)
     message['reply'] = message.get('reply') and 1
     played.link.handler.message(message)
     for event in played.launch.told:
@@ -316,7 +327,7 @@ def test_what_ran_on_a_machine_that_is_gone_is_lost(played):
     assert played.states()[LABEL].ending == 'lost with arm'
     assert not played.parts.is_waiting()
     with pytest.raises(RefusedError, match='arm is gone: it was started'):
-        played.parts.act('stop', LABEL, lambda _: None)
+        act(played.parts, 'stop', LABEL, lambda _: None)
 
 
 def test_what_must_run_ends_the_launch_when_it_is_lost():
@@ -329,20 +340,20 @@ def test_what_must_run_ends_the_launch_when_it_is_lost():
 
 def test_a_lost_link_is_told_and_so_is_its_return(played):
     answers = []
-    played.parts.act('restart', LABEL, answers.append)
+    act(played.parts, 'restart', LABEL, answers.append)
     played.link.handler.lost('nothing was heard of it')
     assert answers == ['the link to arm is lost: nothing was heard of it']
     assert played.states()[LABEL].phase == 'waiting'
     (state,) = played.launch.state.machines.values()
     assert (state.link, state.reason) == ('lost', 'nothing was heard of it')
     with pytest.raises(RefusedError, match='is lost'):
-        played.parts.act('stop', LABEL, answers.append)
+        act(played.parts, 'stop', LABEL, answers.append)
     played.link.handler.back(2.5)
     assert played.launch.told == [
         events.LinkLost('arm', 'nothing was heard of it', False),
         events.LinkBack('arm', 2.5),
     ]
-    played.parts.act('stop', LABEL, answers.append)
+    act(played.parts, 'stop', LABEL, answers.append)
 
 
 def test_processes_of_a_lost_machine_are_unknown(played):
@@ -378,7 +389,7 @@ def test_restart_brings_back_a_machine_that_is_gone(played):
     played.link.tells(events.Started(DRIVER, 77))
     played.link.handler.gone('it was started anew')
     answers = []
-    played.parts.act('restart', LABEL, answers.append)
+    act(played.parts, 'restart', LABEL, answers.append)
     assert played.parts.is_waiting()
     assert answers == []
     assert again(played) == [LABEL]
@@ -390,8 +401,8 @@ def test_restart_brings_back_a_machine_that_is_gone(played):
     assert (state.phase, state.pid, state.restarts) == ('running', 5, 1)
     # what it was not asked for follows when that is
     with pytest.raises(RefusedError, match='does not run'):
-        played.parts.act('stop', HELPER.label, answers.append)
-    played.parts.act('restart', HELPER.label, answers.append)
+        act(played.parts, 'stop', HELPER.label, answers.append)
+    act(played.parts, 'restart', HELPER.label, answers.append)
     (asked,) = played.link.asked('extend')
     assert plan_from_json(asked['entries']).entries == (HELPER,)
     assert answers == [None, None]
@@ -401,7 +412,7 @@ def test_restart_of_a_container_brings_back_its_components():
     box = process('arm│box', node_name='/box', is_container=True)
     played = Played(entries=(box, TALKER, HELPER))
     played.link.handler.gone('it was started anew')
-    played.parts.act('restart', box.label, lambda _: None)
+    act(played.parts, 'restart', box.label, lambda _: None)
     assert again(played) == [box.label, TALKER.label]
 
 
@@ -409,7 +420,7 @@ def test_restart_in_vain_is_answered_and_told_once(played):
     played.link.handler.gone('it was started anew')
     answers = []
     for label in (LABEL, HELPER.label):
-        played.parts.act('restart', label, answers.append)
+        act(played.parts, 'restart', label, answers.append)
     played.link.handler.gone('it cannot be reached')
     assert answers == ['arm is gone: it cannot be reached'] * 2
     gone = [e for e in played.launch.told if isinstance(e, events.MachineGone)]
@@ -421,7 +432,7 @@ def test_machine_that_cannot_come_back_is_not_restarted(played):
     played.link.can_start_again = False
     played.link.handler.gone('its allocation has ended')
     with pytest.raises(RefusedError, match='its allocation has ended'):
-        played.parts.act('restart', LABEL, lambda _: None)
+        act(played.parts, 'restart', LABEL, lambda _: None)
 
 
 @pytest.fixture
@@ -527,7 +538,7 @@ def test_keys_and_modes(played):
 
 
 def test_a_process_under_a_debugger_has_a_keyboard(played):
-    played.parts.act('debug', LABEL, lambda _: None)
+    act(played.parts, 'debug', LABEL, lambda _: None)
     played.link.answers('act')
     played.link.tells(events.Started(DRIVER, 77))
     assert played.parts.has_keyboard(LABEL)

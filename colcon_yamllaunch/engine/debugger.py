@@ -9,10 +9,10 @@ from dataclasses import replace
 import os
 import re
 
+from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.engine.process.spawn import find_program
 from colcon_yamllaunch.engine.process.spawn import interpreter_of
 from colcon_yamllaunch.engine.process.spawn import StartError
-from colcon_yamllaunch.engine.tasks import RefusedError
 from colcon_yamllaunch.plan.plan import ParameterFile
 from colcon_yamllaunch.plan.plan import Process
 

@@ -1,0 +1,352 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+The dispatcher: executes commands on an engine, with one handler for each.
+
+A handler takes the command and a function for the response. It returns the
+response, or None if it calls that function later, and raises `RefusedError`
+if it refuses the command.
+"""
+
+from collections.abc import Callable
+from collections.abc import Mapping
+from dataclasses import replace
+import os
+from pathlib import Path
+from typing import Any
+from typing import TYPE_CHECKING
+
+from colcon_yamllaunch.common.errors import RefusedError
+from colcon_yamllaunch.engine import commands
+from colcon_yamllaunch.engine.commands import Command
+from colcon_yamllaunch.engine.commands import DONE
+from colcon_yamllaunch.engine.commands import Done
+from colcon_yamllaunch.engine.commands import PartCommand
+from colcon_yamllaunch.engine.commands import Refused
+from colcon_yamllaunch.engine.commands import Response
+from colcon_yamllaunch.engine.process.spawn import StartError
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.plan import ParametersOf
+from colcon_yamllaunch.plan.plan import Process
+
+if TYPE_CHECKING:
+    # most launches have no components, and few are asked for these
+    from colcon_yamllaunch.engine.components.composition import ComponentTask
+    from colcon_yamllaunch.engine.components.composition import Composition
+    from colcon_yamllaunch.engine.engine import Engine
+
+#: Takes the response to a command.
+Reply = Callable[[Any], object]
+Handler = Callable[[Any, Reply], Any]
+
+
+class Dispatcher:
+    """
+    Executes commands on an engine.
+
+    Parts of the engine, and observers, add handlers of their own.
+
+    :param log_files: For each label, the log with all output
+    :param parameters_of: Returns the parameters of a process
+    """
+
+    def __init__(
+        self,
+        engine: 'Engine',
+        log_files: Mapping[str, Path],
+        parameters_of: ParametersOf,
+    ) -> None:
+        self._engine = engine
+        self._supervisor = engine.supervisor
+        self._log_files = log_files
+        self._parameters_of = parameters_of
+        self._handlers: dict[type[Command[Any]], Handler] = {
+            commands.Stop: self._stop,
+            commands.Restart: self._restart,
+            commands.Kill: self._kill,
+            commands.Debug: self._debug,
+            commands.Describe: self._describe,
+            commands.ChangeState: self._change_state,
+            commands.Type: self._type,
+            commands.Tree: self._tree,
+            commands.Watch: self._watch,
+            commands.Shutdown: self._shut_down,
+            commands.Escalate: self._escalate,
+            commands.Hold: self._hold,
+            commands.Resize: self._resize,
+            commands.Extend: self._extend,
+            commands.Revise: self._revise,
+            commands.Replace: self._replace,
+            commands.RestartChanged: self._restart_changed,
+            commands.Drop: self._drop,
+            commands.Forget: self._forget,
+        }
+
+    def add(self, kind: type[Command[Any]], handler: Handler) -> None:
+        """Execute commands of a kind by a handler."""
+        self._handlers[kind] = handler
+
+    @property
+    def kinds(self) -> Mapping[str, type[Command[Any]]]:
+        """The commands that can be executed, by name."""
+        return {kind.name: kind for kind in self._handlers}
+
+    def ask(
+        self,
+        command: Command[Response],
+        reply: Callable[[Response | Refused], object] = bool,
+    ) -> None:
+        """
+        Execute a command.
+
+        :param reply: Is called with the response, at once or later
+        """
+        try:
+            response = self._execute(command, reply)
+        except RefusedError as error:
+            response = Refused(str(error))
+        if response is not None:
+            reply(response)
+
+    def do(self, command: Command[Response]) -> Response:
+        """
+        Execute a command that does not take time, and return the response.
+
+        :raises RefusedError: when it is refused
+        """
+        response: Response = self._execute(command, bool)
+        return response
+
+    def _execute(self, command: Command[Any], reply: Reply) -> Any:
+        elsewhere = self._engine.elsewhere
+        if (
+            elsewhere is None
+            or not isinstance(command, PartCommand)
+            or not elsewhere.has(command.process)
+        ):
+            return self._handlers[type(command)](command, reply)
+        if isinstance(command, commands.Describe):
+            label = elsewhere.part(command.process).label
+            reply = _with_log(self._log_files.get(label), reply)
+        elsewhere.ask(command, reply)
+        return None
+
+    # -- commands about one process or component
+
+    def _stop(self, command: commands.Stop, _: Reply) -> Done:
+        if found := self._component(command.process):
+            composition, task = found
+            composition.unload(task.label)
+        else:
+            self._supervisor.stop_process(command.process)
+        return DONE
+
+    def _restart(self, command: commands.Restart, _: Reply) -> Done:
+        if found := self._component(command.process):
+            composition, task = found
+            composition.reload(task.label)
+        else:
+            self._supervisor.restart_process(command.process)
+        return DONE
+
+    def _kill(self, command: commands.Kill, _: Reply) -> Done:
+        self._refuse_component(command.process, 'killed')
+        self._supervisor.kill_process(command.process)
+        return DONE
+
+    def _debug(self, command: commands.Debug, _: Reply) -> Done:
+        from colcon_yamllaunch.engine.debugger import debugged
+
+        self._refuse_component(command.process, 'debugged')
+        task = self._supervisor.task(command.process)
+        process = task.successor or task.process
+        environment = self._engine.starter.environment_of(process)
+        once = debugged(process, environment)
+        self._supervisor.restart_process(command.process, once)
+        return DONE
+
+    def _describe(
+        self, command: commands.Describe, _: Reply
+    ) -> commands.Described:
+        from colcon_yamllaunch.engine import description
+
+        blocks = self._engine.blocks
+        if found := self._component(command.process):
+            composition, component = found
+            container = composition.container_process(component)
+            place = component.label if container is None else container.label
+            return commands.Described(
+                description.component_description(
+                    component, blocks, self._log_files.get(place)
+                )
+            )
+        task = self._supervisor.task(command.process)
+        process = task.successor or task.process
+        try:
+            argv = self._engine.starter.command_line(task.number, process)
+        except StartError as error:
+            raise RefusedError(f'{process.label}: {error}') from error
+        return commands.Described(
+            description.process_description(
+                process,
+                argv,
+                self._parameters_of(process),
+                blocks,
+                self._log_files.get(process.label),
+            )
+        )
+
+    def _change_state(
+        self, command: commands.ChangeState, reply: Reply
+    ) -> None:
+        composition = self._engine.composition
+        if composition is None:
+            raise RefusedError(
+                f"there is no lifecycle node '{command.process}'"
+            )
+
+        def done(error: str | None) -> None:
+            reply(DONE if error is None else Refused(error))
+
+        composition.change_state(command.process, command.transition, done)
+
+    def _type(self, command: commands.Type, _: Reply) -> Done:
+        self._engine.terminals.type(command.process, command.keys)
+        return DONE
+
+    # -- commands about the whole launch
+
+    def _tree(self, _: commands.Tree, _reply: Reply) -> commands.PlanTree:
+        from colcon_yamllaunch.engine.plan_tree import plan_tree
+
+        composition = self._engine.composition
+        elsewhere = self._engine.elsewhere
+        processes = [t.successor or t.process for t in self._supervisor.tasks]
+        components: list[tuple[Component, Process | None]] = []
+        if composition is not None:
+            components += [
+                (t.successor or t.component, composition.container_process(t))
+                for t in composition.tasks
+            ]
+        if elsewhere is not None:
+            from colcon_yamllaunch.engine.elsewhere import in_order
+
+            processes = in_order(
+                [*processes, *elsewhere.processes()],
+                elsewhere.order,
+                lambda process: process.label,
+            )
+            components = in_order(
+                [*components, *elsewhere.components()],
+                elsewhere.order,
+                lambda one: one[0].label,
+            )
+        return commands.PlanTree(
+            plan_tree(self._engine.blocks, processes, components)
+        )
+
+    def _watch(self, command: commands.Watch, _: Reply) -> Done:
+        changes = self._engine.changes
+        if changes is None:
+            raise RefusedError('no files are watched; that is --watch')
+        if command.action == 'pause':
+            changes.pause()
+        else:
+            changes.resume()
+        return DONE
+
+    def _shut_down(self, command: commands.Shutdown, _: Reply) -> Done:
+        self._supervisor.stop(
+            command.reason,
+            interactive=command.interactive,
+            drop_timers=command.drop_timers,
+        )
+        if command.drop_timers and self._engine.elsewhere is not None:
+            self._engine.elsewhere.drop_timers()
+        return DONE
+
+    def _escalate(self, _: commands.Escalate, _reply: Reply) -> Done:
+        self._supervisor.hurry()
+        for other in (self._engine.feed, self._engine.elsewhere):
+            if other is not None:
+                other.hurry()
+        return DONE
+
+    def _hold(self, command: commands.Hold, _: Reply) -> Done:
+        self._engine.hold(is_held=command.is_held)
+        return DONE
+
+    def _resize(self, command: commands.Resize, _: Reply) -> Done:
+        size = os.terminal_size((command.columns, command.lines))
+        self._engine.resize(size)
+        return DONE
+
+    # -- changes of the plan
+
+    def _extend(self, command: commands.Extend, _: Reply) -> Done:
+        try:
+            self._engine.extend(command.entries)
+        except ValueError as error:
+            raise RefusedError(str(error)) from error
+        return DONE
+
+    def _revise(self, command: commands.Revise, _: Reply) -> Done:
+        self._engine.revise(command.part, at_once=command.at_once)
+        return DONE
+
+    def _replace(self, command: commands.Replace, _: Reply) -> Done:
+        self._engine.replace(command.part)
+        return DONE
+
+    def _restart_changed(
+        self, command: commands.RestartChanged, _: Reply
+    ) -> commands.Restarted:
+        return commands.Restarted(self._engine.restart(command.labels))
+
+    def _drop(self, command: commands.Drop, _: Reply) -> Done:
+        self._engine.drop(command.label)
+        return DONE
+
+    def _forget(self, command: commands.Forget, _: Reply) -> Done:
+        self._engine.forget(command.entries)
+        return DONE
+
+    # -- components
+
+    def _component(
+        self, name: str
+    ) -> 'tuple[Composition, ComponentTask] | None':
+        """Return a component, and what loads it, if `name` is one."""
+        composition = self._engine.composition
+        if composition is not None:
+            for task in composition.tasks:
+                node = task.full_name or task.component.node_name
+                if name in (task.label, node):
+                    return composition, task
+        return None
+
+    def _refuse_component(self, name: str, what: str) -> None:
+        found = self._component(name)
+        if found is not None:
+            composition, task = found
+            container = composition.container_process(task)
+            where = task.component.container
+            raise RefusedError(
+                f'{task.label} is a component, which cannot be {what} '
+                'alone; its container is '
+                f'{where if container is None else container.label}'
+            )
+
+
+def _with_log(log: Path | None, reply: Reply) -> Reply:
+    """Add the log of this launch to what another machine describes."""
+
+    def complete(response: commands.Described | Refused) -> None:
+        if isinstance(response, commands.Described):
+            path = None if log is None else str(log)
+            described = replace(response.description, log=path)
+            response = commands.Described(described)
+        reply(response)
+
+    return complete
