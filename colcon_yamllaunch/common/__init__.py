@@ -1,4 +1,4 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What all rooms may use: plain helpers that know nothing of launching."""
+"""General helpers, which know nothing of launching and import nothing else."""
