@@ -4,7 +4,6 @@
 """What changes the plan of a launch that runs, and what it does that with."""
 
 from collections.abc import Collection
-from collections.abc import Iterable
 from collections.abc import Mapping
 from typing import Protocol
 from typing import TYPE_CHECKING
@@ -13,9 +12,6 @@ from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.plan.plan import Block
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Entry
-from colcon_yamllaunch.plan.plan import Process
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.engine.dispatcher import Dispatcher
@@ -32,41 +28,6 @@ class RunningLaunch(Protocol):
 
     def groups(self) -> Mapping[str, int]:
         """Return the process groups of the processes that run, by label."""
-
-    def extend(self, entries: Iterable[Entry]) -> None:
-        """
-        Take more into the plan.
-
-        :raises ValueError: when a label is taken
-        """
-
-    def revise(self, part: Process | Component, *, at_once: bool) -> None:
-        """
-        Have a part of the plan be another one from its next start on.
-
-        :param at_once: Whether it would be started as what runs was, so that
-          what follows from the end of that, and its time-outs, are new now
-        :raises RefusedError: when there is none
-        """
-
-    def restart(self, labels: Collection[str]) -> tuple[str, ...]:
-        """
-        Start processes and load components anew after a change.
-
-        What was stopped on request stays so, and what was not started yet has
-        its time to come. Each begins when the one before has begun. Return
-        the labels of those that are started or loaded anew.
-        """
-
-    def drop(self, label: str) -> None:
-        """
-        Stop or unload a part of the plan, and forget it then.
-
-        :raises RefusedError: when there is none, or all is being stopped
-        """
-
-    def forget(self, entries: Iterable[Entry]) -> None:
-        """Do not do what has not been done yet, such as messages."""
 
     def renew_environment(self, variables: Mapping[str, str]) -> None:
         """Give processes that start from now on other variables."""

@@ -22,6 +22,12 @@ import signal
 
 from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine.commands import Drop
+from colcon_yamllaunch.engine.commands import Extend
+from colcon_yamllaunch.engine.commands import Forget
+from colcon_yamllaunch.engine.commands import RestartChanged
+from colcon_yamllaunch.engine.commands import Revise
+from colcon_yamllaunch.engine.commands import Shutdown
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.plan_changes import RunningLaunch
 from colcon_yamllaunch.plan.plan import Component
@@ -396,7 +402,8 @@ class ChangeLoop:
         current.has_job = True
 
     def _restart(self, labels: Iterable[str], current: PendingChange) -> None:
-        current.add_restarted(self.launch.restart(tuple(labels)))
+        command = RestartChanged(tuple(labels))
+        current.add_restarted(self.launch.dispatcher.do(command).labels)
 
     # from the answer of the worker to what runs
 
@@ -509,15 +516,16 @@ class ChangeLoop:
             current.stopped = new.gone
         current.pending.update(new.gone)
         for label in new.gone:
-            launch.drop(label)
-        launch.forget(new.dropped)
+            launch.dispatcher.do(Drop(label))
+        launch.dispatcher.do(Forget(new.dropped))
         kept = {*new.same, *new.differs}
         parts = [p for p in _parts(new.plan.entries) if p.label in kept]
         for part in parts:
-            launch.revise(part, at_once=part.label not in new.differs)
+            at_once = part.label not in new.differs
+            launch.dispatcher.do(Revise(part, at_once))
         labels = [p.label for p in parts if p.label in wanted]
         self._restart(self._compiled(labels, prepared, current), current)
-        launch.extend(new.new)
+        launch.dispatcher.do(Extend(new.new))
         # others are started by timers
         now = {e.label for e in new.new if isinstance(e, Process)}
         current.pending |= now
@@ -591,9 +599,6 @@ class ChangeLoop:
         self._changes.remove(current)
         self._restarts_launch = True
         self.launch.tell(events.Watched(text))
-        # few launches begin anew
-        from colcon_yamllaunch.engine.commands import Shutdown
-
         self.launch.dispatcher.do(Shutdown('it begins anew'))
 
     # what starts and fails

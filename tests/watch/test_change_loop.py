@@ -10,8 +10,8 @@ import signal
 from types import SimpleNamespace
 from typing import Any
 
+from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine.commands import Shutdown
 from colcon_yamllaunch.engine.commands import Watch
 from colcon_yamllaunch.engine.dispatcher import Dispatcher
 from colcon_yamllaunch.engine.outcome import Outcome
@@ -137,30 +137,26 @@ class Played:
     def tell(self, event: events.Event) -> None:
         self.told.append(event)
 
-    def restart(self, labels: tuple[str, ...]) -> tuple[str, ...]:
-        self.asked += [f'restart {label}' for label in labels]
-        return labels
-
-    def revise(self, part: Process, *, at_once: bool) -> None:
-        if part not in (TALK, LOOP):
-            when = 'at once' if at_once else 'when it starts'
-            self.asked.append(f'another {part.label} {when}')
-
-    def drop(self, label: str) -> None:
-        self.asked.append(f'drop {label}')
-
-    def extend(self, entries: tuple[Any, ...]) -> None:
-        self.asked += [f'start {entry.label}' for entry in entries]
-
     @property
     def dispatcher(self) -> Any:
         return SimpleNamespace(do=self.do)
 
-    def do(self, command: Shutdown) -> None:
-        self.asked.append(f'stop: {command.reason}')
-
-    def forget(self, entries: object) -> None:
-        pass
+    def do(self, command: commands.Command[Any]) -> Any:
+        match command:
+            case commands.RestartChanged(labels):
+                self.asked += [f'restart {label}' for label in labels]
+                return commands.Restarted(labels)
+            case commands.Revise(part, at_once) if part not in (TALK, LOOP):
+                when = 'at once' if at_once else 'when it starts'
+                self.asked.append(f'another {part.label} {when}')
+            case commands.Drop(label):
+                self.asked.append(f'drop {label}')
+            case commands.Extend(entries):
+                parts = Plan(entries).processes()
+                self.asked += [f'start {part.label}' for part in parts]
+            case commands.Shutdown(reason):
+                self.asked.append(f'stop: {reason}')
+        return commands.DONE
 
     def renew_environment(self, variables: object) -> None:
         pass
