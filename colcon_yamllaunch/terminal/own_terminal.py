@@ -30,9 +30,9 @@ if TYPE_CHECKING:
 
 def status_writer(descriptor: int) -> Writer:
     """Return what writes to a terminal, with a status block below that."""
-    from colcon_yamllaunch.terminal.foot import Foot
+    from colcon_yamllaunch.terminal.status_writer import StatusWriter
 
-    return Foot(descriptor)
+    return StatusWriter(descriptor)
 
 
 class OwnTerminal:
@@ -115,11 +115,11 @@ def _session(
     *,
     has_keys: bool,
 ) -> 'TerminalSession':
-    from colcon_yamllaunch.terminal.foot import Foot
     from colcon_yamllaunch.terminal.keyboard import Keyboard
+    from colcon_yamllaunch.terminal.status_writer import StatusWriter
     from colcon_yamllaunch.terminal.terminal_session import TerminalSession
 
-    assert isinstance(display.writer, Foot)
+    assert isinstance(display.writer, StatusWriter)
     keyboard = None
     if has_keys:
         keyboard = Keyboard(sys.stdin.fileno())

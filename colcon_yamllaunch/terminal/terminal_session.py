@@ -31,7 +31,6 @@ from colcon_yamllaunch.observers.screen import Screen
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.terminal.attachment import Attachment
 from colcon_yamllaunch.terminal.cpu_shares import CpuShares
-from colcon_yamllaunch.terminal.foot import Foot
 from colcon_yamllaunch.terminal.key_acts import KeyActs
 from colcon_yamllaunch.terminal.key_decoder import ESCAPE_DELAY
 from colcon_yamllaunch.terminal.keyboard import is_in_foreground
@@ -48,6 +47,7 @@ from colcon_yamllaunch.terminal.status_block import next_change
 from colcon_yamllaunch.terminal.status_block import Style
 from colcon_yamllaunch.terminal.status_block import View
 from colcon_yamllaunch.terminal.status_model import StatusModel
+from colcon_yamllaunch.terminal.status_writer import StatusWriter
 from colcon_yamllaunch.terminal.waits import waits
 from colcon_yamllaunch.terminal.watched_keyboard import WatchedKeyboard
 
@@ -74,8 +74,8 @@ class TerminalSession:
     Has the terminal of a launch, as long as that is in its foreground.
 
     :param state: The state of the launch
-    :param foot: Writes to the terminal
-    :param screen: Shows what happens, by `foot`
+    :param writer: Writes to the terminal
+    :param screen: Shows what happens, by `writer`
     :param guard: Is told of the terminal
     :param keyboard: The same terminal, None if somebody else has its keys
     :param color: Whether the block is coloured
@@ -89,7 +89,7 @@ class TerminalSession:
     def __init__(
         self,
         state: LaunchState,
-        foot: Foot,
+        writer: StatusWriter,
         screen: Screen,
         guard: GuardLink,
         keyboard: Keyboard | None,
@@ -103,7 +103,7 @@ class TerminalSession:
     ) -> None:
         #: What the block tells.
         self.model = StatusModel(state)
-        self._foot = foot
+        self._writer = writer
         self._screen = screen
         self._environment = environment
         self._filter = LineFilter(
@@ -156,8 +156,8 @@ class TerminalSession:
         self._attachment.connect(engine)
         self._keyboard.connect(engine.loop)
         engine.when_suspended.append(self._suspend)
-        engine.when_resized.append(self._foot.resized)
-        self._foot.begin(self._compose)
+        engine.when_resized.append(self._writer.resized)
+        self._writer.begin(self._compose)
 
     def close(self) -> None:
         """Give the terminal back as it was."""
@@ -183,7 +183,7 @@ class TerminalSession:
             if not self._filter.is_changing:
                 return
             if self._is_active:
-                self._foot.touch()
+                self._writer.touch()
             else:
                 # there is no place for what may still change
                 self._show_all(self._filter.end())
@@ -193,7 +193,7 @@ class TerminalSession:
             self._keys.tell('')
         self._attachment.before(event)
         if self.model.version != self._drawn_version:
-            self._foot.touch()
+            self._writer.touch()
         if self._is_active and isinstance(event, events.StillRunning):
             # the block counts down
             return
@@ -212,23 +212,23 @@ class TerminalSession:
             return
         self._end()
         if not is_suspended:
-            self._foot.begin(self._compose)
+            self._writer.begin(self._compose)
 
     def _mind_foreground(self) -> None:
         """Take the terminal, or leave it to another job that has it."""
-        if is_in_foreground(self._foot.descriptor) == self._is_active:
+        if is_in_foreground(self._writer.descriptor) == self._is_active:
             return
         self._is_active = not self._is_active
         if not self._is_active:
             self._keyboard.let_go()
             return
         modes = self._keyboard.grab(keeps_early=self._attachment.is_wanted)
-        self._guard.terminal(self._foot.descriptor, modes)
+        self._guard.terminal(self._writer.descriptor, modes)
 
     def _end(self) -> None:
         self._show_all(self._filter.end())
         self._is_active = False
-        self._foot.leave()
+        self._writer.leave()
         self._keyboard.let_go()
         self._guard.no_terminal()
 
@@ -255,7 +255,7 @@ class TerminalSession:
                     os.kill(os.getpid(), signal.SIGINT)
                 case 'break':
                     self._show_all(self._filter.settle())
-                    self._foot.write(None, b'\n')
+                    self._writer.write(None, b'\n')
         filtering = self._keys.filtering
         if filtering != self._filter.filtering:
             self._show_all(self._filter.settle())
@@ -264,7 +264,7 @@ class TerminalSession:
         self._escape_due = None
         if self._keys.is_waiting:
             self._escape_due = self._clock() + ESCAPE_DELAY
-        self._foot.touch(at_once=True)
+        self._writer.touch(at_once=True)
 
     def _overlay(self, lines: Callable[[int], Sequence[str]]) -> None:
         """
@@ -272,7 +272,7 @@ class TerminalSession:
 
         :param lines: Returns them, by the width of the terminal
         """
-        size = size_of(self._foot.descriptor)
+        size = size_of(self._writer.descriptor)
         # one is for the output, and one for the way back
         self._keys.show(lines(size.columns), size.lines - 2)
 
@@ -303,11 +303,11 @@ class TerminalSession:
 
         self._end()
         try:
-            pager = Pager(Path(log), self._foot.descriptor, os.environ)
+            pager = Pager(Path(log), self._writer.descriptor, os.environ)
         except (OSError, ValueError) as error:
             reason = error.strerror if isinstance(error, OSError) else error
             self._keys.tell(f'there is no pager by $PAGER: {reason}')
-            self._foot.begin(self._compose)
+            self._writer.begin(self._compose)
             return
         self._paged = PagedOutput(pager)
         self._engine.helpers[pager.pid] = self._mind_pager
@@ -325,7 +325,7 @@ class TerminalSession:
         paged, self._paged = self._paged, None
         assert paged is not None
         paged.pager.take_back()
-        self._foot.begin(self._compose)
+        self._writer.begin(self._compose)
         if paged.lost:
             self._screen.say(
                 f'{paged.lost} lines were not shown meanwhile; the logs have '
@@ -370,7 +370,7 @@ class TerminalSession:
             shares = self._shares.look(groups, now)
             model.measure({**self._shares_elsewhere(), **shares})
         self._drawn_version = model.version
-        size = size_of(self._foot.descriptor)
+        size = size_of(self._writer.descriptor)
         style = Style(
             size.columns,
             min(MAXIMUM_LINES, size.lines // PART),

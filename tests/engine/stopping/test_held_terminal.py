@@ -9,9 +9,9 @@ import termios
 
 from colcon_yamllaunch.engine.stopping.held_terminal import as_numbers
 from colcon_yamllaunch.engine.stopping.held_terminal import HeldTerminal
-from colcon_yamllaunch.terminal.foot import drawn
 from colcon_yamllaunch.terminal.keyboard import Keyboard
 from colcon_yamllaunch.terminal.status_block import Block
+from colcon_yamllaunch.terminal.status_writer import drawn
 import pytest
 from support.virtual_screen import VirtualScreen
 

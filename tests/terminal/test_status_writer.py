@@ -1,21 +1,21 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What is on a screen that has a block at its foot."""
+"""What is on a screen that has a block below the output."""
 
 import math
 
-from colcon_yamllaunch.terminal import foot
-from colcon_yamllaunch.terminal.foot import Foot
-from colcon_yamllaunch.terminal.foot import INTERVAL
-from colcon_yamllaunch.terminal.foot import SLOW_INTERVAL
+from colcon_yamllaunch.terminal import status_writer
 from colcon_yamllaunch.terminal.status_block import Block
+from colcon_yamllaunch.terminal.status_writer import INTERVAL
+from colcon_yamllaunch.terminal.status_writer import SLOW_INTERVAL
+from colcon_yamllaunch.terminal.status_writer import StatusWriter
 import pytest
 from support.virtual_screen import VirtualScreen
 
 
 class Shown:
-    """A foot on a screen, whose time passes as the test says."""
+    """A writer on a screen, whose time passes as the test says."""
 
     def __init__(self, columns=40, lines=8):
         self.screen = VirtualScreen(columns, lines)
@@ -23,10 +23,10 @@ class Shown:
         self.block = Block((' one', ' two'))
         self.next = None
         self.composed = 0
-        self.foot = Foot(self.screen.theirs, lambda: self.now)
+        self.writer = StatusWriter(self.screen.theirs, lambda: self.now)
 
     def begin(self):
-        self.foot.begin(self._compose)
+        self.writer.begin(self._compose)
         return self.flush()
 
     def _compose(self, now):
@@ -35,11 +35,11 @@ class Shown:
         return self.block, self.next
 
     def write(self, text):
-        self.foot.write('a', text.encode())
+        self.writer.write('a', text.encode())
         return self
 
     def flush(self):
-        self.foot.flush()
+        self.writer.flush()
         return self
 
     def later(self, seconds=INTERVAL):
@@ -61,7 +61,7 @@ def shown():
 
     yield make
     for one in made:
-        one.foot.close()
+        one.writer.close()
         one.screen.close()
 
 
@@ -120,7 +120,7 @@ def test_a_line_that_ends_with_a_carriage_return_stays(shown):
     assert one.lines == ['50 %', ' one', ' two']
     one.write('60 %\r').later()
     assert one.lines == ['60 %', ' one', ' two']
-    one.foot.end()
+    one.writer.end()
     assert one.lines == ['60 %']
 
 
@@ -129,17 +129,17 @@ def test_nothing_is_written_when_nothing_changes(shown):
     assert one.lines
     before = one.screen.received
     for _ in range(100):
-        one.foot.touch()
+        one.writer.touch()
         one.later()
     assert one.lines and one.screen.received == before
-    assert one.foot.due() is None
+    assert one.writer.due() is None
 
 
 def test_the_block_is_drawn_ten_times_a_second(shown):
     one = shown().begin()
     for number in range(100):
         one.block = Block((f' {number}',))
-        one.foot.touch()
+        one.writer.touch()
         one.write(f'{number}\r\n').later(0.01)
     # the first one, and one for each tenth of a second that began since
     assert 10 <= one.composed <= 12
@@ -148,8 +148,8 @@ def test_the_block_is_drawn_ten_times_a_second(shown):
 def test_output_waits_for_the_block_but_not_for_long(shown):
     one = shown().begin().write('first\r\n').flush()
     assert one.lines == [' one', ' two']
-    assert not one.foot.waits()
-    assert one.foot.due() - one.now == pytest.approx(INTERVAL)
+    assert not one.writer.waits()
+    assert one.writer.due() - one.now == pytest.approx(INTERVAL)
     one.later()
     assert one.lines == ['first', ' one', ' two']
     # after a pause it is shown at once
@@ -159,7 +159,7 @@ def test_output_waits_for_the_block_but_not_for_long(shown):
 
 
 def test_much_output_does_not_wait(shown, monkeypatch):
-    monkeypatch.setattr(foot, 'HELD', 100)
+    monkeypatch.setattr(status_writer, 'HELD', 100)
     one = shown().begin().write('a line\r\n').flush()
     assert one.lines == [' one', ' two']
     one.write('x' * 90 + '\r\n').flush()
@@ -170,7 +170,7 @@ def test_a_block_that_changes_is_drawn_in_its_place(shown):
     one = shown().begin().write('line\r\n').later()
     for lines in ((' a', ' b', ' c'), (' d',), (), (' e', ' f')):
         one.block = Block(lines)
-        one.foot.touch()
+        one.writer.touch()
         one.later()
         assert one.lines == ['line', *lines]
     assert one.screen.all_lines == ['line', ' e', ' f']
@@ -181,7 +181,7 @@ def test_a_block_at_the_bottom_grows_upwards(shown):
     for number in range(6):
         one.write(f'line {number}\r\n').later()
     one.block = Block((' a', ' b', ' c'))
-    one.foot.touch()
+    one.writer.touch()
     one.later()
     assert one.lines == ['line 5', ' a', ' b', ' c']
     assert one.screen.all_lines[:6] == [f'line {n}' for n in range(6)]
@@ -192,7 +192,7 @@ def test_it_may_be_another_one_without_an_event(shown):
     one.next = 101.0
     one.begin()
     one.block = Block((' later',))
-    assert one.foot.due() - one.now == pytest.approx(1.0)
+    assert one.writer.due() - one.now == pytest.approx(1.0)
     one.later(0.5)
     assert one.lines == [' one', ' two']
     one.later(0.5)
@@ -201,21 +201,21 @@ def test_it_may_be_another_one_without_an_event(shown):
 
 def test_at_its_end_the_output_stays(shown):
     one = shown().begin().write('line\r\n').flush()
-    one.foot.end()
+    one.writer.end()
     one.write('more\r\n').flush()
     assert one.lines == ['line', 'more']
     assert one.screen.cursor == (2, 0)
-    assert one.foot.due() is None
+    assert one.writer.due() is None
 
 
 def test_there_may_be_none_for_a_time(shown):
     one = shown().begin()
     one.block, one.next = None, 105.0
-    one.foot.touch()
+    one.writer.touch()
     one.later().write('line\r\n').flush()
     one.write('more\r\n').flush()
     assert one.lines == ['line', 'more']
-    assert one.foot.due() == pytest.approx(105.0)
+    assert one.writer.due() == pytest.approx(105.0)
     one.block, one.next = Block((' again',)), None
     one.later(10.0)
     assert one.lines == ['line', 'more', ' again']
@@ -225,7 +225,7 @@ def test_who_types_has_the_cursor_and_sees_each_key_at_once(shown):
     one = shown().begin().write('line\r\n').later()
     for typed in ('', 'h', 'he'):
         one.block = Block((' one', f'/{typed}'), (1, 1 + len(typed)))
-        one.foot.touch(at_once=True)
+        one.writer.touch(at_once=True)
         one.flush()
         assert one.lines == ['line', ' one', f'/{typed}']
         assert one.screen.cursor == (2, 1 + len(typed))
@@ -236,7 +236,7 @@ def test_who_types_has_the_cursor_and_sees_each_key_at_once(shown):
     assert one.lines == ['line', 'more', 'half', ' one', '/he']
     one.write(' of it\r\n').later()
     assert one.lines == ['line', 'more', 'half of it', ' one', '/he']
-    one.foot.end()
+    one.writer.end()
     assert one.lines == ['line', 'more', 'half of it']
     assert one.screen.cursor == (3, 0)
 
@@ -249,7 +249,7 @@ def test_another_size(shown, columns):
     one.screen.resize(columns, 8)
     width = columns - 2
     one.block = Block((' ' + 'A' * width, ' ' + 'B' * width))
-    one.foot.touch()
+    one.writer.touch()
     one.later().write('more\r\n').later()
     assert one.lines == ['line', 'more', *one.block.lines]
 
@@ -269,15 +269,15 @@ def test_a_line_that_is_too_long_is_cut_by_the_terminal(shown):
 
 def test_the_title_does_not_move_the_block(shown):
     one = shown().begin()
-    one.foot.steer(b'\x1b]2;title\x07')
+    one.writer.steer(b'\x1b]2;title\x07')
     one.later()
     assert one.lines == [' one', ' two']
     # not even when the block has to be drawn anew, but later
     before = one.screen.received
-    one.foot.touch()
-    one.foot.steer(b'\x1b]2;other\x07')
+    one.writer.touch()
+    one.writer.steer(b'\x1b]2;other\x07')
     one.flush()
-    assert not one.foot.waits()
+    assert not one.writer.waits()
     assert one.lines and one.screen.received > before
 
 
@@ -285,10 +285,10 @@ def test_what_a_process_draws_keeps_to_its_line(shown):
     one = shown().begin().write('line\r\n').later()
     hostile = b'> \x1b[2J\x1b[H\x1b[5Bx\x1b[?25l\x1b7\x1b[1;1r\x1b[10A\x1bcy'
     for number in range(len(hostile)):
-        one.foot.write_raw('a', hostile[number : number + 1])
+        one.writer.write_raw('a', hostile[number : number + 1])
     one.later()
     assert one.lines == ['line', '> xy', ' one', ' two']
-    one.foot.write_raw('a', b'\b\b\x1b[Kz\x1b[31mred\x1b[0m\r\n')
+    one.writer.write_raw('a', b'\b\b\x1b[Kz\x1b[31mred\x1b[0m\r\n')
     one.later()
     assert one.lines == ['line', '> zred', ' one', ' two']
 
@@ -296,17 +296,17 @@ def test_what_a_process_draws_keeps_to_its_line(shown):
 def test_a_terminal_that_takes_nothing_gets_no_more_blocks(shown, monkeypatch):
     one = shown().begin()
     with monkeypatch.context() as patch:
-        patch.setattr(one.foot, '_write_some', lambda: False)
+        patch.setattr(one.writer, '_write_some', lambda: False)
         one.write('line\r\n').later()
         composed = one.composed
         for number in range(9):
             one.block = Block((f' {number}',))
-            one.foot.touch()
+            one.writer.touch()
             one.write('more\r\n').later(2 * SLOW_INTERVAL)
         assert one.composed == composed
         # that it goes on is waited for
-        assert one.foot.waits()
-        assert one.foot.due() == math.inf
+        assert one.writer.waits()
+        assert one.writer.due() == math.inf
     one.later()
     one.later(SLOW_INTERVAL)
     assert one.lines == ['more'] * 7 + [' 8']
@@ -315,13 +315,13 @@ def test_a_terminal_that_takes_nothing_gets_no_more_blocks(shown, monkeypatch):
 def test_what_a_process_leaves_on_is_off_for_all_others(shown):
     one = shown().begin()
     one.block = Block((' one', '> '), (1, 2))
-    one.foot.write_raw('a', b'\x1b[41;32mred')
+    one.writer.write_raw('a', b'\x1b[41;32mred')
     one.later().write('\r\nplain\r\n').later()
     assert one.screen.colour_of('red') == 'green'
     assert one.screen.colour_of('plain') == 'default'
     assert one.screen.colour_of('one') == 'default'
-    one.foot.write_raw('a', b'\x1b[41;32mred\r\n')
-    one.later().foot.end()
+    one.writer.write_raw('a', b'\x1b[41;32mred\r\n')
+    one.later().writer.end()
     one.write('a prompt').flush()
     assert one.screen.colour_of('a prompt') == 'default'
     assert one.screen.background_of(5) == 'default'
@@ -329,8 +329,8 @@ def test_what_a_process_leaves_on_is_off_for_all_others(shown):
 
 @pytest.fixture
 def flooded(shown, monkeypatch):
-    """Return a foot that much has been written to already, and its lines."""
-    monkeypatch.setattr(foot, 'HELD', 100)
+    """Return a writer that much has been written to already, and its lines."""
+    monkeypatch.setattr(status_writer, 'HELD', 100)
 
     def make(*size):
         one = shown(*size).begin()
@@ -358,7 +358,7 @@ def test_a_flood_leaves_the_block_alone(flooded):
     assert one.composed == composed
     # what changes is drawn in its place, and not more often
     one.block = Block((' 1', ' 2'))
-    one.foot.touch()
+    one.writer.touch()
     one.write('more\r\n').flush()
     assert one.lines[-3:] == ['more', ' one', ' two']
     one.later()
@@ -366,7 +366,7 @@ def test_a_flood_leaves_the_block_alone(flooded):
     # what comes slowly again, too
     one.later().write('slow\r\n').flush().later()
     assert one.lines[-3:] == ['slow', ' 1', ' 2']
-    one.foot.end()
+    one.writer.end()
     assert one.screen.all_lines == [*written, 'more', 'slow']
 
 
@@ -382,13 +382,13 @@ def test_a_line_of_a_flood_may_take_several(flooded):
 def test_who_types_during_a_flood(flooded):
     one, _ = flooded(40, 8)
     one.block = Block((' one', '/he'), (1, 3))
-    one.foot.touch(at_once=True)
+    one.writer.touch(at_once=True)
     one.flush()
     for number in range(20):
         one.write(f'{number}\r\n' * 9).flush()
         assert one.lines == [str(number)] * 6 + [' one', '/he']
         assert one.screen.cursor == (7, 3)
-    one.foot.end()
+    one.writer.end()
     assert one.screen.all_lines[-1] == '19'
     assert one.screen.cursor == (6, 0)
 
@@ -410,7 +410,7 @@ def test_another_size_during_a_flood(flooded, size):
         one.write('x\r\n' * 20).flush()
         written += ['x'] * 20
         if number == 1:
-            one.foot.resized()
+            one.writer.resized()
         one.later()
     assert one.screen.all_lines == [*written, ' one', ' two']
 
@@ -419,7 +419,7 @@ def test_a_block_of_another_height_during_a_flood(flooded):
     one, written = flooded(40, 8)
     for block in ((' a', ' b', ' c'), (' d',), (), (' e', ' f')):
         one.block = Block(block)
-        one.foot.touch()
+        one.writer.touch()
         one.later()
         for _ in range(3):
             one.write('x\r\n' * 20).flush().later()
@@ -434,7 +434,7 @@ def test_a_slow_terminal_keeps_the_block(flooded, monkeypatch):
     one, written = flooded(40, 8)
     one.later().later()
     with monkeypatch.context() as patch:
-        patch.setattr(one.foot, '_write_some', lambda: False)
+        patch.setattr(one.writer, '_write_some', lambda: False)
         one.write('held up\r\n').flush()
     one.write('behind\r\n')
     one.flush()

@@ -58,7 +58,7 @@ _TO_SCREEN_END = '\x1b[J'
 Compose = Callable[[float], tuple[Block | None, float | None]]
 
 
-class Foot(Writer):
+class StatusWriter(Writer):
     """
     A writer to a terminal, whose block is drawn by who calls :meth:`begin`.
 
