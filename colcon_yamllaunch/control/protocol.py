@@ -30,6 +30,8 @@ which is :data:`VERSION`, and `request`:
   `process`, and one of `transitions.TRANSITIONS` as `transition`: it is
   answered when the node has done it, or has not;
 - `shutdown`: everything is stopped; the connection ends with the launch;
+- `escalate`: the next step of stopping everything is taken at once, as by a
+  second Ctrl-C;
 - `attach`, with a name of a process: from the answer on, the client sends
   `{"keys": TEXT}` to type at the process, and gets `{"output": TEXT}` for
   what it writes, `{"skipped": NUMBER}` where that many bytes were lost

@@ -15,7 +15,7 @@ from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.state import ComponentState
 from colcon_yamllaunch.engine.state import ProcessState
 from colcon_yamllaunch.terminal.attachment import Attachment
-from colcon_yamllaunch.terminal.key_meanings import cannot_be_typed_at
+from colcon_yamllaunch.terminal.keymap import cannot_be_typed_at
 from colcon_yamllaunch.terminal.keys import Act
 from colcon_yamllaunch.terminal.keys import DOWN
 from colcon_yamllaunch.terminal.keys import Keys

@@ -17,13 +17,14 @@ from colcon_yamllaunch.observers.line_filter import Filtering
 from colcon_yamllaunch.observers.log_levels import Level
 from colcon_yamllaunch.terminal.input_line import InputLine
 from colcon_yamllaunch.terminal.key_decoder import KeyDecoder
-from colcon_yamllaunch.terminal.key_meanings import FOR_ALL
-from colcon_yamllaunch.terminal.key_meanings import FOR_ONE
-from colcon_yamllaunch.terminal.key_meanings import hint
-from colcon_yamllaunch.terminal.key_meanings import OneAction
-from colcon_yamllaunch.terminal.key_meanings import only_its_container_writes
 from colcon_yamllaunch.terminal.keyboard import ESCAPE
 from colcon_yamllaunch.terminal.keyboard import ESCAPE_NAME
+from colcon_yamllaunch.terminal.keymap import BLOCK_HELP
+from colcon_yamllaunch.terminal.keymap import FOR_ALL
+from colcon_yamllaunch.terminal.keymap import FOR_ONE
+from colcon_yamllaunch.terminal.keymap import hint
+from colcon_yamllaunch.terminal.keymap import OneAction
+from colcon_yamllaunch.terminal.keymap import only_its_container_writes
 from colcon_yamllaunch.terminal.name_search import matching
 from colcon_yamllaunch.terminal.status_block import View
 from colcon_yamllaunch.terminal.status_model import StatusModel
@@ -69,16 +70,6 @@ _HINT = hint(
     for action in ('help', 'search', 'level', 'times', 'mute_all')
 )
 _HINT += '  q stop'
-_HELP = (
-    ('1 … Z', 'choose the process with this key'),
-    (':', 'choose one by a part of its name; Tab completes it'),
-    *((m.key, f'then {m.text}') for m in FOR_ONE.values()),
-    ('Esc', 'choose none; without one chosen, show all again'),
-    *((m.key, m.text) for m in FOR_ALL.values()),
-    ('Enter', 'end a line, to tell what comes from what was'),
-    ('q', 'stop the launch, as Ctrl-C does; once more hurries'),
-    (ESCAPE_NAME, 'go back from the process that is typed at'),
-)
 
 
 class Keys:
@@ -477,9 +468,9 @@ def help_lines(columns: int = 80) -> list[str]:
     # few ask
     import textwrap
 
-    width = max(len(key) for key, _ in _HELP) + 4
+    width = max(len(key) for key, _ in BLOCK_HELP) + 4
     lines = []
-    for key, text in _HELP:
+    for key, text in BLOCK_HELP:
         lines += textwrap.wrap(
             text,
             # the last column stays free

@@ -24,8 +24,6 @@ from colcon_yamllaunch.terminal.full_screen.dialogs import Leaving
 from colcon_yamllaunch.terminal.full_screen.dialogs import Reading
 from colcon_yamllaunch.terminal.full_screen.inspection import in_full
 from colcon_yamllaunch.terminal.full_screen.inspection import in_short
-from colcon_yamllaunch.terminal.full_screen.key_table import ON_ALL
-from colcon_yamllaunch.terminal.full_screen.key_table import ON_ONE
 from colcon_yamllaunch.terminal.full_screen.launch_model import LaunchModel
 from colcon_yamllaunch.terminal.full_screen.link import Done
 from colcon_yamllaunch.terminal.full_screen.link import LaunchFeed
@@ -40,8 +38,10 @@ from colcon_yamllaunch.terminal.full_screen.prompt import Prompt
 from colcon_yamllaunch.terminal.full_screen.screen_lines import help_table
 from colcon_yamllaunch.terminal.full_screen.screen_lines import keys_text
 from colcon_yamllaunch.terminal.full_screen.screen_lines import title_text
-from colcon_yamllaunch.terminal.key_meanings import cannot_be_typed_at
-from colcon_yamllaunch.terminal.key_meanings import only_its_container_writes
+from colcon_yamllaunch.terminal.keymap import cannot_be_typed_at
+from colcon_yamllaunch.terminal.keymap import ON_ALL
+from colcon_yamllaunch.terminal.keymap import ON_ONE
+from colcon_yamllaunch.terminal.keymap import only_its_container_writes
 from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding

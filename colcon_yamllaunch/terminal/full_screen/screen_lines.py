@@ -8,9 +8,9 @@ from collections.abc import Collection
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.common.table import duration
 from colcon_yamllaunch.common.table import size
-from colcon_yamllaunch.terminal.full_screen.key_table import ON_ALL
-from colcon_yamllaunch.terminal.full_screen.key_table import ON_ONE
 from colcon_yamllaunch.terminal.full_screen.launch_model import LaunchModel
+from colcon_yamllaunch.terminal.keymap import ON_ALL
+from colcon_yamllaunch.terminal.keymap import ON_ONE
 from rich.table import Table
 from rich.text import Text
 

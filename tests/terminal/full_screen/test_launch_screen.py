@@ -12,11 +12,11 @@ import re
 from typing import Any
 
 from colcon_yamllaunch.control.subscription import Missed
-from colcon_yamllaunch.terminal.full_screen.key_table import ON_ALL
-from colcon_yamllaunch.terminal.full_screen.key_table import ON_ONE
 from colcon_yamllaunch.terminal.full_screen.launch_app import LaunchApp
 from colcon_yamllaunch.terminal.full_screen.launch_screen import LaunchScreen
 from colcon_yamllaunch.terminal.full_screen.part_list import PartList
+from colcon_yamllaunch.terminal.keymap import ON_ALL
+from colcon_yamllaunch.terminal.keymap import ON_ONE
 from rich.style import Style
 from support.shown_launch import component
 from support.shown_launch import exited
