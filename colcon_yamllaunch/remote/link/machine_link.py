@@ -245,7 +245,9 @@ class MachineLink:
         if not self.is_gone:
             if self._waiting and not self._held:
                 return 0.0
-            waits.append(self._beaten + self._heartbeat - now)
+            # no heartbeat is sent while the connection is lost
+            beaten = self._beaten if self._is_resumed else now
+            waits.append(beaten + self._heartbeat - now)
             if self._process is None:
                 waits.append(self._retry_at - now)
         return max(0.0, min(waits)) if waits else None
