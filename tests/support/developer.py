@@ -7,10 +7,12 @@ from dataclasses import replace
 from pathlib import Path
 import subprocess
 
+from colcon_yamllaunch.remote.connection.machine_connection import (
+    MachineConnection,
+)
 from colcon_yamllaunch.remote.sync.code_sync import Code
 from colcon_yamllaunch.remote.sync.code_sync import sync_code
 from colcon_yamllaunch.remote.sync.code_sync import Synced
-from colcon_yamllaunch.remote.sync.remote_connection import Connection
 from colcon_yamllaunch.workspace.packages.package import Package
 from support.file_clock import let_files_settle
 from support.machine_here import MachineHere
@@ -18,7 +20,7 @@ from support.user import CMAKE
 from support.user import HELLO
 
 #: What is asked when there is nothing to bring.
-QUIET = ['build_there.begin', 'lock_there.release']
+QUIET = ['build.begin', 'lock.release']
 
 
 class Developer:
@@ -28,7 +30,7 @@ class Developer:
         self.root = folder / 'here'
         self.machine = MachineHere(folder / 'arm')
         #: How it is reached.
-        self.connection: Connection = self.machine
+        self.connection: MachineConnection = self.machine
         self.packages: list[Package] = []
         self.said: list[str] = []
         self.build_arguments: tuple[str, ...] = ()

@@ -21,6 +21,9 @@ from typing import Any
 
 import colcon_yamllaunch
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.remote.connection.machine_connection import (
+    MachineConnection,
+)
 
 _ANSWER = """\
 import sys
@@ -43,39 +46,7 @@ except UserError as e:
 _LIBRARY = str(Path(colcon_yamllaunch.__file__).parent.parent)
 
 
-class ProgramHere:
-    """A program that was started through the connection."""
-
-    def __init__(self, process: 'subprocess.Popen[bytes]') -> None:
-        self._process = process
-        assert process.stdin is not None and process.stdout is not None
-        self.stdin = process.stdin.fileno()
-        self.stdout = process.stdout.fileno()
-
-    @property
-    def errors(self) -> str:
-        assert self._process.stderr is not None
-        return self._process.stderr.read().decode(errors='replace')
-
-    def end_input(self) -> None:
-        assert self._process.stdin is not None
-        self._process.stdin.close()
-
-    def wait(self) -> int:
-        code = self._process.wait()
-        return code if code >= 0 else 128 - code
-
-    def close(self) -> None:
-        process = self._process
-        for stream in (process.stdin, process.stdout, process.stderr):
-            assert stream is not None
-            stream.close()
-        if self._process.poll() is None:
-            self._process.kill()
-            self._process.wait()
-
-
-class MachineHere:
+class MachineHere(MachineConnection):
     """
     A machine, which is its own connection.
 
@@ -131,23 +102,24 @@ class MachineHere:
                     return result
         raise UserError('the connection is lost')
 
-    def stream(
-        self,
-        argv: Sequence[str],
-        cwd: str | None = None,
-        env: Mapping[str, str] | None = None,
-    ) -> ProgramHere:
+    def run_program(
+        self, argv: Sequence[str], stdin: int, stdout: int
+    ) -> tuple[int, list[str]]:
         self.asked.append(argv[0])
-        return ProgramHere(
-            subprocess.Popen(
-                [*self.inside, *argv],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.PIPE,
-                cwd=cwd or self.home,
-                env={**self.environment, **(env or {})},
-            )
+        process = subprocess.run(
+            [*self.inside, *argv],
+            stdin=stdin,
+            stdout=stdout,
+            stderr=subprocess.PIPE,
+            cwd=self.home,
+            env=self.environment,
+            check=False,
         )
+        os.close(stdin)
+        os.close(stdout)
+        code = process.returncode
+        errors = process.stderr.decode(errors='replace').splitlines()
+        return code if code >= 0 else 128 - code, errors
 
     def forget(self, name: str) -> None:
         """Have a program there no more."""

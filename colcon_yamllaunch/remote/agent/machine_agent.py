@@ -12,8 +12,8 @@ its input ends, the launcher is gone, and so is what it has been asked to do.
 A request is a control frame `{"request": NAME, "id": NUMBER, …}`; the answer
 is `{"reply": NUMBER, "result": {…}}` or `{"reply": NUMBER, "error": TEXT}`,
 and before it any number of `{"line": TEXT}`. `hello`, `stream`, `start` and
-`resume` are done here; `MODULE.FUNCTION` is a function of a module whose name
-ends with `_there`, which takes the `arguments` and what a line is said with.
+`resume` are done here; `MODULE.FUNCTION` is a function of a module of
+`remote/sync`, which takes the `arguments` and what a line is said with.
 """
 
 from collections.abc import Mapping
@@ -158,7 +158,7 @@ def _result_of(
         act = part_link.start if name == 'start' else part_link.resume
         act(launcher, content)
         raise LauncherGoneError
-    from colcon_yamllaunch.remote.agent.requests_there import answer
+    from colcon_yamllaunch.remote.agent.requests import answer
 
     answer(launcher, name, content)
     return None

@@ -34,14 +34,12 @@ def run_program(
     :raises UserError: when it cannot be started
     """
     argv = [str(word) for word in content['argv']]
-    cwd = os.path.expanduser(content.get('cwd') or '~')
     identity = new_identity()
-    variables = {**os.environ, **(content.get('env') or {})}
-    variables[LAUNCH_ID_VARIABLE] = f'{identity}.0'
+    variables = {**os.environ, LAUNCH_ID_VARIABLE: f'{identity}.0'}
     try:
         process = subprocess.Popen(
             argv,
-            cwd=cwd,
+            cwd=os.path.expanduser('~'),
             env=variables,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
@@ -108,6 +106,6 @@ def _pass_on(
             elif readers[descriptor]:
                 launcher_channel.write(frames.encode(frames.STREAM, data))
             else:
-                text = data.decode(errors='replace')
-                launcher_channel.send({'errors': text})
+                for line in data.decode(errors='replace').splitlines():
+                    launcher_channel.send({'line': line})
     return True

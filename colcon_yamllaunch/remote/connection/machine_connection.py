@@ -7,6 +7,7 @@ from collections.abc import Callable
 from collections.abc import Mapping
 from collections.abc import Sequence
 from contextlib import suppress
+from functools import partial
 import math
 import os
 import select
@@ -32,9 +33,6 @@ from colcon_yamllaunch.remote.connection.connection_errors import ConnectError
 from colcon_yamllaunch.remote.connection.foreground import foreground
 from colcon_yamllaunch.remote.connection.foreground import has_terminal
 from colcon_yamllaunch.remote.connection.program_archive import program_archive
-from colcon_yamllaunch.remote.connection.streamed_program import (
-    StreamedProgram,
-)
 from colcon_yamllaunch.remote.deployment.machine import Machine
 from colcon_yamllaunch.remote.wire import frames
 from colcon_yamllaunch.remote.wire.frames import Frame
@@ -54,6 +52,10 @@ _PROGRAMS = ('rsync', 'colcon', 'bash', 'git')
 _READ = 256 * 1024
 # seconds that a write may take before a connection that is closed is ended
 _PATIENCE = 0.5
+#: The exit code of a program that does not report one.
+_LOST = 255
+#: How often a program is ended whose output nobody reads (seconds).
+_READER_INTERVAL = 0.2
 
 #: Takes a line.
 Say = Callable[[str], None]
@@ -214,38 +216,46 @@ class MachineConnection:
         """
         Have a function called there, and return what it returns.
 
-        :param request: Its module and name, as `sources_there.compare`
+        :param request: Its module and name, as `manifest.compare`
         :param on_line: Is called with each line that it says meanwhile
         :raises UserError: what it raises there, or as the connection is lost
         """
         return self._ask(request, {'arguments': arguments}, on_line)
 
-    def stream(
-        self,
-        argv: Sequence[str],
-        cwd: str | None = None,
-        env: Mapping[str, str] | None = None,
-    ) -> StreamedProgram:
+    def run_program(
+        self, argv: Sequence[str], stdin: int, stdout: int
+    ) -> tuple[int, list[str]]:
         """
-        Start a program there; nothing else may be asked before its end.
+        Run a program there; return its exit code (128 + a signal) and errors.
 
-        :param cwd: Its folder, by default the home folder
-        :param env: Variables besides those that it has
+        It is ended when nobody writes `stdin` and reads `stdout` any more.
+
+        :param stdin: A descriptor that its input is read from, to the end;
+          closed then
+        :param stdout: A descriptor that its output is written to; closed
+        :raises UserError: when it cannot be started, or the connection is
+          lost
         """
-        process = self._connected()
-        number = self._request(
-            'stream', {'argv': list(argv), 'cwd': cwd, 'env': env}
-        )
-        return StreamedProgram(
-            process.stdout,
-            self._reader,
-            self._frames,
-            self._write,
-            self._reading,
-            number,
-            SILENCE,
-            lambda: self._lost(process),
-        )
+        errors: list[str] = []
+        number = self._request('stream', {'argv': list(argv)})
+        has_ended = threading.Event()
+        threading.Thread(
+            target=self._send_input,
+            args=(stdin, stdout, has_ended),
+            daemon=True,
+        ).start()
+        try:
+            result = self._result(
+                'stream',
+                number,
+                errors.append,
+                on_stream=partial(_write_all, stdout),
+            )
+        finally:
+            has_ended.set()
+            os.close(stdout)
+        code = result.get('code')
+        return code if isinstance(code, int) else _LOST, errors
 
     def start_part(self, plan: Plan, settings: PartSettings) -> StartedPart:
         """
@@ -373,9 +383,19 @@ class MachineConnection:
         patience: float = math.inf,
     ) -> dict[str, Any]:
         number = self._request(request, content)
+        return self._result(request, number, on_line, patience)
+
+    def _result(
+        self,
+        request: str,
+        number: int,
+        on_line: Say | None,
+        patience: float = math.inf,
+        on_stream: Callable[[bytes], None] | None = None,
+    ) -> dict[str, Any]:
         begin = self._heard = time.monotonic()
         while True:
-            for answer in self._answers():
+            for answer in self._answers(on_stream):
                 line = answer.get('line')
                 if line is not None and on_line is not None:
                     on_line(str(line))
@@ -399,6 +419,31 @@ class MachineConnection:
                 )
             self._feed(data)
 
+    def _send_input(
+        self, source: int, target: int, has_ended: threading.Event
+    ) -> None:
+        """
+        Send the input of a program; end it when nobody reads its output.
+
+        What is read after its end is dropped: who still writes reads the
+        output first, which says why.
+
+        :param source: What the input is read from; closed
+        :param target: What the output is written to
+        """
+        with suppress(ConnectError), open(source, 'rb', 0) as file:
+            while data := file.read(_READ):
+                if not has_ended.is_set():
+                    self._write(frames.encode(frames.STREAM, data))
+            if not has_ended.is_set():
+                self._write(frames.encode(frames.STREAM, b''))
+            poll = select.poll()
+            poll.register(target, 0)
+            while not has_ended.wait(_READER_INTERVAL):
+                if poll.poll(0):
+                    self._write(frames.message({'end': 0}))
+                    break
+
     def _lost(self, process: ConnectProcess) -> ConnectError:
         """Give up a connection, also to those who write to it."""
         messages = process.messages
@@ -411,11 +456,15 @@ class MachineConnection:
         self._write(frames.message(message))
         return self._number
 
-    def _answers(self) -> list[dict[str, Any]]:
+    def _answers(
+        self, on_stream: Callable[[bytes], None] | None
+    ) -> list[dict[str, Any]]:
         taken = []
         while self._frames:
             frame = self._frames.pop(0)
-            if frame.kind == frames.CONTROL:
+            if frame.kind == frames.STREAM and on_stream is not None:
+                on_stream(frame.body)
+            elif frame.kind == frames.CONTROL:
                 try:
                     taken.append(frame.content())
                 except FrameError as error:
@@ -511,6 +560,14 @@ class MachineConnection:
         if self._beats is not None and self._beats.is_alive():
             self._beats.join()
         self._beats = None
+
+
+def _write_all(descriptor: int, data: bytes) -> None:
+    """Write to who may have stopped reading."""
+    view = memoryview(data)
+    with suppress(OSError):
+        while view:
+            view = view[os.write(descriptor, view) :]
 
 
 def _number(told: object) -> float:

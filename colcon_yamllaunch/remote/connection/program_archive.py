@@ -20,6 +20,7 @@ import threading
 import zlib
 
 import colcon_yamllaunch
+from colcon_yamllaunch.remote.agent.requests import MODULES
 
 _PACKAGE = colcon_yamllaunch.__name__
 _ROOT = Path(colcon_yamllaunch.__file__).parent
@@ -27,7 +28,8 @@ _ROOT = Path(colcon_yamllaunch.__file__).parent
 #: package.
 _ROOTS = (
     'remote/agent/*.py',
-    'remote/sync/*_there.py',
+    'remote/sync/colcon_build.py',
+    *(f'remote/sync/{name}.py' for name in MODULES),
     # started as programs
     'engine/stopping/guard.py',
     'engine/process/exec_program.py',

@@ -1,12 +1,17 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""The code of a launch brought to one machine, by that machine's `sync:`."""
+"""The code of a launch sent to one machine, by that machine's `sync:`."""
 
 from collections.abc import Callable
+from collections.abc import Collection
+from collections.abc import Iterable
+from collections.abc import Iterator
 from collections.abc import Mapping
 from collections.abc import Sequence
+from contextlib import contextmanager
 from contextlib import suppress
+from functools import partial
 import os
 from pathlib import Path
 import platform
@@ -16,19 +21,22 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.fingerprint import digest
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.text_files import content_of
+from colcon_yamllaunch.remote.connection.machine_connection import (
+    MachineConnection,
+)
+from colcon_yamllaunch.remote.connection.machine_connection import Say
 from colcon_yamllaunch.remote.sync.build_words import build_words
 from colcon_yamllaunch.remote.sync.build_words import path_there
-from colcon_yamllaunch.remote.sync.install_listing import InstallListing
-from colcon_yamllaunch.remote.sync.install_there import system
-from colcon_yamllaunch.remote.sync.presence_there import version_of
-from colcon_yamllaunch.remote.sync.remote_connection import Connection
-from colcon_yamllaunch.remote.sync.remote_connection import Say
-from colcon_yamllaunch.remote.sync.same_system import check_system
-from colcon_yamllaunch.remote.sync.source_listing import Digests
-from colcon_yamllaunch.remote.sync.source_listing import DIGESTS_NAME
-from colcon_yamllaunch.remote.sync.source_listing import place_of
-from colcon_yamllaunch.remote.sync.source_listing import source_trees
-from colcon_yamllaunch.remote.sync.tree_bringing import bring
+from colcon_yamllaunch.remote.sync.install_listing import changed_texts
+from colcon_yamllaunch.remote.sync.install_listing import install_trees
+from colcon_yamllaunch.remote.sync.install_listing import pythons_of
+from colcon_yamllaunch.remote.sync.listing import FileTree
+from colcon_yamllaunch.remote.sync.listing import place_of
+from colcon_yamllaunch.remote.sync.listing import source_trees
+from colcon_yamllaunch.remote.sync.presence import version_of
+from colcon_yamllaunch.remote.sync.system import check_system
+from colcon_yamllaunch.remote.sync.system import system
+from colcon_yamllaunch.remote.sync.transfer import Transfer
 from colcon_yamllaunch.workspace.environment.underlays import chained_underlays
 from colcon_yamllaunch.workspace.environment.underlays import sourced_underlays
 from colcon_yamllaunch.workspace.packages.closure import closure
@@ -37,6 +45,7 @@ from colcon_yamllaunch.workspace.packages.package import Package
 _BOOT_ID = Path('/proc/sys/kernel/random/boot_id')
 
 
+@dataclass(frozen=True, slots=True)
 class Code:
     """
     The workspace here, as far as machines need it; one for all of them.
@@ -53,30 +62,15 @@ class Code:
     :param title: The command, for those who wait for it there
     """
 
-    def __init__(
-        self,
-        root: Path,
-        packages: Sequence[Package],
-        build_base: Path,
-        install_base: Path,
-        *,
-        merge_install: bool,
-        build_arguments: Sequence[str],
-        settings: Mapping[str, str],
-        environment: Mapping[str, str],
-        title: str,
-    ) -> None:
-        self.root = root
-        self.packages = tuple(packages)
-        self.build_base = build_base
-        self.install_base = install_base
-        self.merge_install = merge_install
-        self.build_arguments = tuple(build_arguments)
-        self.settings = settings
-        self.environment = environment
-        self.title = title
-        #: The digests of its files.
-        self.digests = Digests(build_base / DIGESTS_NAME)
+    root: Path
+    packages: Sequence[Package]
+    build_base: Path
+    install_base: Path
+    merge_install: bool
+    build_arguments: Sequence[str]
+    settings: Mapping[str, str]
+    environment: Mapping[str, str]
+    title: str
 
     @property
     def origin(self) -> str:
@@ -89,7 +83,7 @@ class Synced:
     """
     What came of it.
 
-    :param transferred: How many files were brought or deleted
+    :param transferred: How many files were sent or deleted
     :param built: The packages that were built there
     """
 
@@ -101,13 +95,13 @@ def sync_code(
     mode: str,
     machine: str,
     workspace_there: str,
-    connection: Connection,
+    connection: MachineConnection,
     code: Code | None,
     needed: frozenset[str],
     say: Say,
 ) -> Synced:
     """
-    Bring the code to one machine; in a thread for each machine.
+    Send the code to one machine; in a thread for each machine.
 
     To interrupt it the connection is closed in another thread: what runs
     here and there is ended then, and it raises.
@@ -130,7 +124,7 @@ def sync_code(
         'install': _Sync.install,
         'none': _Sync.check,
     }
-    sync = _Sync(machine, workspace_there, connection, code, needed, say)
+    sync = _Sync(workspace_there, connection, code, needed, say)
     try:
         return modes[mode](sync)
     except UserError as e:
@@ -145,18 +139,16 @@ def sync_code(
 
 
 class _Sync:
-    """Bringing code to one machine."""
+    """Sending code to one machine."""
 
     def __init__(
         self,
-        machine: str,
         workspace_there: str,
-        connection: Connection,
+        connection: MachineConnection,
         code: Code,
         needed: frozenset[str],
         say: Say,
     ) -> None:
-        self._machine = machine
         self._workspace_there = workspace_there
         self._connection = connection
         self._code = code
@@ -166,83 +158,69 @@ class _Sync:
         self._packages = [p for p in code.packages if p.name in names]
 
     def build(self) -> Synced:
-        """Bring the sources, and build them there."""
+        """Send the sources, and build them there."""
         if not self._packages:
             return Synced()
         code = self._code
-        trees = source_trees(self._packages, code.root, code.digests)
-        begun = self._begin({tree.place: tree.digest for tree in trees}, True)
-        try:
+        list_trees = partial(source_trees, self._packages, code.root)
+        trees = list_trees()
+        words = self._build_arguments()
+        with self._begun(trees, build=words) as begun:
             if not begun['changed']:
                 return Synced(built=frozenset(begun['built']))
-            transferred = bring(
+            places = [place_of(p, code.root) for p in code.packages]
+            places += [tree.place for tree in trees]
+            transferred = Transfer(
                 self._connection,
                 begun['root'],
                 code.origin,
-                trees,
-                [
-                    *(place_of(p, code.root) for p in code.packages),
-                    *(tree.place for tree in trees),
-                ],
-                begun['changed'],
-                lambda: source_trees(self._packages, code.root, code.digests),
+                list_trees,
+                places,
                 self._say,
-            )
-            words = self._build_arguments() | {'root': begun['root']}
-            built = self._ask('build_there.build', words)['built']
+            ).send(trees, begun['changed'])
+            words['root'] = begun['root']
+            built = self._ask('build.build', words)['built']
             return Synced(transferred, frozenset(built))
-        finally:
-            self._release(begun)
 
     def install(self) -> Synced:
-        """Bring what is installed here."""
+        """Send what is installed here."""
         if not self._packages:
             return Synced()
         code = self._code
-        listing = InstallListing(
+        list_trees = partial(
+            install_trees,
             code.root,
             code.install_base,
             [package.name for package in self._packages],
-            code.digests,
             merged=code.merge_install,
         )
+        trees = list_trees()
         underlays = list(map(str, chained_underlays(code.install_base)))
-        found = self._ask(
-            'install_there.look',
-            {
-                'workspace': self._workspace_there,
-                'interpreters': listing.interpreters,
-                'underlays': underlays,
-            },
-        )
-        check_system(system(), found['system'], listing.pythons)
-        missing = frozenset(found['missing'])
-        for underlay in underlays:
-            if underlay in missing:
+        with self._begun(trees, underlays=underlays) as begun:
+            check_system(system(), begun['system'], pythons_of(trees))
+            for underlay in begun['missing']:
                 raise UserError(
                     f'what is built here needs {underlay}, which is not '
                     'there: install it there, or build there by `sync: build`'
                 )
-        root = found['root']
-        trees = listing.trees(root, missing)
-        begun = self._begin({tree.place: tree.digest for tree in trees}, False)
-        try:
             if not begun['changed']:
                 return Synced()
-            transferred = bring(
+            root = begun['root']
+
+            def change_texts(paths: Iterable[str]) -> Mapping[str, bytes]:
+                return changed_texts(paths, code.root, root, self._missing_of)
+
+            transfer = Transfer(
                 self._connection,
                 root,
                 code.origin,
-                trees,
+                list_trees,
                 # those of other packages are left as they are
                 None,
-                begun['changed'],
-                lambda: listing.anew().trees(root, missing),
                 self._say,
+                change_texts,
             )
-            return Synced(transferred)
-        finally:
-            self._release(begun)
+            return Synced(transfer.send(trees, begun['changed']))
 
     def check(self) -> Synced:
         """Check that the packages are there."""
@@ -252,7 +230,7 @@ class _Sync:
         if not names:
             return Synced()
         answer = self._ask(
-            'presence_there.find',
+            'presence.find',
             {
                 'workspace': self._workspace_there,
                 'install_base': path_there(code.install_base, code.root),
@@ -274,26 +252,35 @@ class _Sync:
                 self._say(line)
         return Synced()
 
-    def _release(self, begun: Mapping[str, Any]) -> None:
-        # if the connection is lost, so is the lock
-        with suppress(UserError):
-            self._ask('lock_there.release', {'holder': begun['holder']})
-
-    def _begin(
-        self, digests: Mapping[str, str], builds: bool
-    ) -> dict[str, Any]:
+    @contextmanager
+    def _begun(
+        self,
+        trees: Sequence[FileTree],
+        *,
+        build: Mapping[str, Any] | None = None,
+        underlays: Sequence[str] | None = None,
+    ) -> Iterator[dict[str, Any]]:
+        """Hold the lock of the workspace there; see `build.begin`."""
         code = self._code
-        return self._ask(
-            'build_there.begin',
+        begun = self._ask(
+            'build.begin',
             {
                 'workspace': self._workspace_there,
                 'build_base': path_there(code.build_base, code.root),
                 'title': f'{code.title} ({platform.node()})',
                 'launcher': [_boot_id(), os.getpid()],
-                'digests': digests,
-                'build': self._build_arguments() if builds else None,
+                'origin': code.origin,
+                'states': {tree.place: tree.state for tree in trees},
+                'build': build,
+                'underlays': underlays,
             },
         )
+        try:
+            yield begun
+        finally:
+            # if the connection is lost, so is the lock
+            with suppress(UserError):
+                self._ask('lock.release', {'holder': begun['holder']})
 
     def _build_arguments(self) -> dict[str, Any]:
         code = self._code
@@ -313,12 +300,16 @@ class _Sync:
             'distro': code.environment.get('ROS_DISTRO', ''),
         }
 
+    def _missing_of(self, paths: list[str]) -> Collection[str]:
+        found: list[str] = self._ask('paths.look', {'paths': paths})['missing']
+        return found
+
     def _ask(self, request: str, values: Mapping[str, Any]) -> dict[str, Any]:
         return self._connection.ask(request, values, self._say)
 
 
 def _difference(package: Package, digest_there: str, version: str) -> str:
-    """Tell how a package there differs from that here, if it does."""
+    """Return a line on how a package there differs from that here, if so."""
     try:
         manifest = content_of(package.path / 'package.xml')
     except OSError:

@@ -122,17 +122,17 @@ PHASES = {
     'connected': 'contact.connect()\nprint("now", flush=True)\ntime.sleep(99)',
     'asking': (
         'contact.connect()\n'
-        'agents = Path(machine.words[2][5:]).glob(\n'
-        '    ".cache/colcon-launch/program/*/*/remote/agent")\n'
-        '(next(agents) / "slow_there.py").write_text(SLOW)\n'
-        'contact.ask("slow_there.wait", {},\n'
+        'modules = Path(machine.words[2][5:]).glob(\n'
+        '    ".cache/colcon-launch/program/*/*/remote/sync")\n'
+        '(next(modules) / "paths.py").write_text(SLOW)\n'
+        'contact.ask("paths.wait", {},\n'
         '    lambda line: print(line, flush=True))'
     ),
     'streaming': (
         'contact.connect()\n'
-        'program = contact.stream(["sh", "-c", "echo; sleep 99"])\n'
-        'os.read(program.stdout, 1)\nprint("now", flush=True)\n'
-        'time.sleep(99)'
+        'null = os.open(os.devnull, os.O_RDONLY)\n'
+        'words = ["sh", "-c", "echo now; sleep 99"]\n'
+        'contact.run_program(words, null, 1)'
     ),
     'started': (
         'contact.connect()\n'

@@ -6,6 +6,7 @@
 import os
 from pathlib import Path
 import select
+import threading
 import time
 
 from colcon_yamllaunch.common.errors import UserError
@@ -56,16 +57,27 @@ def test_endless_heartbeats_are_no_answer(
 def test_connection_that_takes_nothing_is_closed() -> None:
     contact = MachineContact(hostile_machine('reads nothing'))
     contact.connect()
-    program = contact.stream(['cat'])
+    its_input, to_it = os.pipe()
+    null = os.open(os.devnull, os.O_RDWR)
+    errors: list[UserError] = []
+
+    def run() -> None:
+        try:
+            contact.run_program(['cat'], its_input, null)
+        except UserError as error:
+            errors.append(error)
+
+    thread = threading.Thread(target=run)
+    thread.start()
     # more than all pipes hold
-    data, sent = bytes(1 << 20), 0
-    os.set_blocking(program.stdin, False)
-    while select.select([], [program.stdin], [], 1)[1]:
-        sent += os.write(program.stdin, data)
+    data = bytes(1 << 20)
+    os.set_blocking(to_it, False)
+    while select.select([], [to_it], [], 1)[1]:
+        os.write(to_it, data)
     contact.close()
-    program.close()
-    with pytest.raises(UserError, match='the connection broke off'):
-        program.wait()
+    thread.join()
+    os.close(to_it)
+    assert 'the connection broke off' in str(errors)
 
 
 def test_machine_at_work_gives_heartbeats(
@@ -77,10 +89,9 @@ def test_machine_at_work_gives_heartbeats(
     contact.connect()
     begin = time.monotonic()
     # neither reads nor writes
-    program = contact.stream(['sleep', '5'])
-    assert program.wait() == 0
+    null = [os.open(os.devnull, os.O_RDWR) for _ in range(2)]
+    assert contact.run_program(['sleep', '5'], *null) == (0, [])
     assert time.monotonic() - begin >= 5
-    program.close()
     contact.close()
     plain.wait_until_empty()
 
@@ -92,13 +103,13 @@ def test_function_that_takes_long_gives_heartbeats(
     plain = PlainMachine(tmp_path)
     contact = MachineContact(plain.machine())
     contact.connect()
-    agents = plain.home.glob('.cache/colcon-launch/program/*/*/remote/agent')
-    (next(agents) / 'slow_there.py').write_text(
+    modules = plain.home.glob('.cache/colcon-launch/program/*/*/remote/sync')
+    (next(modules) / 'paths.py').write_text(
         'import time\ndef wait(arguments, say):\n    time.sleep(5)\n'
         '    say("x" * 100_000)\n    return {"slept": True}\n'
     )
     lines: list[str] = []
-    assert contact.ask('slow_there.wait', {}, lines.append) == {'slept': True}
+    assert contact.ask('paths.wait', {}, lines.append) == {'slept': True}
     assert lines == ['x' * 100_000]
     contact.close()
     plain.wait_until_empty()

@@ -77,57 +77,72 @@ def test_functions_are_asked_for(plain: PlainMachine) -> None:
     contact = MachineContact(plain.machine())
     contact.connect()
     (plain.home / 'there').touch()
-    answer = contact.ask(
-        'paths_there.look', {'paths': ['~/there', '~/missing']}
-    )
+    answer = contact.ask('paths.look', {'paths': ['~/there', '~/missing']})
     assert answer == {'missing': ['~/missing']}
     with pytest.raises(UserError, match=r'arm: there is no request'):
-        contact.ask('a_there.b', {})
-    with pytest.raises(UserError, match=r'arm: paths_there.look failed: KeyE'):
-        contact.ask('paths_there.look', {})
+        contact.ask('a.b', {})
+    with pytest.raises(UserError, match=r'arm: paths.look failed: KeyE'):
+        contact.ask('paths.look', {})
     contact.close()
     plain.wait_until_empty()
 
 
-def test_a_program_there_is_spoken_with(plain: PlainMachine) -> None:
+def test_program_there_reads_and_writes_descriptors(
+    plain: PlainMachine,
+) -> None:
     contact = MachineContact(plain.machine())
     contact.connect()
-    program = contact.stream(
-        ['sh', '-c', 'cat; pwd; echo oh $A >&2; exit 3'], env={'A': 'no'}
-    )
     data = os.urandom(3_000_000)
-    writer = threading.Thread(target=_write, args=(program.stdin, data))
-    writer.start()
-    got = b''
-    while len(got) < len(data):
-        got += os.read(program.stdout, 1 << 16)
-    assert got == data
-    writer.join()
-    program.end_input()
-    assert os.read(program.stdout, 1000).decode() == f'{plain.home}\n'
-    assert program.wait() == 3
-    assert program.errors == 'oh no\n'
-    program.close()
+    its_input, to_it = os.pipe()
+    from_it, its_output = os.pipe()
+    got = []
+    threads = [
+        threading.Thread(target=_write, args=(to_it, data)),
+        threading.Thread(target=lambda: got.append(_read(from_it))),
+    ]
+    for thread in threads:
+        thread.start()
+    command = ['sh', '-c', 'cat; pwd; echo oh no >&2; exit 3']
+    ended = contact.run_program(command, its_input, its_output)
+    assert ended == (3, ['oh no'])
+    for thread in threads:
+        thread.join()
+    assert got == [data + f'{plain.home}\n'.encode()]
     with pytest.raises(UserError, match='no-such-program: No such file'):
-        contact.stream(['no-such-program']).wait()
+        run(contact, 'no-such-program')
     # and others after it
-    assert contact.ask('paths_there.look', {'paths': []}) == {'missing': []}
+    assert contact.ask('paths.look', {'paths': []}) == {'missing': []}
     contact.close()
     plain.wait_until_empty()
+
+
+def run(contact: MachineContact, *words: str) -> tuple[int, list[str]]:
+    """Run a program there that reads nothing and whose output is dropped."""
+    null = [os.open(os.devnull, os.O_RDWR) for _ in range(2)]
+    return contact.run_program(words, *null)
 
 
 def _write(descriptor: int, data: bytes) -> None:
-    while data:
-        data = data[os.write(descriptor, data) :]
+    with open(descriptor, 'wb') as file:
+        file.write(data)
 
 
-def test_a_program_there_is_ended(plain: PlainMachine) -> None:
+def _read(descriptor: int) -> bytes:
+    with open(descriptor, 'rb') as file:
+        return file.read()
+
+
+def test_program_there_ends_when_nobody_reads_its_output(
+    plain: PlainMachine,
+) -> None:
     contact = MachineContact(plain.machine())
     contact.connect()
-    program = contact.stream(['sh', '-c', 'echo begun; exec sleep 99'])
-    assert os.read(program.stdout, 6) == b'begun\n'
-    program.close()
-    assert contact.ask('paths_there.look', {'paths': []}) == {'missing': []}
+    reading, writing = os.pipe()
+    os.close(reading)
+    null = os.open(os.devnull, os.O_RDONLY)
+    with within(20):
+        contact.run_program(['sleep', '99'], null, writing)
+    assert contact.ask('paths.look', {'paths': []}) == {'missing': []}
     contact.close()
     plain.wait_until_empty()
 
@@ -135,8 +150,8 @@ def test_a_program_there_is_ended(plain: PlainMachine) -> None:
 def test_another_thread_ends_a_connection(plain: PlainMachine) -> None:
     contact = MachineContact(plain.machine())
     contact.connect()
-    agents = plain.home.glob('.cache/colcon-launch/program/*/*/remote/agent')
-    (next(agents) / 'slow_there.py').write_text(
+    modules = plain.home.glob('.cache/colcon-launch/program/*/*/remote/sync')
+    (next(modules) / 'paths.py').write_text(
         'import time\ndef wait(arguments, say):\n    say("")\n'
         '    time.sleep(99)\n'
     )
@@ -145,7 +160,7 @@ def test_another_thread_ends_a_connection(plain: PlainMachine) -> None:
 
     def ask() -> None:
         try:
-            contact.ask('slow_there.wait', {}, lambda _: begun.set())
+            contact.ask('paths.wait', {}, lambda _: begun.set())
         except UserError as error:
             errors.append(error)
 

@@ -38,7 +38,7 @@ def _building(deployer: Deployer, sshd: Sshd) -> Launch:
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_the_build_there(
+def test_a_signal_ends_the_build_on_the_machine(
     deployer: Deployer, sshd: Sshd, number: signal.Signals
 ) -> None:
     launch = _building(deployer, sshd)
@@ -54,7 +54,7 @@ def test_a_signal_ends_the_build_there(
 
 
 @pytest.mark.hostile
-def test_no_build_there_outlives_a_killed_launcher(
+def test_no_build_outlives_a_killed_launcher(
     deployer: Deployer, sshd: Sshd
 ) -> None:
     launch = _building(deployer, sshd)

@@ -188,7 +188,7 @@ def test_command_that_only_a_machine_needs_is_looked_for_there(
 
 
 @pytest.mark.parametrize('how', ['interrupt', 'kill'])
-def test_a_build_there_is_ended_with_the_launch(
+def test_a_build_is_ended_with_the_launch(
     robot: Deployer, sshd: Sshd, how: str
 ) -> None:
     folder = sshd['arm'].home

@@ -4,20 +4,21 @@
 """Machines whose disk is full or read-only, or that others changed."""
 
 from collections.abc import Iterator
+import json
 import os
 from pathlib import Path
+import shutil
 from typing import Any
 from typing import NoReturn
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.remote.sync.code_sync import Synced
-from colcon_yamllaunch.remote.sync.tree_entries import packed
+from colcon_yamllaunch.remote.sync.contents import packed
 import pytest
 from support.developer import Developer
 from support.hostile import Mounts
 from support.hostile import REMOUNT
 from support.machine_here import MachineHere
-from support.machine_here import ProgramHere
 
 pytestmark = [pytest.mark.full, pytest.mark.hostile]
 
@@ -40,12 +41,7 @@ def mounts(developer: Developer) -> Iterator[Mounts]:
     mounts.close()
 
 
-@pytest.mark.parametrize('with_rsync', [True, False])
-def test_a_full_disk_there(
-    developer: Developer, mounts: Mounts, with_rsync: bool
-) -> None:
-    if not with_rsync:
-        developer.machine.forget('rsync')
+def test_a_full_disk_there(developer: Developer, mounts: Mounts) -> None:
     big = developer.root / 'src/a/config/big'
     big.write_bytes(os.urandom(1_000_000))
     with pytest.raises(UserError, match='arm: the disk is full there'):
@@ -70,7 +66,8 @@ def test_a_read_only_workspace(developer: Developer, mounts: Mounts) -> None:
 def test_a_damaged_record(developer: Developer) -> None:
     developer.sync('a')
     record = developer.machine.root / '.colcon_launch.synced.json'
-    for text in ('', '[]', '{"version": 1, "trees": {"src/a": 5}}'):
+    values = {'version': 2, 'root': str(record.parent), 'folders': {'a': 5}}
+    for text in ('', '[]', '{"version": 1}', json.dumps(values)):
         record.write_text(text)
         # all of it is there as it is to be
         assert developer.sync('a').transferred == 0
@@ -88,6 +85,7 @@ def test_an_interrupted_transfer_goes_on(developer: Developer) -> None:
     # as if it had come to this
     developer.machine.write('src/a/config/hello.txt', 'hello\n')
     rsync.unlink()
+    rsync.symlink_to(shutil.which('rsync') or '')
     assert developer.sync('a').built == {'a'}
     (developer.root / 'src/a/config/hello.txt').unlink()
     developer.sync('a')
@@ -112,11 +110,18 @@ def test_a_file_in_place_of_a_folder(developer: Developer) -> None:
     [
         {},
         {'root': 5, 'changed': ['src/a'], 'holder': []},
-        {'wanted': 'damaged', 'conflicts': packed([])},
-        {'wanted': packed({'/': ['etc/passwd']}), 'conflicts': packed([])},
+        {'data': 'damaged', 'mode': packed({}), 'deleted': 0},
+        {'needed': packed({'/': ['etc/passwd']})},
+        {'needed': packed({'src/a': ['../../../etc/passwd']})},
         {
-            'wanted': packed({'src/a': ['../../../etc/passwd']}),
-            'conflicts': packed([]),
+            'data': packed({'src/a': ['../../../etc/passwd']}),
+            'mode': packed({}),
+            'deleted': 0,
+        },
+        {
+            'data': packed({}),
+            'mode': packed({'/': ['etc/passwd']}),
+            'deleted': 0,
         },
     ],
 )
@@ -126,9 +131,9 @@ def test_a_hostile_machine(
     class Hostile(MachineHere):
         def ask(self, request: str, *_: object) -> dict[str, object]:
             first = {'root': '/', 'changed': ['src/a'], 'holder': []}
-            return answer if request != 'build_there.begin' else first | answer
+            return answer if request != 'build.begin' else first | answer
 
-        def stream(self, *_: object) -> NoReturn:
+        def run_program(self, *_: object) -> NoReturn:
             pytest.fail('nothing may be sent')
 
     developer.connection = Hostile(developer.machine.home)
@@ -141,9 +146,9 @@ def test_a_file_that_is_edited_while_it_comes(developer: Developer) -> None:
     edit = 'edited'
 
     class Edited(MachineHere):
-        def stream(self, *words: Any) -> ProgramHere:
+        def run_program(self, *words: Any) -> tuple[int, list[str]]:
             edited.write_text(edit)
-            return super().stream(*words)
+            return super().run_program(*words)
 
     developer.machine = developer.connection = Edited(developer.machine.home)
     assert developer.sync('a').built == {'a'}

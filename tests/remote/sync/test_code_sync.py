@@ -191,8 +191,7 @@ def test_a_link_becomes_a_file_and_a_file_a_folder(
 
 
 @pytest.mark.hostile
-@pytest.mark.parametrize('with_rsync', [True, False])
-def test_odd_names(developer: Developer, with_rsync: bool) -> None:
+def test_odd_names(developer: Developer) -> None:
     developer.package('a')
     config = os.fsencode(developer.root / 'src/a/config')
     names = [
@@ -215,8 +214,6 @@ def test_odd_names(developer: Developer, with_rsync: bool) -> None:
     for name in names:
         with open(os.path.join(config, name), 'wb') as file:
             file.write(name)
-    if not with_rsync:
-        developer.machine.forget('rsync')
     developer.sync('a')
     there = os.fsencode(developer.machine.root / 'src/a/config')
     assert sorted(os.listdir(there)) == sorted([*names, b'hello.txt'])
@@ -230,12 +227,19 @@ def test_odd_names(developer: Developer, with_rsync: bool) -> None:
     assert os.listdir(there) == [b'hello.txt']
 
 
-def test_without_rsync_it_works_and_is_said(developer: Developer) -> None:
+@pytest.mark.parametrize('where', ['here', 'there'])
+def test_missing_rsync_is_an_error_with_the_command_that_installs_it(
+    developer: Developer, where: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     developer.package('a')
-    developer.machine.forget('rsync')
-    assert developer.sync('a').built == {'a'}
-    assert 'apt install rsync' in '\n'.join(developer.said)
-    assert developer.hello('a') == 'hello from a\n'
+    if where == 'there':
+        developer.machine.forget('rsync')
+    else:
+        monkeypatch.setenv('PATH', str(developer.root))
+    text = f'arm: rsync is not installed {where}.* install rsync'
+    with pytest.raises(UserError, match=text):
+        developer.sync('a')
+    assert not (developer.machine.root / 'src').exists()
 
 
 def test_two_launches_at_once(developer: Developer) -> None:
@@ -312,7 +316,9 @@ def test_settings_of_the_workspace_go_along(developer: Developer) -> None:
     assert not (developer.machine.root / 'colcon.meta').exists()
 
 
-def test_a_package_that_colcon_there_ignores(developer: Developer) -> None:
+def test_a_package_that_colcon_on_the_machine_ignores(
+    developer: Developer,
+) -> None:
     developer.package('a')
     developer.machine.write('src/COLCON_IGNORE', '')
     with pytest.raises(UserError, match=r'arm: .* does not find a below'):

@@ -116,7 +116,7 @@ def test_who_closes_the_connection_ends_the_build(
 @pytest.mark.hostile
 @pytest.mark.parametrize(
     'doomed',
-    ['remote.sync.colcon_there', '-I -S -c', 'ssh'],
+    ['remote.sync.colcon_build', '-I -S -c', 'ssh'],
 )
 def test_no_build_outlives_who_waits_for_it(
     developer: Developer, sshd: Sshd, doomed: str
@@ -243,7 +243,7 @@ def test_a_killed_launcher_leaves_no_transfer(
             assert time.monotonic() < deadline and launcher.poll() is None
             time.sleep(0.05)
         doomed = descendants(launcher.pid)
-        assert any('remote_shell' in command_of(pid) for pid in doomed)
+        assert any('rsync_shell' in command_of(pid) for pid in doomed)
         launcher.kill()
     rsync.unlink()
     deadline = time.monotonic() + DEADLINE

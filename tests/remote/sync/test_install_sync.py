@@ -11,8 +11,8 @@ import subprocess
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.remote.sync.code_sync import Synced
-from colcon_yamllaunch.remote.sync.install_there import system
-from colcon_yamllaunch.remote.sync.same_system import check_system
+from colcon_yamllaunch.remote.sync.system import check_system
+from colcon_yamllaunch.remote.sync.system import system
 import pytest
 from support.developer import Developer
 from support.manifest import manifest
@@ -108,9 +108,8 @@ def test_the_second_time_nothing_is_brought(developer: Developer) -> None:
     developer.sync('a', mode='install')
     assert developer.sync('a', mode='install') == Synced()
     assert developer.machine.asked == [
-        'install_there.look',
-        'build_there.begin',
-        'lock_there.release',
+        'build.begin',
+        'lock.release',
     ]
     developer.write('src/a/config/hello.txt', 'new')
     assert developer.sync('a', mode='install').transferred == 1

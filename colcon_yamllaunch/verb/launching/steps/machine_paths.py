@@ -23,7 +23,7 @@ from colcon_yamllaunch.remote.deployment.remote_paths import RemotePaths
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 #: What is asked of the machine.
-LOOK = 'paths_there.look'
+LOOK = 'paths.look'
 #: The fix for a program that no package has.
 INSTALL = 'install it there'
 

@@ -547,7 +547,7 @@ class MachinesThere:
                 'build_base': text_there(str(colcon.build_base)),
                 'merge_install': colcon.merge_install,
             }
-        answer = self._connections[name].ask('builds_there.tell', asked)
+        answer = self._connections[name].ask('installed_content.read', asked)
         found = {}
         try:
             for package, told in answer['packages'].items():

@@ -6,7 +6,7 @@ Building on the machine, by the colcon there.
 
 Runs on the machine, in the process that the connection ends in. What is to be
 built is decided as for launches there, by the Python that the colcon there
-runs with: see `colcon_there.py`, which it runs. When this process or the
+runs with: see `colcon_build.py`, which it runs. When this process or the
 connection ends, so does the build.
 """
 
@@ -28,19 +28,20 @@ from typing import Any
 
 import colcon_yamllaunch
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.remote.sync.lock_there import hold
-from colcon_yamllaunch.remote.sync.sources_there import changed_trees
-from colcon_yamllaunch.remote.sync.sources_there import prepared_root
-from colcon_yamllaunch.remote.sync.sources_there import record_build
+from colcon_yamllaunch.remote.sync.lock import hold
+from colcon_yamllaunch.remote.sync.manifest import changed_places
+from colcon_yamllaunch.remote.sync.manifest import prepared_root
+from colcon_yamllaunch.remote.sync.manifest import record_build
+from colcon_yamllaunch.remote.sync.system import system
 from colcon_yamllaunch.workspace.building.orphan_builds import BuildProcesses
 
 Say = Callable[[str], None]
 
-#: Runs `colcon_there.py`, which needs our modules.
+#: Runs `colcon_build.py`, which needs our modules.
 _PROGRAM = """\
 import sys
 sys.path.insert(0, sys.argv.pop(1))
-from colcon_yamllaunch.remote.sync.colcon_there import main
+from colcon_yamllaunch.remote.sync.colcon_build import main
 sys.exit(main())
 """
 #: How much the clock of a file server may be behind (seconds).
@@ -62,17 +63,30 @@ def begin(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:
     Take the lock of the workspace, and look whether all is there already.
 
     The arguments are `workspace`, its root; `build_base`; `title`, the
-    command; `launcher`, its boot id and process id; `digests`, those of the
-    trees by place; and `build`, the arguments of :func:`build` if it is to
-    build at once what is there. Return the `root`; the places that are
-    `changed`; the `holder` of the lock, for :func:`lock_there.release`; and
-    what :func:`build` returns if nothing is changed.
+    command; `launcher`, its boot id and process id; `origin`, where the trees
+    come from, and `states`, theirs by place; `build`, the arguments of
+    :func:`build` if it is to build at once what is there; and `underlays`, if
+    it is to run what was built elsewhere. Return the `root`; the places that
+    are `changed`; the `holder` of the lock, for :func:`lock.release`; what
+    :func:`build` returns if nothing is changed; and with underlays those that
+    are `missing`, and what :func:`system` returns, as `system`.
     """
     root = prepared_root(str(arguments['workspace']), say)
     holder = hold(root, arguments, say)
-    changed = changed_trees(root, arguments['digests'])
-    answer = {'root': root, 'changed': changed, 'holder': holder}
-    if not changed and arguments.get('build'):
+    changed = changed_places(root, arguments['origin'], arguments['states'])
+    answer: dict[str, Any] = {
+        'root': root,
+        'changed': changed,
+        'holder': holder,
+    }
+    if arguments['underlays'] is not None:
+        answer['system'] = system()
+        answer['missing'] = [
+            path
+            for path in arguments['underlays']
+            if not Path(path, 'local_setup.bash').is_file()
+        ]
+    if not changed and arguments['build']:
         answer |= build({**arguments['build'], 'root': root}, say)
     return answer
 
@@ -81,7 +95,7 @@ def build(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:
     """
     Build what is stale, with the output of colcon.
 
-    The arguments are those of `colcon_there.py`, which it says what they are.
+    The arguments are those of `colcon_build.py`, which it says what they are.
     Return what it returns.
     """
     python = colcon_python()

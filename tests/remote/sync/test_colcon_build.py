@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 import sys
 
-from colcon_yamllaunch.remote.sync.build_there import colcon_python
+from colcon_yamllaunch.remote.sync.build import colcon_python
 import pytest
 
 

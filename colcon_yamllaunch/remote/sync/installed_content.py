@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Reports the code that a machine has, for `--watch`."""
+"""The content of packages and files on the machine, for `--watch`."""
 
 from collections.abc import Callable
 from collections.abc import Iterator
@@ -27,7 +27,7 @@ ANY_PACKAGE = '*'
 _LINK = 'link to '
 
 
-def tell(
+def read(
     arguments: Mapping[str, Any], _say: Callable[[str], None]
 ) -> dict[str, Any]:
     """

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from colcon_yamllaunch.common.fingerprint import Fingerprint
-from colcon_yamllaunch.remote.agent.builds_there import tell
+from colcon_yamllaunch.remote.sync.installed_content import read
 from colcon_yamllaunch.workspace.freshness.build_record import Record
 from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
 from colcon_yamllaunch.workspace.freshness.build_record import write_record
@@ -44,7 +44,7 @@ class Machine:
         write_record(self.root / 'build/arm' / RECORD_NAME, record)
 
     def tells(self, *, merged: bool = False) -> dict[str, Any]:
-        return tell(
+        return read(
             {
                 'build_base': str(self.root / 'build'),
                 'install_base': str(self.root / 'install'),

@@ -24,8 +24,15 @@ from colcon_yamllaunch.remote.agent.launcher_channel import LauncherChannel
 from colcon_yamllaunch.remote.wire import frames
 from colcon_yamllaunch.remote.wire.frames import FrameReader
 
-_FOLDERS = ('sync', 'agent')
-_SUFFIX = '_there'
+#: The modules of `remote/sync` whose functions the launcher may call.
+MODULES = (
+    'build',
+    'installed_content',
+    'lock',
+    'manifest',
+    'paths',
+    'presence',
+)
 # for a build, which ends its compilers
 _TIMEOUTS = Timeouts(3.0, 3.0)
 _REPLIED = 0
@@ -99,16 +106,13 @@ def _end(identity: str, pid: int) -> None:
 
 def _function(name: str) -> Any:
     module_name, _, function_name = name.partition('.')
-    if module_name.endswith(_SUFFIX) and not function_name.startswith('_'):
-        for folder in _FOLDERS:
-            full = f'colcon_yamllaunch.remote.{folder}.{module_name}'
-            try:
-                module = importlib.import_module(full)
-            except ModuleNotFoundError:
-                continue
-            function = getattr(module, function_name, None)
-            if callable(function):
-                return function
+    if module_name in MODULES and not function_name.startswith('_'):
+        module = importlib.import_module(
+            f'colcon_yamllaunch.remote.sync.{module_name}'
+        )
+        function = getattr(module, function_name, None)
+        if callable(function):
+            return function
     raise UserError(f"there is no request '{name}'")
 
 
