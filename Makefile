@@ -11,7 +11,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP_INSTALL := $(BIN)/python .ci/pip_install.py
 SOURCES := $(shell find colcon_yamllaunch -name '*.py' -o -name '*.em' \
-	-o -name py.typed)
+	-o -name '*.css' -o -name py.typed)
 COLCON_PRODUCTS := $(addprefix sample_ws/,build install log)
 
 # What a sourced ROS installation leaves in the shell must not mix with the

@@ -1,4 +1,4 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""General helpers, which know nothing of launching and import nothing else."""
+"""General helpers without knowledge of launches; they import nothing else."""

@@ -1,4 +1,19 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What can be done with, and told of, the parts of a launch that runs."""
+"""
+The control socket: the only entry point to a running launch from outside.
+
+`docs/control.md` describes the protocol for users, :mod:`.protocol` its
+requests and answers.
+
+- Server: :mod:`.server` opens the socket in a folder of :mod:`.socket_folder`,
+  :mod:`.client_connection` serves one client, and :mod:`.service` answers its
+  requests; most are commands of the engine. :mod:`.subscribers` sends events
+  and output, which :mod:`.journal` keeps for clients that are behind.
+- Client: :mod:`.client` finds running launches and sends requests,
+  :mod:`.subscription` receives events. :mod:`.process_names` matches names
+  such as `--restart NAME`.
+- :mod:`.launch_record` is the file that describes a launch;
+  :mod:`.orphaned_launches` finds the launches whose launcher was killed.
+"""

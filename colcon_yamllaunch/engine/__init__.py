@@ -1,4 +1,27 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What all parts of the engine share: events, outcomes, limits, time."""
+"""
+Runs a plan: starts, watches, restarts and stops its processes.
+
+Input: a plan, an environment and observers. Output: events, and an exit code.
+Start with :mod:`.engine`, which connects the loop, processes, output and
+signals; a signal such as Ctrl-C arrives in `Engine._stop_by`.
+
+- :mod:`.supervisor` decides what is started, restarted (`respawn_delay`) and
+  stopped, and when. It does not touch the system.
+- :mod:`.events` declares what can happen. :mod:`.state` is the state of the
+  launch, which only events change; it has what failed and the exit code.
+- :mod:`.commands` declares what can be requested, and :mod:`.dispatcher`
+  executes it: the second Ctrl-C is the command `Escalate`.
+- :mod:`.loop` waits for descriptors and timers. :mod:`.limits` has the
+  timeouts and limits.
+- :mod:`.process_starter` and `process/` start programs, `output/` reads what
+  they write, and `stopping/` ends them; its guard does so if the launcher is
+  killed. :mod:`.orphans` finds what a process left running.
+- :mod:`.helper_process` runs our own programs, such as the ROS client of
+  `components/`, which loads components and changes lifecycle states.
+- :mod:`.plan_feed` and :mod:`.plan_changes` let the plan grow and change
+  while it runs. :mod:`.elsewhere` is the interface to parts on other machines.
+- :mod:`.exit_conditions` ends a launch by itself (`--until`, `--for`).
+"""

@@ -1,4 +1,11 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What runs in the sourced environment, with its Python."""
+"""
+Python launch files.
+
+`launch_host/` is the worker: a program that runs in the sourced environment
+and visits a launch file with ROS 2's own `launch`. :mod:`.host_link` starts it
+and exchanges messages with it, and :mod:`.host_plan_source` adds to the plan
+while the launch runs.
+"""

@@ -1,4 +1,11 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""How a machine is reached, before the launch."""
+"""
+Connecting with a machine, before the launch.
+
+Start with :mod:`.machine_connection`. :mod:`.connect_command` makes the
+command, :mod:`.bootstrap` sends our program (:mod:`.program_archive`), and
+:mod:`.connection_errors` explains why a machine cannot be reached. To add a
+way to reach a machine, see CONTRIBUTING.md.
+"""

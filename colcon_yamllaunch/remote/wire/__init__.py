@@ -1,4 +1,9 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What goes through a connection."""
+"""
+The messages of a connection to a machine.
+
+:mod:`.frames` reads and writes them, :mod:`.numbered` delivers each exactly
+once, and :mod:`.event_codec` turns events into JSON.
+"""
