@@ -24,7 +24,6 @@ from pathlib import Path
 import pwd
 import shutil
 import signal
-import subprocess
 import sys
 import time
 from typing import Any
@@ -165,7 +164,9 @@ def _result_of(
 
 
 def _hello(content: Mapping[str, Any]) -> dict[str, Any]:
-    """Tell what the machine is like."""
+    """Return what the machine is like."""
+    from colcon_yamllaunch.remote.sync.system import system_name
+
     wanted = [os.path.expanduser(w) for w in content['workspaces']]
     found = next(filter(os.path.isdir, wanted), None)
     workspace = found or (wanted[-1] if wanted else None)
@@ -173,14 +174,13 @@ def _hello(content: Mapping[str, Any]) -> dict[str, Any]:
     return {
         'python': '.'.join(map(str, sys.version_info[:3])),
         'executable': sys.executable,
-        'system': _system(),
+        'system': system_name(),
         'architecture': system.machine,
         # Slurm has names of its own
         'host': os.environ.get('SLURMD_NODENAME') or system.nodename,
         'home': os.path.expanduser('~'),
         'workspace': workspace,
         'has_workspace': found is not None,
-        'programs': {name: shutil.which(name) for name in content['programs']},
     }
 
 
@@ -222,19 +222,10 @@ def _complete_environment() -> None:
 
 
 def _path_of_login() -> str:
-    shell = os.environ.get('SHELL') or '/bin/sh'
-    with suppress(OSError, subprocess.SubprocessError):
-        printed = subprocess.run(
-            [shell, '-lc', 'printenv PATH'],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            timeout=_SHELL_TIMEOUT,
-        ).stdout
-        lines = os.fsdecode(printed).splitlines()
-        if lines and '/' in lines[-1]:
-            return lines[-1]
-    return os.defpath
+    from colcon_yamllaunch.remote.sync.system import login_shell_line
+
+    line = login_shell_line('printenv PATH', _SHELL_TIMEOUT)
+    return line if '/' in line else os.defpath
 
 
 @cache
@@ -267,17 +258,3 @@ def _detach() -> None:
     null = os.open(os.devnull, os.O_RDWR)
     for descriptor in (0, 1, 2):
         os.dup2(null, descriptor)
-
-
-def _system() -> str:
-    """Return the name and version of the system, as os-release(5) has them."""
-    values = {}
-    for path in ('/etc/os-release', '/usr/lib/os-release'):
-        with suppress(OSError, UnicodeError):
-            with open(path, encoding='utf-8') as file:
-                for line in file:
-                    name, _, value = line.strip().partition('=')
-                    values[name] = value.strip('"\'')
-            break
-    found = (values.get('ID', os.uname().sysname), values.get('VERSION_ID'))
-    return ' '.join(filter(None, found))

@@ -47,8 +47,6 @@ CONNECT_TIMEOUT = 60.0
 BEAT = 1.0
 #: Seconds without a word of a machine after which the connection is lost.
 SILENCE = 4.5
-#: Programs that are looked for at once, as others want to know of them.
-_PROGRAMS = ('rsync', 'colcon', 'bash', 'git')
 _READ = 256 * 1024
 # seconds that a write may take before a connection that is closed is ended
 _PATIENCE = 0.5
@@ -75,8 +73,6 @@ class Facts:
     :param workspace: The folder of the workspace there, or None if there is
       none here either
     :param has_workspace: Whether that exists
-    :param programs: The paths of programs that it has; None for those that
-      it lacks
     :param ahead: How many seconds its clock is ahead of ours, about
     :param delay: How many seconds that may be off
     """
@@ -89,7 +85,6 @@ class Facts:
     home: str
     workspace: str | None
     has_workspace: bool
-    programs: Mapping[str, str | None]
     ahead: float
     delay: float = 0.0
 
@@ -342,7 +337,6 @@ class MachineConnection:
             'hello',
             {
                 'workspaces': list(self._places),
-                'programs': _PROGRAMS,
                 'setup': self.machine.setup,
             },
             None,
@@ -366,7 +360,6 @@ class MachineConnection:
                 if result['workspace'] is None
                 else str(result['workspace']),
                 bool(result['has_workspace']),
-                dict(result['programs']),
                 ahead,
                 max(0.0, now - sent - took) / 2,
             )

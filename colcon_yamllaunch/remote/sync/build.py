@@ -32,6 +32,7 @@ from colcon_yamllaunch.remote.sync.lock import hold
 from colcon_yamllaunch.remote.sync.manifest import changed_places
 from colcon_yamllaunch.remote.sync.manifest import prepared_root
 from colcon_yamllaunch.remote.sync.manifest import record_build
+from colcon_yamllaunch.remote.sync.system import login_shell_line
 from colcon_yamllaunch.remote.sync.system import system
 from colcon_yamllaunch.workspace.building.orphan_builds import BuildProcesses
 
@@ -179,18 +180,9 @@ def _colcons() -> Iterator[str]:
         if os.access(program, os.X_OK):
             yield program
     # as the user has it when he logs in
-    shell = os.environ.get('SHELL') or '/bin/sh'
-    with suppress(OSError, subprocess.SubprocessError):
-        printed = subprocess.run(
-            [shell, '-lc', 'command -v colcon'],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            timeout=_SHELL_TIMEOUT,
-        ).stdout
-        lines = os.fsdecode(printed).splitlines()
-        if lines and lines[-1].startswith('/'):
-            yield lines[-1]
+    line = login_shell_line('command -v colcon', _SHELL_TIMEOUT)
+    if line.startswith('/'):
+        yield line
 
 
 def _interpreter(program: str) -> list[str]:

@@ -43,6 +43,27 @@ def system_name() -> str:
     return ' '.join(filter(None, found))
 
 
+def login_shell_line(command: str, timeout: float) -> str:
+    """
+    Return the last line that a command prints in the user's login shell.
+
+    It is empty if the command fails.
+
+    :param timeout: How long the shell may take, in seconds
+    """
+    shell = os.environ.get('SHELL') or '/bin/sh'
+    with suppress(OSError, subprocess.SubprocessError):
+        printed = subprocess.run(
+            [shell, '-lc', command],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            timeout=timeout,
+        ).stdout
+        return (os.fsdecode(printed).splitlines() or [''])[-1]
+    return ''
+
+
 def _python() -> str:
     """Return the version of the Python that programs get, as `3.12`."""
     python = shutil.which('python3')

@@ -25,7 +25,7 @@ from support.played_machine import plan
 from support.played_machine import PlayedLaunch
 
 LABEL = 'arm│driver'
-FACTS = Facts('3.12', '', '', '', '', '/', None, False, {}, 0.0)
+FACTS = Facts('3.12', '', '', '', '', '/', None, False, 0.0)
 CONTROL = ('ack', 'resumed', 'clock', 'echo', 'age', 'killed', 'reply')
 MESSAGE = (
     *('event', 'states', 'idle', 'reply', 'error', 'usage', 'description'),
