@@ -3,6 +3,7 @@
 
 """The installed `colcon launch`, run in workspaces as users do."""
 
+import codecs
 import contextlib
 import os
 from pathlib import Path
@@ -67,7 +68,9 @@ class Launch:
     def output(self) -> str:
         """All that was printed up to now."""
         size = os.fstat(self._log.fileno()).st_size
-        return os.pread(self._log.fileno(), size, 0).decode()
+        data = os.pread(self._log.fileno(), size, 0)
+        # the last character may be written in part
+        return codecs.getincrementaldecoder('utf-8')().decode(data)
 
     def wait_for(self, pattern: str) -> re.Match[str]:
         """Wait until the output matches a regular expression."""
