@@ -11,7 +11,7 @@ Prints a table: what was measured, the figure of `colcon launch`, that of
 several runs. A row is measured if it contains one of the words; without
 words all are.
 
-`engine` means `run_plan()` alone, in a process that has imported everything;
+`engine` means `run()` alone, in a process that has imported everything;
 beside it stands how long the same number of bare calls of posix_spawn() took
 in the same process, as what a machine can do changes with its load. All else
 is measured from outside, with whole commands. Producers of output `cat` a
@@ -39,7 +39,8 @@ import time
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.run_plan import run_plan
+from colcon_yamllaunch.run import run
+from colcon_yamllaunch.run import RunContext
 
 LINE = b'[INFO] [1732000000.123456789] [counter]: published number 42\n'
 OTHER_LINE = LINE.replace(b'42', b'43')
@@ -358,12 +359,14 @@ def start(count: int) -> None:
         Path(name, 'screen').open('w', encoding='utf-8') as stream,
     ):
         begin = time.perf_counter()
-        run_plan(
+        run(
             plan,
-            environment=os.environ,
-            log_folder=Path(name, 'log'),
-            stream=stream,
-            spawn=spawn,
+            RunContext(
+                environment=os.environ,
+                log_folder=Path(name, 'log'),
+                stream=stream,
+                spawn=spawn,
+            ),
         )
     print(json.dumps({'engine': ends[-1] - begin, 'bare': bare}))
 

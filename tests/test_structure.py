@@ -26,13 +26,11 @@ ALLOWED = {
     'control': CORE | {'engine', 'observers'},
     'ros': CORE | {'engine', 'language'},
     'terminal': CORE | {'engine', 'observers', 'control'},
-    'launch_companion': CORE | {'engine', 'control'},
-    'run_plan': CORE
-    | {'engine', 'observers', 'control', 'terminal', 'launch_companion'},
+    'run': CORE | {'engine', 'observers', 'control', 'terminal'},
     'remote': CORE
-    | {'engine', 'observers', 'control', 'language', 'workspace', 'run_plan'},
+    | {'engine', 'observers', 'control', 'language', 'workspace', 'run'},
     'watch': CORE | {'engine', 'language', 'workspace', 'remote'},
-    'sweep': CORE | {'engine', 'observers', 'run_plan'},
+    'sweep': CORE | {'engine', 'observers', 'run'},
 }
 
 

@@ -110,11 +110,9 @@ def names_of(engine: 'Engine', label: str) -> tuple[str, ...]:
     for task in engine.supervisor.tasks:
         if task.process.label == label:
             return tuple(ProcessNames.of_plan(task.process))
-    elsewhere = engine.elsewhere
-    if elsewhere is not None and elsewhere.has(label):
-        there = elsewhere.part(label)
-        if isinstance(there, Process):
-            return tuple(ProcessNames.of_plan(there))
+    there = engine.find(label)
+    if isinstance(there, Process):
+        return tuple(ProcessNames.of_plan(there))
     composition = engine.composition
     for part in () if composition is None else composition.tasks:
         if part.label == label:

@@ -60,7 +60,6 @@ class Service:
         self._state = engine.state
         self._supervisor = engine.supervisor
         self._terminals = engine.terminals
-        self._elsewhere = engine.elsewhere
         self._viewers: dict[str, list[Viewer]] = {}
         #: What happened, for those who subscribe.
         self.journal = journal
@@ -102,7 +101,7 @@ class Service:
         try:
             match message.get('request'):
                 case 'status':
-                    self._measured(
+                    self._engine.measure(
                         lambda: reply(
                             protocol.success(launch=to_json(self._state))
                         )
@@ -159,18 +158,10 @@ class Service:
 
         :raises RefusedError: when there is none
         """
-        if self._elsewhere is not None and self._elsewhere.has(name):
-            part = self._elsewhere.part(name)
-            if isinstance(part, Process):
-                return part
+        part = self._engine.find(name)
+        if isinstance(part, Process):
+            return part
         return self._supervisor.task(name).process
-
-    def _measured(self, then: Callable[[], None]) -> None:
-        """Do something when it is known what other machines are used for."""
-        if self._elsewhere is None:
-            then()
-        else:
-            self._elsewhere.measure(then)
 
     def _may_attach(self, name: str) -> tuple[str, int | None]:
         """Return label and pid of a process to be attached to."""

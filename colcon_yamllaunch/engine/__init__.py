@@ -21,7 +21,7 @@ signals; a signal such as Ctrl-C arrives in `Engine._stop_by`.
   killed. :mod:`.orphans` finds what a process left running.
 - :mod:`.helper_process` runs our own programs, such as the ROS client of
   `components/`, which loads components and changes lifecycle states.
-- :mod:`.plan_feed` and :mod:`.plan_changes` let the plan grow and change
-  while it runs. :mod:`.elsewhere` is the interface to parts on other machines.
+- :mod:`.participants` declares what can take part in a launch beside the
+  engine: the watcher, the parts on other machines, Python launch files.
 - :mod:`.exit_conditions` ends a launch by itself (`--until`, `--for`).
 """

@@ -269,19 +269,6 @@ class Revise(Command[Done]):
 
 
 @dataclass(frozen=True, slots=True)
-class Replace(Command[Done]):
-    """
-    Use another definition of a part, and restart or reload it.
-
-    :param part: The definition, with the label of a part of the plan
-    """
-
-    part: Process | Component
-    name: ClassVar[str] = 'replace'
-    is_public: ClassVar[bool] = False
-
-
-@dataclass(frozen=True, slots=True)
 class RestartChanged(Command[Restarted]):
     """
     Restart processes and reload components after a change.

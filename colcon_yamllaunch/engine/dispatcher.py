@@ -11,7 +11,7 @@ if it refuses the command.
 
 from collections.abc import Callable
 from collections.abc import Mapping
-from dataclasses import replace
+from functools import partial
 import os
 from pathlib import Path
 from typing import Any
@@ -22,13 +22,13 @@ from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine.commands import Command
 from colcon_yamllaunch.engine.commands import DONE
 from colcon_yamllaunch.engine.commands import Done
-from colcon_yamllaunch.engine.commands import PartCommand
 from colcon_yamllaunch.engine.commands import Refused
 from colcon_yamllaunch.engine.commands import Response
+from colcon_yamllaunch.engine.participants import Execute
+from colcon_yamllaunch.engine.participants import Reply
 from colcon_yamllaunch.engine.process.spawn import StartError
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import ParametersOf
-from colcon_yamllaunch.plan.plan import Process
 
 if TYPE_CHECKING:
     # most launches have no components, and few are asked for these
@@ -36,8 +36,6 @@ if TYPE_CHECKING:
     from colcon_yamllaunch.engine.components.composition import Composition
     from colcon_yamllaunch.engine.engine import Engine
 
-#: Takes the response to a command.
-Reply = Callable[[Any], object]
 Handler = Callable[[Any, Reply], Any]
 
 
@@ -45,7 +43,8 @@ class Dispatcher:
     """
     Executes commands on an engine.
 
-    Parts of the engine, and observers, add handlers of their own.
+    Participants execute their share of a command before a handler does, and
+    add handlers of their own.
 
     :param log_files: For each label, the log with all output
     :param parameters_of: Returns the parameters of a process
@@ -63,7 +62,7 @@ class Dispatcher:
         self._parameters_of = parameters_of
         self._handlers: dict[type[Command[Any]], Handler] = {
             commands.Stop: self._stop,
-            commands.Restart: self._restart,
+            commands.Restart: self._stop,
             commands.Kill: self._kill,
             commands.Debug: self._debug,
             commands.Describe: self._describe,
@@ -77,11 +76,13 @@ class Dispatcher:
             commands.Resize: self._resize,
             commands.Extend: self._extend,
             commands.Revise: self._revise,
-            commands.Replace: self._replace,
             commands.RestartChanged: self._restart_changed,
             commands.Drop: self._drop,
             commands.Forget: self._forget,
         }
+        self._execute: Execute = self._handle
+        for participant in reversed(engine.participants):
+            self._execute = partial(participant.execute, proceed=self._execute)
 
     def add(self, kind: type[Command[Any]], handler: Handler) -> None:
         """Execute commands of a kind by a handler."""
@@ -118,36 +119,24 @@ class Dispatcher:
         response: Response = self._execute(command, bool)
         return response
 
-    def _execute(self, command: Command[Any], reply: Reply) -> Any:
-        elsewhere = self._engine.elsewhere
-        if (
-            elsewhere is None
-            or not isinstance(command, PartCommand)
-            or not elsewhere.has(command.process)
-        ):
-            return self._handlers[type(command)](command, reply)
-        if isinstance(command, commands.Describe):
-            label = elsewhere.part(command.process).label
-            reply = _with_log(self._log_files.get(label), reply)
-        elsewhere.ask(command, reply)
-        return None
+    def _handle(self, command: Command[Any], reply: Reply) -> Any:
+        return self._handlers[type(command)](command, reply)
 
     # -- commands about one process or component
 
-    def _stop(self, command: commands.Stop, _: Reply) -> Done:
-        if found := self._component(command.process):
+    def _stop(
+        self, command: commands.Stop | commands.Restart, _: Reply
+    ) -> Done:
+        name = command.process
+        is_restart = isinstance(command, commands.Restart)
+        if found := self._component(name):
             composition, task = found
-            composition.unload(task.label)
+            act = composition.reload if is_restart else composition.unload
+            act(task.label)
+        elif is_restart:
+            self._supervisor.restart_process(name)
         else:
-            self._supervisor.stop_process(command.process)
-        return DONE
-
-    def _restart(self, command: commands.Restart, _: Reply) -> Done:
-        if found := self._component(command.process):
-            composition, task = found
-            composition.reload(task.label)
-        else:
-            self._supervisor.restart_process(command.process)
+            self._supervisor.stop_process(name)
         return DONE
 
     def _kill(self, command: commands.Kill, _: Reply) -> Done:
@@ -220,41 +209,16 @@ class Dispatcher:
     def _tree(self, _: commands.Tree, _reply: Reply) -> commands.PlanTree:
         from colcon_yamllaunch.engine.plan_tree import plan_tree
 
-        composition = self._engine.composition
-        elsewhere = self._engine.elsewhere
-        processes = [t.successor or t.process for t in self._supervisor.tasks]
-        components: list[tuple[Component, Process | None]] = []
-        if composition is not None:
-            components += [
-                (t.successor or t.component, composition.container_process(t))
-                for t in composition.tasks
-            ]
-        if elsewhere is not None:
-            from colcon_yamllaunch.engine.elsewhere import in_order
-
-            processes = in_order(
-                [*processes, *elsewhere.processes()],
-                elsewhere.order,
-                lambda process: process.label,
-            )
-            components = in_order(
-                [*components, *elsewhere.components()],
-                elsewhere.order,
-                lambda one: one[0].label,
-            )
         return commands.PlanTree(
-            plan_tree(self._engine.blocks, processes, components)
+            plan_tree(
+                self._engine.blocks,
+                self._engine.planned_processes(),
+                self._engine.planned_components(),
+            )
         )
 
-    def _watch(self, command: commands.Watch, _: Reply) -> Done:
-        changes = self._engine.changes
-        if changes is None:
-            raise RefusedError('no files are watched; that is --watch')
-        if command.action == 'pause':
-            changes.pause()
-        else:
-            changes.resume()
-        return DONE
+    def _watch(self, _: commands.Watch, _reply: Reply) -> Done:
+        raise RefusedError('no files are watched; that is --watch')
 
     def _shut_down(self, command: commands.Shutdown, _: Reply) -> Done:
         self._supervisor.stop(
@@ -262,15 +226,10 @@ class Dispatcher:
             interactive=command.interactive,
             drop_timers=command.drop_timers,
         )
-        if command.drop_timers and self._engine.elsewhere is not None:
-            self._engine.elsewhere.drop_timers()
         return DONE
 
     def _escalate(self, _: commands.Escalate, _reply: Reply) -> Done:
         self._supervisor.hurry()
-        for other in (self._engine.feed, self._engine.elsewhere):
-            if other is not None:
-                other.hurry()
         return DONE
 
     def _hold(self, command: commands.Hold, _: Reply) -> Done:
@@ -285,34 +244,55 @@ class Dispatcher:
     # -- changes of the plan
 
     def _extend(self, command: commands.Extend, _: Reply) -> Done:
+        more = self._engine.planned(command.entries)
+        if not self._supervisor.is_stopping:
+            self._engine.expect(more)
         try:
-            self._engine.extend(command.entries)
+            self._supervisor.extend(more)
         except ValueError as error:
             raise RefusedError(str(error)) from error
         return DONE
 
     def _revise(self, command: commands.Revise, _: Reply) -> Done:
-        self._engine.revise(command.part, at_once=command.at_once)
-        return DONE
-
-    def _replace(self, command: commands.Replace, _: Reply) -> Done:
-        self._engine.replace(command.part)
+        part = command.part
+        if isinstance(part, Component):
+            self._composition_of(part.label).revise(part)
+        else:
+            for process in self._engine.planned((part,)).processes():
+                self._supervisor.revise(process, at_once=command.at_once)
         return DONE
 
     def _restart_changed(
         self, command: commands.RestartChanged, _: Reply
     ) -> commands.Restarted:
-        return commands.Restarted(self._engine.restart(command.labels))
+        labels, composition = {*command.labels}, self._engine.composition
+        if composition is None:
+            return commands.Restarted(self._supervisor.restart_changed(labels))
+        # a container that has crashed is needed, too
+        labels.update(composition.ended_containers(labels))
+        restarted = self._supervisor.restart_changed(labels)
+        reloaded = composition.reload_changed(labels, restarted)
+        return commands.Restarted((*restarted, *reloaded))
 
     def _drop(self, command: commands.Drop, _: Reply) -> Done:
-        self._engine.drop(command.label)
+        label = command.label
+        if any(t.process.label == label for t in self._supervisor.tasks):
+            self._supervisor.drop(label)
+        else:
+            self._composition_of(label).drop(label)
         return DONE
 
     def _forget(self, command: commands.Forget, _: Reply) -> Done:
-        self._engine.forget(command.entries)
+        self._supervisor.forget(command.entries)
         return DONE
 
     # -- components
+
+    def _composition_of(self, label: str) -> 'Composition':
+        composition = self._engine.composition
+        if composition is None:
+            raise RefusedError(f"there is no component '{label}'")
+        return composition
 
     def _component(
         self, name: str
@@ -337,16 +317,3 @@ class Dispatcher:
                 'alone; its container is '
                 f'{where if container is None else container.label}'
             )
-
-
-def _with_log(log: Path | None, reply: Reply) -> Reply:
-    """Add the log of this launch to what another machine describes."""
-
-    def complete(response: commands.Described | Refused) -> None:
-        if isinstance(response, commands.Described):
-            path = None if log is None else str(log)
-            described = replace(response.description, log=path)
-            response = commands.Described(described)
-        reply(response)
-
-    return complete

@@ -7,7 +7,9 @@ from collections.abc import Callable
 from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Mapping
+from collections.abc import Sequence
 from contextlib import suppress
+from functools import partial
 import math
 import os
 from pathlib import Path
@@ -15,7 +17,6 @@ import signal
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.escalation import Orphan
 from colcon_yamllaunch.common.escalation import send
@@ -40,7 +41,8 @@ from colcon_yamllaunch.engine.output.signals import STOPPING
 from colcon_yamllaunch.engine.output.terminals import Terminals
 from colcon_yamllaunch.engine.output.terminals import with_terminals
 from colcon_yamllaunch.engine.output.writer import Writer
-from colcon_yamllaunch.engine.plan_source import PlanSource
+from colcon_yamllaunch.engine.participants import overridden
+from colcon_yamllaunch.engine.participants import Participant
 from colcon_yamllaunch.engine.process.children import ended_children
 from colcon_yamllaunch.engine.process.children import suspended_children
 from colcon_yamllaunch.engine.process.line_buffering import SilenceWatch
@@ -49,7 +51,6 @@ from colcon_yamllaunch.engine.process_starter import ProcessStarter
 from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.stopping.guard_link import GuardLink
 from colcon_yamllaunch.engine.supervisor import Supervisor
-from colcon_yamllaunch.plan.plan import Block
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Entry
 from colcon_yamllaunch.plan.plan import ParametersOf
@@ -60,10 +61,6 @@ if TYPE_CHECKING:
     from colcon_yamllaunch.engine.components.composition import Composition
     from colcon_yamllaunch.engine.components.ros_link import RosLink
     from colcon_yamllaunch.engine.dispatcher import Dispatcher
-    from colcon_yamllaunch.engine.elsewhere import Companion
-    from colcon_yamllaunch.engine.elsewhere import Elsewhere
-    from colcon_yamllaunch.engine.plan_changes import PlanChanges
-    from colcon_yamllaunch.engine.plan_feed import PlanFeed
 
 # how long the guard lets the process that speaks with ROS end by itself
 _CLIENT_TIMEOUTS = Timeouts(0.5, 0.5)
@@ -75,15 +72,14 @@ class Engine:
 
     :param guard: Is told of all processes
     :param writer: The screen, whose pace output keeps to
-    :param listeners: Are told what happens
-    :param record: Takes all output as it is read
+    :param listeners: Receive all events
+    :param recorders: Receive all output as it is read
     :param publish: Is called once a turn, to write what has been collected,
       but not before all is started that is due, which is more urgent;
       returns whether it has more to do
     :param state: Is changed by each event before listeners get it
-    :param source: Where more plan comes from, if anywhere
-    :param elsewhere: The parts that run on other machines, if any do
-    :param companion: What is beside a part that runs for another machine
+    :param participants: What else takes part in the launch, in the order in
+      which they execute commands and receive events
     :param log_files: For each label, the log with all output
     :param parameters_of: Returns the parameters of a process
     """
@@ -96,20 +92,22 @@ class Engine:
         files: ParameterFiles,
         writer: Writer,
         listeners: Iterable[events.Listener],
-        record: Recorder,
+        recorders: Iterable[Recorder],
         publish: Callable[[], bool],
         conditions: ExitConditions,
         state: LaunchState,
-        source: PlanSource | None = None,
-        elsewhere: 'Elsewhere | None' = None,
-        companion: 'Companion | None' = None,
+        participants: Sequence[Participant] = (),
         *,
         log_files: Mapping[str, Path] = MappingProxyType({}),
         parameters_of: ParametersOf = lambda process: process.parameters,
     ) -> None:
         if settings.tty:
             plan = with_terminals(plan)
-        self._blocks = plan.blocks
+        #: The launch files, groups and timers that the parts of the plan
+        #: stand in.
+        self.blocks = plan.blocks
+        #: What takes part in the launch beside the engine.
+        self.participants = participants
         self._conditions = conditions
         #: The state of the launch.
         self.state = state
@@ -119,33 +117,31 @@ class Engine:
         self._publish = publish
         #: What everything waits for.
         self.loop = Loop(settings.clock)
-        #: The parts that run on other machines.
-        self.elsewhere = elsewhere
-        self._companion = companion
         self._size = settings.size
-        is_alone = source is None and companion is None
-        accepts = writer.accepts if is_alone else self.accepts
-        self._relay = Relay(self.loop, accepts, record, self.tell)
+        # most participants do not limit output, which is read often
+        self._limits = overridden(participants, 'accepts')
+        self._relay = Relay(
+            self.loop,
+            self.accepts if self._limits else writer.accepts,
+            _recorder([*recorders, *overridden(participants, 'record')]),
+            self.tell,
+        )
         #: The keyboards of processes.
-        self.terminals = Terminals(self.loop, self._relay, elsewhere)
-        if companion is not None:
-            self.terminals.when_echoed = companion.echoed
-        self._silence = SilenceWatch(self._holds_back, settings.clock)
-        self._listeners = [
-            *listeners,
+        self.terminals = Terminals(self.loop, self._relay)
+        self._silence = SilenceWatch(settings.buffering.is_cpp, settings.clock)
+        shared = [*listeners, self._silence.handle]
+        self._listeners: list[events.Listener] = [
+            *shared,
             self.terminals.handle,
-            self._silence.handle,
+            *overridden(participants, 'handle'),
         ]
-        if elsewhere is not None:
-            self._listeners.append(elsewhere.handle)
+        self._output_listeners: list[events.Listener] = [
+            *shared,
+            *overridden(participants, 'handle_output'),
+        ]
         self._ros = self._ros_link(plan) if plan.needs_ros else None
-        #: Tell whether the plan may still grow, though nothing runs.
-        self.reasons_to_wait: list[Callable[[], bool]] = []
-        self._changes: PlanChanges | None = None
-        self._adapt: Callable[[Mapping[str, str]], Mapping[str, str]] = dict
         #: The course of the launch.
         self.supervisor = Supervisor(plan, self, self.loop, self.composition)
-        self._feed = None if source is None else self._plan_feed(source)
         #: Starts processes.
         self.starter = ProcessStarter(
             settings,
@@ -156,6 +152,13 @@ class Engine:
             len(self.supervisor.tasks),
         )
         self._strays = Strays(settings, guard, self.starter)
+        self._end_turns = overridden(participants, 'end_turn')
+        self._dues: list[Callable[[], float | None]] = [
+            conditions.due,
+            self._silence.due,
+            writer.due,
+            *overridden(participants, 'due'),
+        ]
         self._alarm: TimerHandle | None = None
         # whether the screen may have to be waited for
         self._is_screen_slow = False
@@ -164,14 +167,16 @@ class Engine:
         #: Are called with True before Ctrl-Z suspends the launch, and
         #: with False when it goes on.
         self.when_suspended: list[Callable[[bool], None]] = []
-        #: Who is told when a child that he started ends, with True, or is
-        #: suspended, with False; by its process id.
-        self.helpers: dict[int, Callable[[bool], None]] = {}
         #: Are called when the screen has another size.
         self.when_resized: list[Callable[[], None]] = []
+        #: Lets other terminals of the user see the launch, once.
+        self.serve: Callable[[], object] = bool
         self._log_files = log_files
         self._parameters_of = parameters_of
         self._dispatcher: Dispatcher | None = None
+        self._expect_guard()
+        for participant in participants:
+            participant.join(self)
 
     @property
     def dispatcher(self) -> 'Dispatcher':
@@ -186,146 +191,36 @@ class Engine:
         return self._dispatcher
 
     @property
-    def feed(self) -> 'PlanFeed | None':
-        """The source of more plan, if there is one."""
-        return self._feed
-
-    @property
     def composition(self) -> 'Composition | None':
         """The course of what happens in ROS, if anything is to."""
         return None if self._ros is None else self._ros.composition
-
-    def extend(self, entries: Iterable[Entry]) -> None:
-        """
-        Take more into the plan; see `Supervisor.extend`.
-
-        :raises ValueError: when a label is taken
-        """
-        if self.elsewhere is not None:
-            entries = self.elsewhere.extend(entries)
-        more = Plan(tuple(entries))
-        if self._settings.tty:
-            more = with_terminals(more)
-        if not self.supervisor.is_stopping:
-            self._expect(more)
-        self.supervisor.extend(more)
-
-    def replace(self, part: Process | Component) -> None:
-        """
-        Have a part of the plan be another one, and start or load that anew.
-
-        See `Supervisor.replace` and `Composition.replace`.
-
-        :param part: It has the label of what it takes the place of
-        :raises RefusedError: when there is none, or all is being stopped
-        """
-        if self.elsewhere is not None and self.elsewhere.has(part.label):
-            self.elsewhere.replace(part)
-            return
-        more = Plan((part,))
-        if self._settings.tty:
-            more = with_terminals(more)
-        self._expect(more)
-        for process in more.processes():
-            self.supervisor.replace(process)
-        for component in more.components():
-            self._composition_of(component.label).replace(component)
-
-    def drop(self, label: str) -> None:
-        """
-        Stop or unload a part of the plan, and forget it then.
-
-        :raises RefusedError: when there is none, or all is being stopped
-        """
-        if self.elsewhere is not None and self.elsewhere.has(label):
-            self.elsewhere.drop(label)
-        elif any(t.process.label == label for t in self.supervisor.tasks):
-            self.supervisor.drop(label)
-        else:
-            self._composition_of(label).drop(label)
-
-    # what changes the plan while it runs; see `plan_changes.RunningLaunch`
-
-    def change_by(
-        self,
-        changes: 'PlanChanges',
-        adapt: Callable[[Mapping[str, str]], Mapping[str, str]],
-    ) -> None:
-        """
-        Have the plan changed while it runs.
-
-        :param adapt: Adds what is shown how to an environment
-        """
-        self._changes = changes
-        self.state.watch = ''
-        self._adapt = adapt
-        self.supervisor.outlasts_failures = True
-        self.reasons_to_wait.append(lambda: True)
-        self.listen(changes.handle)
-
-    @property
-    def changes(self) -> 'PlanChanges | None':
-        """What changes the plan while it runs, if anything does."""
-        return self._changes
-
-    @property
-    def blocks(self) -> tuple[Block, ...]:
-        """The launch files, groups and timers that parts stand in."""
-        return (self._feed and self._feed.blocks) or self._blocks
-
-    @blocks.setter
-    def blocks(self, blocks: tuple[Block, ...]) -> None:
-        self._blocks = blocks
-
-    @property
-    def is_changed(self) -> bool:
-        """Whether the plan is changed while it runs."""
-        return self._changes is not None
 
     def groups(self) -> Mapping[str, int]:
         """Return the process groups of the processes that run, by label."""
         return self.state.groups()
 
-    def revise(self, part: Process | Component, *, at_once: bool) -> None:
-        """Have a part of the plan be another one from its next start on."""
-        if self.elsewhere is not None and self.elsewhere.has(part.label):
-            self.elsewhere.revise(part, at_once=at_once)
-            return
-        more = Plan((part,))
-        if self._settings.tty:
-            more = with_terminals(more)
-        for process in more.processes():
-            self.supervisor.revise(process, at_once=at_once)
-        for component in more.components():
-            self._composition_of(component.label).revise(component)
-
-    def restart(self, labels: Collection[str]) -> tuple[str, ...]:
-        """Start processes and load components anew after a change."""
-        if self.composition is not None:
-            # a container that has crashed is needed, too
-            ended = self.composition.ended_containers(labels)
-            labels = {*labels, *ended}
-        restarted = self.supervisor.restart_changed(labels)
-        if self.composition is not None:
-            reloaded = self.composition.reload_changed(labels, restarted)
-            restarted = (*restarted, *reloaded)
-        if self.elsewhere is not None:
-            restarted = (*restarted, *self.elsewhere.restart(labels))
-        return restarted
-
-    def forget(self, entries: Iterable[Entry]) -> None:
-        """Do not do what has not been done yet, such as messages."""
-        if self.elsewhere is not None:
-            entries = self.elsewhere.forget(entries)
-        self.supervisor.forget(entries)
-
     def renew_environment(self, variables: Mapping[str, str]) -> None:
         """Give processes that start from now on other variables."""
-        self.starter.variables = self._adapt(variables)
-        if self.elsewhere is not None:
-            self.elsewhere.renew_environment(variables)
+        self.starter.variables = self._settings.adapt(variables)
 
-    # what parts that run elsewhere need; see `elsewhere.LaunchHere`
+    def find(self, name: str) -> Process | Component | None:
+        """Return a part of the plan that does not run here."""
+        found = (p.find(name) for p in self.participants)
+        return next((part for part in found if part is not None), None)
+
+    def measure(self, done: Callable[[], None]) -> None:
+        """Measure the resource usage on other machines, and call `done`."""
+        for participant in self.participants:
+            done = partial(participant.measure, done)
+        done()
+
+    def cpu_shares(self) -> Mapping[str, float]:
+        """Return the shares of a processor of what does not run here."""
+        return {
+            label: share
+            for participant in self.participants
+            for label, share in participant.cpu_shares().items()
+        }
 
     @property
     def is_stopping(self) -> bool:
@@ -368,10 +263,8 @@ class Engine:
 
     def accepts(self, key: tuple[str, events.Stream]) -> bool:
         """Tell whether a process may write more to a stream."""
-        return (
-            self._writer.accepts(key)
-            and (self._feed is None or self._feed.accepts(key[0]))
-            and (self._companion is None or self._companion.accepts(key[0]))
+        return self._writer.accepts(key) and all(
+            accepts(key[0]) for accepts in self._limits
         )
 
     @property
@@ -379,9 +272,35 @@ class Engine:
         """Whether not only what changes the plan has asked for the end."""
         return self._stopped_by_signal or len(self.supervisor.stop_reasons) > 1
 
-    def guard_group(self, group: int) -> None:
-        """Have a process group ended with the launch, however that ends."""
-        number = self.supervisor.client_number
+    def add_helper(
+        self,
+        pid: int,
+        ended: Callable[[int], object],
+        number: int | None = None,
+    ) -> None:
+        """
+        Reap a child process that serves the launch, and have it guarded.
+
+        :param ended: Is called with its wait status
+        :param number: See :meth:`guard_group`
+        """
+        self.loop.add_child(pid, ended)
+        self.guard_group(pid, number)
+
+    def remove_helper(self, pid: int) -> None:
+        """Forget a child process that was reaped by its owner."""
+        self.loop.remove_child(pid)
+        self._guard.ended(pid)
+
+    def guard_group(self, group: int, number: int | None = None) -> None:
+        """
+        Have the guard end a process group if the launcher is killed.
+
+        :param number: Its number in the launch, which no process of the plan
+          has; by default that of the ROS client
+        """
+        if number is None:
+            number = self.supervisor.client_number
         self._guard.started(number, group, _CLIENT_TIMEOUTS)
 
     def release_group(self, group: int) -> None:
@@ -412,13 +331,9 @@ class Engine:
                 self._is_screen_slow = True
         if self._ros is not None:
             self._await_ros(self._ros)
-        if self._changes is not None:
-            self._changes.begin(self)
         self._conditions.begin()
-        if self._feed is not None:
-            self._feed.begin()
-        if self.elsewhere is not None:
-            self.elsewhere.begin(self, self._terminal_size())
+        for participant in self.participants:
+            participant.begin()
         self._look_for_children()
         while True:
             self._follow_up()
@@ -427,12 +342,7 @@ class Engine:
             self._pass_on()
             self.loop.run_once()
         self.loop.remove_reader(signals)
-        self._end_ros()
-        if self._changes is not None:
-            self._changes.close()
-        self._end_feed()
-        if self.elsewhere is not None:
-            self.elsewhere.close()
+        self._close_helpers()
         self.starter.remove_cgroup()
         self._relay.close()
         self._conditions.end()
@@ -456,17 +366,14 @@ class Engine:
 
     def close(self) -> None:
         """Free what the engine holds."""
-        self._end_ros()
-        self._end_feed()
-        if self.elsewhere is not None:
-            self.elsewhere.close()
+        self._close_helpers()
         self.terminals.close()
         self.loop.close()
         self.starter.close()
 
     def start(self, number: int, process: Process) -> int:
         """Start a process; see `supervisor.Host`."""
-        size = self._terminal_size() if process.emulate_tty else None
+        size = self.terminal_size() if process.emulate_tty else None
         return self.starter.start(number, process, size)
 
     def release(self, group: int) -> bool:
@@ -494,7 +401,7 @@ class Engine:
         """Find processes of the launch."""
         numbers = {task.number for task in self.supervisor.tasks}
         return self._strays.orphans(
-            groups, with_leader, numbers, self._helpers()
+            groups, with_leader, numbers, self.loop.children.keys()
         )
 
     def is_alive(self, orphan: Orphan) -> bool:
@@ -510,33 +417,58 @@ class Engine:
         return False
 
     def call(self, number: int) -> None:
-        """Ask for what a `HostCall` stands for."""
-        if self._feed is not None:
-            self._feed.call(number)
+        """Call a function of a launch file; see `HostCall`."""
+        for participant in self.participants:
+            participant.call(number)
 
     def is_waiting(self) -> bool:
         """Tell whether the launch is to go on; see `supervisor.Host`."""
-        if not self.supervisor.is_stopping and any(
-            waits() for waits in self.reasons_to_wait
-        ):
-            return True
-        if self.elsewhere is not None and self.elsewhere.is_waiting():
-            return True
-        if self._companion is not None and self._companion.is_waiting():
-            return True
-        # which the source takes for the end if nothing else waits
-        return self._feed is not None and self._feed.is_waiting()
+        return any(p.is_waiting() for p in self.participants)
 
     def listen(self, listener: events.Listener) -> None:
-        """Have somebody else told, too, after all others."""
+        """Pass all events to `listener`, after all other listeners."""
         self._listeners.append(listener)
+        self._output_listeners.append(listener)
 
     def tell(self, event: events.Event) -> None:
-        """Apply an event to the state, and tell everybody who listens."""
+        """Apply an event to the state, and pass it to all listeners."""
+        listeners = self._output_listeners
         if not isinstance(event, events.Output):
             self.state.apply(event)
-        for listener in self._listeners:
+            listeners = self._listeners
+        for listener in listeners:
             listener(event)
+
+    def planned(self, entries: Iterable[Entry]) -> Plan:
+        """Return entries as they are to run here."""
+        plan = Plan(tuple(entries))
+        return with_terminals(plan) if self._settings.tty else plan
+
+    def planned_processes(self) -> list[Process]:
+        """Return the processes that run here as they are planned now."""
+        return [t.successor or t.process for t in self.supervisor.tasks]
+
+    def planned_components(self) -> list[tuple[Component, Process | None]]:
+        """Return the components here, with their containers' processes."""
+        composition = self.composition
+        if composition is None:
+            return []
+        return [
+            (t.successor or t.component, composition.container_process(t))
+            for t in composition.tasks
+        ]
+
+    def expect(self, more: Plan) -> None:
+        """Prepare for more entries of the plan."""
+        self.starter.expect(sum(1 for _ in more.processes()))
+        if self._ros is not None:
+            self._ros.expect(more, is_late=True)
+        elif more.needs_ros:
+            known = Plan(tuple(t.process for t in self.supervisor.tasks))
+            self._ros = self._ros_link(known)
+            self._ros.expect(more, is_late=True)
+            self.supervisor.compose(self._ros.composition)
+            self._ros.start()
 
     def _ros_link(self, plan: Plan) -> 'RosLink':
         # few launches need it
@@ -560,45 +492,6 @@ class Engine:
             self._settings.client_log,
         )
 
-    def _plan_feed(self, source: PlanSource) -> 'PlanFeed':
-        # few launches need it
-        from colcon_yamllaunch.engine.plan_feed import PlanFeed
-
-        feed = PlanFeed(
-            source,
-            self.loop,
-            self.extend,
-            self.tell,
-        )
-        self._listeners.append(feed.handle)
-        if source.pid:
-            self._guard.started(source.number, source.pid, _CLIENT_TIMEOUTS)
-        return feed
-
-    def _end_feed(self) -> None:
-        if self._feed is not None:
-            group = self._feed.pid
-            self._feed.close()
-            self._guard.ended(group)
-
-    def _expect(self, more: Plan) -> None:
-        """Prepare for what comes to the plan."""
-        self.starter.expect(sum(1 for _ in more.processes()))
-        if self._ros is not None:
-            self._ros.expect(more, is_late=True)
-        elif more.needs_ros:
-            known = Plan(tuple(t.process for t in self.supervisor.tasks))
-            self._ros = self._ros_link(known)
-            self._ros.expect(more, is_late=True)
-            self.supervisor.compose(self._ros.composition)
-            self._ros.start()
-
-    def _composition_of(self, label: str) -> 'Composition':
-        composition = self.composition
-        if composition is None:
-            raise RefusedError(f"there is no component '{label}'")
-        return composition
-
     def _await_ros(self, ros: 'RosLink') -> None:
         """
         Wait until it is known what the environment has.
@@ -611,48 +504,28 @@ class Engine:
             self._pass_on()
             self.loop.run_once()
 
-    def _end_ros(self) -> None:
+    def _close_helpers(self) -> None:
         if self._ros is not None and self._ros.pid:
             group = self._ros.pid
             self._ros.close()
             self._guard.ended(group)
+        for participant in self.participants:
+            participant.close()
 
     def _children_of_ours(self) -> set[int]:
-        return {*self.supervisor.groups, *self._helpers()} - {0}
-
-    def _helpers(self) -> set[int]:
-        """Return our children that are no processes of the plan."""
-        client = 0 if self._ros is None else self._ros.pid
-        host = 0 if self._feed is None else self._feed.pid
-        changes = () if self._changes is None else self._changes.pids
-        links = () if self.elsewhere is None else self.elsewhere.pids
-        return {self._guard.pid, client, host, *changes, *links, *self.helpers}
+        return {*self.supervisor.groups, *self.loop.children}
 
     def _adopted(self) -> set[int]:
         """Return the children that we adopted."""
-        return self._strays.adopted(self._children_of_ours(), self._helpers())
-
-    def _mind_changes(self, changes: 'PlanChanges') -> None:
-        if self.supervisor.is_stopping:
-            changes.hang_up()
-        else:
-            changes.advance()
-
-    def _holds_back(self, process: Process) -> bool:
-        """Tell whether a process may hold back what it writes."""
-        # who runs it elsewhere tells that
-        is_here = self.elsewhere is None or not self.elsewhere.has(
-            process.label
+        return self._strays.adopted(
+            self._children_of_ours(), self.loop.children.keys()
         )
-        return is_here and self._settings.buffering.is_cpp(process)
 
     def _follow_up(self) -> None:
         """Do what follows from all that happened in this turn."""
         self.check_conditions()
-        if self.elsewhere is not None:
-            self.elsewhere.advance()
-        if self._changes is not None:
-            self._mind_changes(self._changes)
+        for end_turn in self._end_turns:
+            end_turn()
         if self._ros is not None and self.supervisor.is_stopping:
             # it takes as long as a process to come to its end
             self._ros.hang_up()
@@ -660,10 +533,6 @@ class Engine:
         if looked >= limits.ADOPTION_INTERVAL:
             self._reap()
         self.supervisor.end_turn()
-        if self._feed is not None:
-            self._feed.flush()
-        if self._companion is not None:
-            self._companion.advance()
 
     def _pass_on(self) -> None:
         """Pass on to the guard, the logs and the screen what there is."""
@@ -685,15 +554,7 @@ class Engine:
 
     def _set_alarm(self) -> None:
         """Have a turn when it is time for the next condition or drawing."""
-        dues = [self._conditions.due(), self._silence.due()]
-        dues.append(self._writer.due())
-        for other in (self.elsewhere, self._companion, self._changes):
-            if other is not None and not (
-                other is self._changes and self.supervisor.is_stopping
-            ):
-                seconds = other.seconds_to_wait()
-                if seconds is not None:
-                    dues.append(self.loop.time() + seconds)
+        dues = (due() for due in self._dues)
         due = min((due for due in dues if due is not None), default=None)
         if self._alarm is not None:
             if self._alarm.when() == due and not self._alarm.cancelled():
@@ -714,12 +575,12 @@ class Engine:
             elif number == signal.SIGTSTP:
                 self._suspend()
             elif number == signal.SIGCONT:
-                self.hold(is_held=False)
+                self._do_hold(is_held=False)
                 for listener in self.when_suspended:
                     listener(False)
-                self.resize()
+                self._follow_screen()
             elif number == signal.SIGWINCH:
-                self.resize()
+                self._follow_screen()
         if signal.SIGCHLD in numbers:
             self._reap()
 
@@ -744,33 +605,38 @@ class Engine:
     def _suspend(self) -> None:
         for listener in self.when_suspended:
             listener(True)
-        self.hold(is_held=True)
+        self._do_hold(is_held=True)
         stop_ourselves()
         # where nobody could continue us, the system has not stopped us
-        self.hold(is_held=False)
+        self._do_hold(is_held=False)
 
-    def hold(self, *, is_held: bool) -> None:
-        """Hold all processes as Ctrl-Z does, or let them go on."""
-        self._signal_all(signal.SIGSTOP if is_held else signal.SIGCONT)
-        if self.elsewhere is not None:
-            self.elsewhere.suspend(is_held)
+    def _do_hold(self, *, is_held: bool) -> None:
+        from colcon_yamllaunch.engine.commands import Hold
 
-    def _terminal_size(self) -> os.terminal_size:
-        return self._size or size_of(self._settings.screen)
+        self.dispatcher.do(Hold(is_held))
 
-    def resize(self, given: os.terminal_size | None = None) -> None:
-        """
-        Give terminals of processes the size of the screen.
+    def _follow_screen(self) -> None:
+        """Give the terminals of processes the size of the screen."""
+        from colcon_yamllaunch.engine.commands import Resize
 
-        :param given: The size of a screen that is elsewhere
-        """
-        self._size = given or self._size
-        # the terminals control no session, so the kernel tells nobody
         for listener in self.when_resized:
             listener()
-        size = self._terminal_size()
-        if self.elsewhere is not None:
-            self.elsewhere.resize(size)
+        self.dispatcher.do(Resize(*self.terminal_size()))
+
+    def terminal_size(self) -> os.terminal_size:
+        """Return the size of the terminals of processes."""
+        return self._size or size_of(self._settings.screen)
+
+    def hold(self, *, is_held: bool) -> None:
+        """Suspend all processes as Ctrl-Z does, or let them go on."""
+        self._signal_all(signal.SIGSTOP if is_held else signal.SIGCONT)
+
+    def resize(self, size: os.terminal_size) -> None:
+        """Set the size of the terminals of processes."""
+        if self._size is not None:
+            # that of a screen elsewhere
+            self._size = size
+        # the terminals control no session, so the kernel tells nobody
         self.terminals.resize(size)
         for group in self._relay.resize(size):
             with suppress(ProcessLookupError, PermissionError):
@@ -790,42 +656,47 @@ class Engine:
         adopted = self._adopted()
         ours = self._children_of_ours()
         for pid, number in suspended_children(ours):
-            if pid in self.helpers:
-                if number is not None:
-                    self.helpers[pid](False)
-                continue
-            self.supervisor.suspended(pid, number)
+            if pid not in self.loop.children:
+                self.supervisor.suspended(pid, number)
+            elif number is not None:
+                self.loop.children[pid][1]()
         for pid, status in ended_children(ours | adopted):
             if pid in adopted:
                 self._settings.adoption.reaped(pid)
                 self._guard.reaped(pid)
-            elif pid == self._guard.pid:
-                self._replace_guard()
-            elif pid in self.helpers:
-                self.helpers.pop(pid)(True)
-            elif self._ros is not None and pid == self._ros.pid:
+            elif pid in self.loop.children:
                 self._guard.ended(pid)
-                self._ros.ended(Outcome.from_status(status))
-            elif self._changes is not None and pid in self._changes.pids:
-                self._changes.ended(pid, Outcome.from_status(status))
-            elif self._feed is not None and pid == self._feed.pid:
-                self._guard.ended(pid)
-                self._feed.ended(status)
-            elif self.elsewhere is not None and pid in self.elsewhere.pids:
-                self.elsewhere.ended(pid, Outcome.from_status(status))
+                self.loop.children.pop(pid)[0](status)
             else:
                 self._relay.drain(pid)
                 # the last line of a process counts before its exit code
                 self.check_conditions()
                 self.supervisor.exited(pid, Outcome.from_status(status))
 
-    def _replace_guard(self) -> None:
+    def _expect_guard(self) -> None:
+        if self._guard.pid:
+            self.loop.add_child(self._guard.pid, self._replace_guard)
+
+    def _replace_guard(self, _status: int) -> None:
         try:
             if not self._guard.restart():
                 text = 'the guard ended too often and is not started again'
                 self.tell(events.Warned(_without_guard(text)))
         except OSError as error:
             self.tell(events.Warned(no_guard(error)))
+        self._expect_guard()
+
+
+def _recorder(recorders: Sequence[Recorder]) -> Recorder:
+    """Return what passes output to all of `recorders`."""
+    if len(recorders) == 1:
+        return recorders[0]
+
+    def record(process: Process, stream: events.Stream, data: bytes) -> None:
+        for one in recorders:
+            one(process, stream, data)
+
+    return record
 
 
 def no_guard(error: OSError) -> str:

@@ -76,6 +76,7 @@ class HelperProcess:
         self._loop.add_reader(self._output, self._read)
         try:
             self.pid = self._spawn(streams)
+            self._loop.add_child(self.pid, self._ended)
         except StartError as e:
             self._close_pipes()
             self._lost(f'could not be started: {e}', False)
@@ -88,15 +89,6 @@ class HelperProcess:
         if self._input != -1:
             self._unsent += json.dumps(request).encode() + b'\n'
             self._write()
-
-    def ended(self, outcome: Outcome) -> None:
-        """Note that it has ended, and was reaped."""
-        # its last messages count
-        self._read()
-        self._close_pipes()
-        self.pid = 0
-        if self._is_wanted:
-            self._lost(str(outcome), outcome.signal is not None)
 
     def restart_later(self) -> bool:
         """Start it again after a pause; return False if it ends too often."""
@@ -135,6 +127,7 @@ class HelperProcess:
         self._kill()
         with suppress(ChildProcessError):
             os.waitpid(self.pid, 0)
+        self._loop.remove_child(self.pid)
         self.pid = 0
 
     def last_line(self) -> str:
@@ -147,6 +140,15 @@ class HelperProcess:
             last = next((s for s in reversed(lines) if s.strip()), '')
             return f'{last.strip()}; see {self._log}' if last else ''
         return ''
+
+    def _ended(self, status: int) -> None:
+        # its last messages count
+        self._read()
+        self._close_pipes()
+        self.pid = 0
+        if self._is_wanted:
+            outcome = Outcome.from_status(status)
+            self._lost(str(outcome), outcome.signal is not None)
 
     def _cancel_restart(self) -> None:
         if self._restart is not None:

@@ -33,6 +33,8 @@ class Settings:
       writes to standard error, if the launch needs one, or None
     :param tty: Whether each process gets a terminal
     :param size: The size of such terminals at first, if the screen has none
+    :param adapt: Adds to an environment what makes output show as the user
+      likes
     :param moment: When what is told happened, by the time of day
     """
 
@@ -46,4 +48,5 @@ class Settings:
     client_log: Path | None = None
     tty: bool = False
     size: os.terminal_size | None = None
+    adapt: Callable[[Mapping[str, str]], Mapping[str, str]] = dict
     moment: Moment = field(default_factory=Moment)

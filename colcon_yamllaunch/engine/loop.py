@@ -120,6 +120,12 @@ class Loop:
         self._timers = Timers()
         self._soon: deque[TimerHandle] = deque()
         self._after_turn: list[Callable[[], object]] = []
+        #: The child processes that serve the launch, by process ID: what to
+        #: call with the wait status of one that was reaped, and what to call
+        #: when one is suspended.
+        self.children: dict[
+            int, tuple[Callable[[int], object], Callable[[], object]]
+        ] = {}
 
     def call_at(
         self, when: float, callback: Callable[..., object], *args: Any
@@ -149,6 +155,23 @@ class Loop:
     def after_turn(self, callback: Callable[[], object]) -> None:
         """Call `callback` after all other callbacks of each turn."""
         self._after_turn.append(callback)
+
+    def add_child(
+        self,
+        pid: int,
+        ended: Callable[[int], object],
+        suspended: Callable[[], object] = bool,
+    ) -> None:
+        """
+        Call `ended` with the wait status of a child process.
+
+        The engine reaps it, and calls `suspended` when it is suspended.
+        """
+        self.children[pid] = ended, suspended
+
+    def remove_child(self, pid: int) -> None:
+        """Call nothing for a child process, as the caller reaps it."""
+        self.children.pop(pid, None)
 
     def add_reader(
         self, descriptor: int, callback: Callable[..., object], *args: Any

@@ -6,6 +6,6 @@ Python launch files.
 
 `launch_host/` is the worker: a program that runs in the sourced environment
 and visits a launch file with ROS 2's own `launch`. :mod:`.host_link` starts it
-and exchanges messages with it, and :mod:`.host_plan_source` adds to the plan
-while the launch runs.
+and exchanges messages with it, and :mod:`.plan_feed` extends the plan while
+the launch runs.
 """

@@ -6,6 +6,7 @@
 from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Mapping
+from collections.abc import Sequence
 from contextlib import suppress
 import os
 from pathlib import Path
@@ -20,12 +21,13 @@ from colcon_yamllaunch.engine.exit_conditions import ExitConditions
 from colcon_yamllaunch.engine.output.line_pattern import LinePattern
 from colcon_yamllaunch.engine.output.line_pattern import SearchTimeError
 from colcon_yamllaunch.engine.output.lines import bare
-from colcon_yamllaunch.engine.plan_source import PlanSource
+from colcon_yamllaunch.engine.participants import Participant
 from colcon_yamllaunch.engine.stopping.guard_link import Guards
 from colcon_yamllaunch.observers.failures import OwnerOf
 from colcon_yamllaunch.observers.presentation import Presentation
 from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.run_plan import run_plan
+from colcon_yamllaunch.run import run
+from colcon_yamllaunch.run import RunContext
 from colcon_yamllaunch.sweep.progress import Progress
 from colcon_yamllaunch.sweep.results import failed_run
 from colcon_yamllaunch.sweep.results import one_reason
@@ -78,7 +80,7 @@ class PlannedRun:
 
     :param environment: The environment of its processes
     :param identity: The identity of its launch if it has one already
-    :param source: The source of more plan while it runs, if any
+    :param participants: What takes part in its launch beside the engine
     :param owner_of: Returns the package that has a missing Python module
     :param uses: Files that it uses and that other runs did not use yet
     :param close: Ends the helpers of the plan
@@ -87,7 +89,7 @@ class PlannedRun:
     plan: Plan
     environment: Mapping[str, str]
     identity: str = ''
-    source: PlanSource | None = None
+    participants: Sequence[Participant] = ()
     owner_of: OwnerOf = lambda _module, _package: None
     uses: tuple[str, ...] = ()
     close: Callable[[], object] = bool
@@ -263,8 +265,7 @@ def perform(
     conditions = _Conditions(goal, wait, over)
     with open(os.devnull, 'w', encoding='utf-8') as nothing:
         try:
-            code = run_plan(
-                planned.plan,
+            context = RunContext(
                 environment=planned.environment,
                 log_folder=folder,
                 stream=nothing,
@@ -272,12 +273,12 @@ def perform(
                 log_limit=goal.log_limit,
                 conditions=conditions,
                 presentation=Presentation('quiet'),
-                observers=(observer.handle,),
                 owner_of=planned.owner_of,
                 identity=planned.identity,
-                source=planned.source,
+                participants=planned.participants,
                 guards=guards,
             )
+            code = run(planned.plan, context, (observer.handle,))
         except UserError as e:
             # the environment lacks something; nothing was started
             return failed_run(number, str(e))

@@ -255,7 +255,7 @@ class SlurmRunner:
         """
         try:
             position = planned.plan.host_position
-            if planned.source is not None or position is not None:
+            if planned.participants or position is not None:
                 place = ''
                 if position is not None:
                     place = f' ({shown_position(position, str(Path.cwd()))})'

@@ -271,7 +271,7 @@ class Worker:
         if result is None:
             raise KeyboardInterrupt
         # the worker of a launch file in Python may leave something behind
-        return {'result': to_json(result), 'idle': planned.source is None}
+        return {'result': to_json(result), 'idle': not planned.participants}
 
     def _send(self, message: dict[str, Any]) -> None:
         self._link.send(json.dumps(message).encode())

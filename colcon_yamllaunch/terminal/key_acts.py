@@ -76,8 +76,7 @@ class KeyActs:
 
     def switch_watch(self) -> None:
         """Have nothing follow from changes of files, or again."""
-        changes = self._engine.changes
-        is_paused = changes is not None and changes.is_paused
+        is_paused = self._engine.state.watch_paused
         self._ask(commands.Watch('resume' if is_paused else 'pause'))
 
     def _ask(

@@ -164,7 +164,7 @@ class TerminalSession:
         self._attachment.close()
         paged, engine = self._paged, self._engine
         if paged is not None and engine is not None:
-            del engine.helpers[paged.pager.pid]
+            engine.loop.remove_child(paged.pager.pid)
             paged.pager.end()
             self._end_pager()
         self._end()
@@ -310,14 +310,12 @@ class TerminalSession:
             self._writer.begin(self._compose)
             return
         self._paged = PagedOutput(pager)
-        self._engine.helpers[pager.pid] = self._mind_pager
+        self._engine.loop.add_child(
+            pager.pid, lambda _: self._end_pager(), self._pager_suspended
+        )
 
-    def _mind_pager(self, has_ended: bool) -> None:
-        if self._paged is None:
-            return
-        if has_ended:
-            self._end_pager()
-        else:
+    def _pager_suspended(self) -> None:
+        if self._paged is not None:
             # Ctrl-Z; no shell is there to go on with it
             self._paged.pager.quit()
 
@@ -391,8 +389,7 @@ class TerminalSession:
                 # the process may have changed them without a word
                 self._attachment.mind_modes()
                 next_modes = now + MODES_INTERVAL
-            changes = None if self._engine is None else self._engine.changes
-            self._keys.can_watch = changes is not None
+            self._keys.can_watch = state.watch is not None
             view = self._keys.view(view.live)
         block = block_of(model, view, style, now, waits_for)
         is_typing = block.cursor is not None
@@ -410,8 +407,7 @@ class TerminalSession:
 
     def _shares_elsewhere(self) -> Mapping[str, float]:
         """Return what processes on other machines take of a processor."""
-        elsewhere = None if self._engine is None else self._engine.elsewhere
-        return {} if elsewhere is None else elsewhere.cpu_shares()
+        return {} if self._engine is None else self._engine.cpu_shares()
 
     def _live(self) -> tuple[str, ...]:
         """Return the lines of output that may still change."""

@@ -45,8 +45,8 @@ def waits(
         if due is not None and due > now:
             parts.append(f'timer in {_seconds(due - now)}')
             times.append(next_second(due, now))
-        if engine.changes is not None:
-            if engine.changes.is_paused:
+        if engine.state.watch is not None:
+            if engine.state.watch_paused:
                 parts.append('--watch is off')
             elif is_idle:
                 parts.append('waits for a change')

@@ -22,14 +22,19 @@ import signal
 
 from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine.commands import DONE
+from colcon_yamllaunch.engine.commands import Done
 from colcon_yamllaunch.engine.commands import Drop
 from colcon_yamllaunch.engine.commands import Extend
 from colcon_yamllaunch.engine.commands import Forget
 from colcon_yamllaunch.engine.commands import RestartChanged
 from colcon_yamllaunch.engine.commands import Revise
 from colcon_yamllaunch.engine.commands import Shutdown
+from colcon_yamllaunch.engine.commands import Watch
+from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.engine.plan_changes import RunningLaunch
+from colcon_yamllaunch.engine.participants import Participant
+from colcon_yamllaunch.engine.participants import Reply
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Entry
 from colcon_yamllaunch.plan.plan import Plan
@@ -69,7 +74,7 @@ READ_WINDOW = 3.0
 _NUMBER = re.compile(r'\d+')
 
 
-class ChangeLoop:
+class ChangeLoop(Participant):
     """
     Keeps a running launch as its files say.
 
@@ -98,7 +103,7 @@ class ChangeLoop:
         self._why = why
         self._cwd = cwd
         self._watcher: WatcherClient | None = None
-        self._launch: RunningLaunch | None = None
+        self._launch: Engine | None = None
         self._restarts_launch = False
         self._changes = PendingChanges()
         # changes since `pause`
@@ -133,21 +138,28 @@ class ChangeLoop:
         """Whether the launch has ended only to begin again."""
         return self._restarts_launch and not self.launch.is_ended_by_others
 
-    @property
-    def pids(self) -> Collection[int]:
-        """The helper processes, which are children of the launcher."""
-        watcher = 0 if self._watcher is None else self._watcher.pid
-        return {watcher, self._worker.pid} - {0}
+    def children(self) -> Collection[int]:
+        """Return the worker, which was forked before the launch."""
+        return {self._worker.pid} - {0}
 
     @property
-    def launch(self) -> RunningLaunch:
+    def launch(self) -> Engine:
         """The launch that changes."""
         assert self._launch is not None
         return self._launch
 
-    def begin(self, launch: RunningLaunch) -> None:
-        """Watch the files of a launch from now on."""
-        self._launch = launch
+    def join(self, engine: Engine) -> None:
+        """Use a launch, which goes on after failures and without processes."""
+        self._launch = engine
+        engine.state.watch = ''
+        engine.supervisor.outlasts_failures = True
+        engine.dispatcher.add(Watch, self._switch)
+        if self._worker.pid:
+            engine.add_helper(self._worker.pid, self._worker_ended)
+
+    def begin(self) -> None:
+        """Watch the files of the launch from now on."""
+        launch = self.launch
         self._watcher = WatcherClient(
             launch.loop,
             self._take,
@@ -156,7 +168,6 @@ class ChangeLoop:
         )
         self._watcher.start()
         self._watch()
-        launch.guard_group(self._worker.pid)
         self._worker.begin(launch.loop, self._handle_job)
 
     def handle(self, event: events.Event) -> None:
@@ -178,11 +189,19 @@ class ChangeLoop:
                 self._changes.stopped(event.process.label)
             case _:
                 return
+        if self._is_due:
+            self.launch.loop.wake()
 
-    @property
-    def is_paused(self) -> bool:
-        """Whether changes are collected until :meth:`resume`."""
-        return self._is_paused
+    def is_waiting(self) -> bool:
+        """Return whether to wait for a change, though no process runs."""
+        return not self.launch.is_stopping
+
+    def _switch(self, command: Watch, _: Reply) -> Done:
+        if command.action == 'pause':
+            self.pause()
+        else:
+            self.resume()
+        return DONE
 
     def pause(self) -> None:
         """Collect changes until :meth:`resume`; earlier ones are finished."""
@@ -202,29 +221,24 @@ class ChangeLoop:
             # a process that has started since may have read the old files
             self._follow(batch, self._clock())
 
-    def advance(self) -> None:
-        """Do what is due."""
+    def end_turn(self) -> None:
+        """Do what is due; nothing more while the launch is being stopped."""
+        if self.launch.is_stopping:
+            self._hang_up()
+            return
         if self._can_check:
             files, self._unchecked = tuple(self._unchecked), []
             self._take(Batch(files, round(self._unchecked_since * 1e9)))
         for change in self._changes.pop_done(self._clock()):
             self._report(change)
+        if self._is_due:
+            self.launch.loop.wake()
 
-    def seconds_to_wait(self) -> float | None:
-        """Return the seconds until :meth:`advance` has something to do."""
-        if self._can_check or self._changes.has_done:
-            return 0.0
-        return None
+    @property
+    def _is_due(self) -> bool:
+        return self._can_check or self._changes.has_done
 
-    def ended(self, pid: int, outcome: Outcome) -> None:
-        """Note that one of the helper processes ended."""
-        if self._watcher is not None and pid == self._watcher.pid:
-            self._watcher.ended(outcome)
-        elif pid == self._worker.pid:
-            self._worker_ended(outcome)
-
-    def hang_up(self) -> None:
-        """Stop handling changes, as the launch is being stopped."""
+    def _hang_up(self) -> None:
         self._changes.clear()
         self._unchecked.clear()
         self._worker.cancel()
@@ -238,7 +252,7 @@ class ChangeLoop:
             self._watcher.close()
         self._worker.close()
         if self._launch is not None and pid:
-            self._launch.release_group(pid)
+            self._launch.remove_helper(pid)
             self._release_job()
 
     # from the change to the steps
@@ -439,15 +453,15 @@ class ChangeLoop:
             self._launch.release_group(self._group)
         self._group = 0
 
-    def _worker_ended(self, outcome: Outcome) -> None:
+    def _worker_ended(self, status: int) -> None:
         if self._group:
             with suppress(OSError):
                 # only the worker would have ended its job
                 os.killpg(self._group, signal.SIGINT)
-        self.launch.release_group(self._worker.pid)
         self._worker.ended()
         self._release_job()
         self._changes.lose_worker()
+        outcome = Outcome.from_status(status)
         self.launch.tell(
             events.Warned(
                 f'what builds for --watch {outcome}: from now on only what '
@@ -502,7 +516,9 @@ class ChangeLoop:
             launch.tell(events.Built(prepared.packages, seconds))
             current.built = prepared.packages
         launch.renew_environment(prepared.environment)
-        launch.blocks = new.plan.blocks
+        if not before.grown_from or len(new.plan.blocks) >= len(launch.blocks):
+            # otherwise the plan has grown since
+            launch.blocks = new.plan.blocks
         affected = affected_by_build(prepared.changed, self._dependencies)
         if self._why:
             for label, reason in affected.items():

@@ -13,7 +13,6 @@ from typing import Any
 
 from colcon_yamllaunch.engine.helper_process import HelperProcess
 from colcon_yamllaunch.engine.loop import Loop
-from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.process.spawn import spawn_process
 from colcon_yamllaunch.watch.changes import Batch
 from colcon_yamllaunch.watch.changes import Change
@@ -59,11 +58,6 @@ class WatcherClient:
         self._request: dict[str, Any] = {}
         self._reported_at = 0
 
-    @property
-    def pid(self) -> int:
-        """Its process ID, or 0 while it does not run."""
-        return self._process.pid
-
     def start(self) -> None:
         """Start the process, without waiting until it watches."""
         self._process.start()
@@ -83,10 +77,6 @@ class WatcherClient:
             'since': since,
         }
         self._process.send(self._request)
-
-    def ended(self, outcome: Outcome) -> None:
-        """Note that the process has ended, and was reaped."""
-        self._process.ended(outcome)
 
     def hang_up(self) -> None:
         """Let the process end, and do not start it again."""

@@ -3,6 +3,7 @@
 
 """What clients ask of components and lifecycle nodes; nothing runs here."""
 
+from functools import partial
 import json
 from pathlib import Path
 import socket
@@ -14,6 +15,7 @@ from colcon_yamllaunch.control.journal import Journal
 from colcon_yamllaunch.control.service import Service
 from colcon_yamllaunch.engine.components.composition import Composition
 from colcon_yamllaunch.engine.dispatcher import Dispatcher
+from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.state import About
 from colcon_yamllaunch.engine.state import from_json
 from colcon_yamllaunch.engine.state import LaunchState
@@ -59,15 +61,17 @@ class Controlled:
         )
         engine = SimpleNamespace(
             state=state,
-            elsewhere=None,
-            changes=None,
-            is_changed=False,
+            participants=(),
+            measure=lambda done: done(),
+            find=lambda _: None,
             blocks=BLOCKS,
             supervisor=self.history.supervisor,
             composition=self.composition,
             terminals=terminals,
             tell=lambda _: None,
         )
+        engine.planned_processes = partial(Engine.planned_processes, engine)
+        engine.planned_components = partial(Engine.planned_components, engine)
         engine.dispatcher = Dispatcher(engine, logs, lambda p: p.parameters)
         service = Service(engine, Journal())
         self.near, far = socket.socketpair()

@@ -64,7 +64,9 @@ class Asked:
         self.launch.state.log_files = logs = {'arm│last': Path('/log/last')}
         engine: Any = SimpleNamespace(
             state=self.launch.state,
-            elsewhere=self.parts,
+            participants=[self.parts],
+            find=self.parts.find,
+            measure=self.parts.measure,
             supervisor=Supervisor(),
             terminals=SimpleNamespace(
                 has_keyboard=self.parts.has_keyboard,
@@ -72,14 +74,13 @@ class Asked:
                 remove_sink=lambda label, _: self.parts.detach(label),
             ),
             composition=None,
-            changes=None,
-            is_changed=False,
             blocks=(),
             tell=self.launch.tell,
         )
         engine.dispatcher = Dispatcher(engine, logs, lambda p: p.parameters)
         self.service = Service(engine, Journal())
-        self.parts.begin(self.launch, SimpleNamespace(lines=1, columns=1))
+        self.launch.here = [HERE]
+        self.parts.begin()
         self.answers: list[Any] = []
 
     def asks(self, request: str, **more: Any) -> object:

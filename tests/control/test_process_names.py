@@ -96,7 +96,7 @@ def test_a_launch_has_the_names_of_its_parts():
     component = SimpleNamespace(plugin='demo::Talker', node_name='/b/talker')
     part = SimpleNamespace(label='talker', component=component, full_name=None)
     engine = SimpleNamespace(
-        elsewhere=None,
+        find=lambda _: None,
         supervisor=SimpleNamespace(tasks=[SimpleNamespace(process=process)]),
         composition=SimpleNamespace(tasks=[part]),
     )

@@ -9,7 +9,6 @@ import time
 
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.helper_process import HelperProcess
-from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.process.children import ended_children
 from colcon_yamllaunch.engine.process.spawn import spawn_process
 from colcon_yamllaunch.engine.process.spawn import StartError
@@ -62,8 +61,8 @@ class Served:
         while not is_so():
             assert time.monotonic() < deadline
             self.loop.run_once()
-            for _, status in ended_children({self.process.pid} - {0}):
-                self.process.ended(Outcome.from_status(status))
+            for pid, status in ended_children({*self.loop.children}):
+                self.loop.children.pop(pid)[0](status)
             time.sleep(0.001)
 
 

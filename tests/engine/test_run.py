@@ -15,7 +15,8 @@ import subprocess
 
 from colcon_yamllaunch.common import process_scan
 from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.run_plan import run_plan
+from colcon_yamllaunch.run import run
+from colcon_yamllaunch.run import RunContext
 import pytest
 
 
@@ -40,11 +41,13 @@ def test_a_run_in_this_process_leaves_it_as_it_was(process, tmp_path):
     children = _children()
     foreign = subprocess.Popen(['sh', '-c', 'exit 5'])
     stream = io.StringIO()
-    code = run_plan(
+    code = run(
         Plan((process('a', 'sh', '-c', 'echo hello; exit 3'),)),
-        environment={'PATH': os.environ['PATH']},
-        log_folder=tmp_path,
-        stream=stream,
+        RunContext(
+            environment={'PATH': os.environ['PATH']},
+            log_folder=tmp_path,
+            stream=stream,
+        ),
     )
     assert code == 1
     assert '[a]      hello' in stream.getvalue()
@@ -66,11 +69,13 @@ def test_processes_older_than_the_launch_are_read_once(process, monkeypatch):
     original = process_scan.read_process
     monkeypatch.setattr(process_scan, 'read_process', read_process)
     for _ in range(3):
-        run_plan(
+        run(
             Plan((process('a', 'true'),)),
-            environment={'PATH': os.environ['PATH']},
-            log_folder=None,
-            stream=io.StringIO(),
+            RunContext(
+                environment={'PATH': os.environ['PATH']},
+                log_folder=None,
+                stream=io.StringIO(),
+            ),
         )
     assert read.count(1) <= 1
 
@@ -87,12 +92,14 @@ def test_a_crash_of_the_launcher_stops_what_it_started(
         return started[0]
 
     with pytest.raises(RuntimeError, match='a bug'):
-        run_plan(
+        run(
             Plan((process('a', 'sleep', '99'), process('b'))),
-            environment={'PATH': os.environ['PATH']},
-            log_folder=None,
-            stream=io.StringIO(),
-            spawn=spawn,
+            RunContext(
+                environment={'PATH': os.environ['PATH']},
+                log_folder=None,
+                stream=io.StringIO(),
+                spawn=spawn,
+            ),
         )
     wait_until(lambda: not is_running(started[0]))
     assert os.waitpid(started[0], 0)[1] == signal.SIGINT

@@ -25,7 +25,7 @@ import contextlib, importlib.metadata
 import catkin_pkg.package, catkin_pkg.condition, em, setuptools, yaml
 import colcon_core.command, colcon_core.event_reactor, colcon_core.executor
 import colcon_core.verb.build
-import colcon_yamllaunch.run_plan
+import colcon_yamllaunch.run
 import colcon_yamllaunch.verb.launching.launch_flow
 import colcon_yamllaunch.verb.launching.plan_run
 import colcon_yamllaunch.workspace.building.update

@@ -29,7 +29,8 @@ from colcon_yamllaunch.plan.plan import Shutdown
 from colcon_yamllaunch.plan.plan import SignalProcess
 from colcon_yamllaunch.plan.plan import Timer
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.run_plan import run_plan
+from colcon_yamllaunch.run import run
+from colcon_yamllaunch.run import RunContext
 
 _WITH_POSITION = {
     'call': HostCall,
@@ -75,14 +76,18 @@ def main() -> int:
         limits.CLIENT_RESTARTS = 2
         ros_link.PROGRAM = Path(__file__).with_name('fake_ros_client.py')
     log_folder = data.get('log_folder')
-    source = None
+    participants = ()
     if 'source' in data:
-        from played_source import PlayedSource
+        from played_source import PlayedFeed
+        from played_source import PlayedWorker
 
         limits.SOURCE_PATIENCE = data.get('patience', limits.SOURCE_PATIENCE)
-        source = PlayedSource(data['source'], data.get('wanted', ()), entry_of)
-    return run_plan(
-        Plan(tuple(entry_of(e) for e in data['entries'])),
+        participants = (
+            PlayedFeed(
+                PlayedWorker(data['source'], data.get('wanted', ()), entry_of)
+            ),
+        )
+    context = RunContext(
         environment=dict(os.environ),
         log_folder=None if log_folder is None else Path(log_folder),
         color=data.get('color'),
@@ -95,8 +100,9 @@ def main() -> int:
         presentation=Presentation(
             data.get('verbosity', 'normal'), status=data.get('status', False)
         ),
-        source=source,
+        participants=participants,
     )
+    return run(Plan(tuple(entry_of(e) for e in data['entries'])), context)
 
 
 if __name__ == '__main__':

@@ -4,7 +4,9 @@
 """A machine that only plays its part, and a launch that listens to it."""
 
 from collections.abc import Callable
+import os
 import time
+from types import SimpleNamespace
 from typing import Any
 
 from colcon_yamllaunch.engine import events
@@ -21,6 +23,8 @@ from colcon_yamllaunch.remote.link.remote_parts import RemoteParts
 from colcon_yamllaunch.remote.wire.event_codec import event_to_json
 from support.launch_states import ABOUT
 
+#: The size of the terminals of processes.
+SIZE = os.terminal_size((120, 40))
 POSITION = Position('/ws/demo.yaml', 3, 5)
 
 
@@ -97,21 +101,22 @@ class PlayedLaunch:
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.loop: Any = None
+        self.terminals: Any = SimpleNamespace()
         #: What the events say of the machines.
         self.state = LaunchState(ABOUT, clock=clock)
-        if parts is not None:
-            self.state.machine_of = parts.machine_of
-            self.state.add_machines(parts.machines)
-            self.state.expect(parts.whole(Plan()).entries)
         self.blocks: tuple[Block, ...] = ()
         self.moment = Moment(lambda: 1000.0)
         self.is_stopping = False
         self.told: list[events.Event] = []
         self.output: list[tuple[str, str, bytes]] = []
         self.echoed: list[tuple[str, bytes]] = []
-        self.guarded: set[int] = set()
         self.full: set[str] = set()
+        self.here: list[Process] = []
         self.times: list[float] = []
+        self.helpers: dict[int, Callable[[int], object]] = {}
+        if parts is not None:
+            parts.join(self)  # type: ignore[arg-type]
+            self.state.expect(parts.whole(Plan()).entries)
         self.parts: Any = None
 
     def tell(self, event: events.Event) -> None:
@@ -144,11 +149,20 @@ class PlayedLaunch:
         self.is_stopping = True
         self.tell(events.ShuttingDown(reason))
 
-    def guard_group(self, group: int) -> None:
-        self.guarded.add(group)
+    def terminal_size(self) -> os.terminal_size:
+        return SIZE
 
-    def release_group(self, group: int) -> None:
-        self.guarded.discard(group)
+    def planned_processes(self) -> list[Process]:
+        return self.here
+
+    def planned_components(self) -> list[Any]:
+        return []
+
+    def add_helper(self, pid: int, ended: Callable[[int], object]) -> None:
+        self.helpers[pid] = ended
+
+    def remove_helper(self, pid: int) -> None:
+        self.helpers.pop(pid, None)
 
 
 def plan(*labels: str, **fields: Any) -> Plan:

@@ -2,7 +2,7 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-A source of more plan that answers as the test has written.
+A worker of Python launch files that answers as the test has written.
 
 Its rules are objects: with the first event, output or call that is `when`, as
 `exited a`, it answers with `entries` and `problems`; with `late`, only once a
@@ -20,12 +20,28 @@ from typing import Any
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.plan.plan import Entry
 from colcon_yamllaunch.plan.plan import Growth
+from colcon_yamllaunch.ros.plan_feed import PlanFeed
 
 
-class PlayedSource:
-    """A source with a process of its own, which does nothing."""
+class PlayedFeed(PlanFeed):
+    """A feed whose worker is played, and is told all events."""
 
-    number = 1_000_000_000
+    def __init__(self, worker: Any) -> None:
+        super().__init__(worker, worker)
+        self._worker = worker
+
+    def handle(self, event: events.Event) -> None:
+        super().handle(event)
+        record = event.record()
+        if record and record['event'] not in ('warning', 'ended', 'shutdown'):
+            words = (record.get(name) for name in ('event', 'label', 'text'))
+            self._worker.tell(' '.join(filter(None, words)))
+
+
+class PlayedWorker:
+    """The link to a worker, a process that does nothing, and its answers."""
+
+    has_handlers = True
 
     def __init__(
         self,
@@ -56,55 +72,63 @@ class PlayedSource:
         self._coming: list[Growth] = []
         self._is_stuck = False
 
+    # the link
+
     @property
     def pid(self) -> int:
         return self._host.pid if self._host.returncode is None else 0
 
-    @property
-    def is_busy(self) -> bool:
-        return bool(self._coming) or self._is_stuck
-
-    def handle(self, event: events.Event) -> None:
-        record = event.record()
-        if record and record['event'] not in ('warning', 'ended'):
-            words = [
-                record[n]
-                for n in ('event', 'label', 'reason', 'text')
-                if n in record
-            ]
-            self._tell(' '.join(map(str, words)))
-
-    def output(self, process: str, stream: events.Stream, data: bytes) -> None:
-        self._tell(f'{stream} {process} {data.decode().strip()}')
+    def poll(self) -> dict[str, Any] | None:
+        try:
+            data = (
+                os.read(self.descriptor, 1) if self.descriptor != -1 else b''
+            )
+        except BlockingIOError:
+            return None
+        if not data:
+            self.descriptor = -1
+            return None
+        return {'say': 'done'}
 
     def flush(self) -> bool:
         return True
 
-    def call(self, number: int) -> None:
-        self._tell(f'call {number}')
-
-    def take(self) -> Iterable[Growth]:
-        try:
-            count = len(os.read(self.descriptor, 100))
-        except BlockingIOError:
-            return []
-        if not count:
-            self.descriptor = -1
-        coming, self._coming = self._coming[:count], self._coming[count:]
-        return coming
-
-    def ended(self, status: int) -> Iterable[Growth]:
-        self._host.returncode = status
-        self._coming.clear()
-        self.descriptor = -1
-        return []
+    def reaped(self) -> None:
+        self._host.returncode = 0
 
     def close(self) -> None:
         if self.pid:
             os.killpg(self.pid, 9)
             self._host.wait()
 
-    def _tell(self, what: str) -> None:
+    # what its messages mean
+
+    @property
+    def is_busy(self) -> bool:
+        return bool(self._coming) or self._is_stuck
+
+    def id_of(self, name: str) -> str:
+        return name
+
+    def ask(self, request: dict[str, Any]) -> None:
+        match request:
+            case {'do': 'call', 'number': number}:
+                self.tell(f'call {number}')
+            case {'event': {'type': 'shutdown', 'reason': reason}}:
+                self.tell(f'shutdown {reason}')
+            case {'event': {'type': 'output', **event}}:
+                text = event['text'].strip()
+                self.tell(f'{event["stream"]} {event["process"]} {text}')
+
+    def take(self, message: dict[str, Any]) -> Growth:
+        return self._coming.pop(0)
+
+    def lost(self, reason: str) -> Growth:
+        self._coming.clear()
+        self._is_stuck = False
+        return Growth()
+
+    def tell(self, what: str) -> None:
         with self._told.open('a', encoding='utf-8') as file:
             print(what, file=file)
         for rule in self._rules:

@@ -13,7 +13,6 @@ from typing import Any
 from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.commands import Watch
-from colcon_yamllaunch.engine.dispatcher import Dispatcher
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
@@ -34,7 +33,7 @@ import pytest
 
 ARM = '/ws/src/arm'
 SHARE = '/ws/install/arm/share/arm'
-WORKER, WATCHER, JOB = 71, 72, 73
+WORKER, JOB = 71, 73
 
 
 def process(name: str, program: str, **more: Any) -> Process:
@@ -85,7 +84,6 @@ class PlayedWatcher:
 
     def __init__(self, _: object, take: Any, *__: object) -> None:
         self.take = take
-        self.pid = WATCHER
         self.seen: list[str] = []
 
     def start(self) -> None:
@@ -93,9 +91,6 @@ class PlayedWatcher:
 
     def watch(self, *wanted: object) -> None:
         pass
-
-    def ended(self, outcome: Outcome) -> None:
-        self.seen.append(str(outcome))
 
     def hang_up(self) -> None:
         self.seen.append('hung up')
@@ -113,12 +108,19 @@ class Played:
     ) -> None:
         self.now = 10.0
         self.worker = PlayedWorker()
-        self.loop = None
+        self.loop = SimpleNamespace(wake=self.wake)
+        self.turns = 0
         self.told: list[events.Event] = []
         self.asked: list[Any] = []
         self.guarded: set[int] = set()
+        self.helpers: dict[int, Callable[[int], object]] = {}
+        self.handlers: dict[Any, Any] = {}
+        self.is_stopping = False
+        self.state = SimpleNamespace(watch=None)
+        self.supervisor = SimpleNamespace(outlasts_failures=False)
         self.is_ended_by_others = False
         self.plan = Plan((TALK, LOOP))
+        self.blocks = self.plan.blocks
         self.watching = ChangeLoop(
             Prepared(self.plan, {}, known, {}, {}, (), 0, grown_from),
             self.worker,  # type: ignore[arg-type]
@@ -127,7 +129,8 @@ class Played:
             why=why,
             cwd='/ws',
         )
-        self.watching.begin(self)  # type: ignore[arg-type]
+        self.watching.join(self)  # type: ignore[arg-type]
+        self.watching.begin()
         self.watcher: PlayedWatcher = self.watching._watcher  # type: ignore
         for part in (TALK, LOOP):
             self.watching.handle(events.Started(part, 1))
@@ -139,7 +142,10 @@ class Played:
 
     @property
     def dispatcher(self) -> Any:
-        return SimpleNamespace(do=self.do)
+        return SimpleNamespace(do=self.do, add=self.handlers.__setitem__)
+
+    def wake(self) -> None:
+        self.turns += 1
 
     def do(self, command: commands.Command[Any]) -> Any:
         match command:
@@ -163,6 +169,14 @@ class Played:
 
     def groups(self) -> dict[str, int]:
         return {}
+
+    def add_helper(self, pid: int, ended: Callable[[int], object]) -> None:
+        self.guarded.add(pid)
+        self.helpers[pid] = ended
+
+    def remove_helper(self, pid: int) -> None:
+        self.guarded.discard(pid)
+        del self.helpers[pid]
 
     def guard_group(self, group: int) -> None:
         self.guarded.add(group)
@@ -198,7 +212,7 @@ class Played:
         """Return what was said since, once some have started anew."""
         for part in started:
             self.watching.handle(events.Started(part, 1))
-        self.watching.advance()
+        self.watching.end_turn()
         told, self.told = self.told, []
         return [line for event in told for line in event.lines()]
 
@@ -288,7 +302,7 @@ def test_uninstalled_program_is_built_before_its_restart(
     assert played.worker.asked == 1
     assert played.prepared(packages=('arm',)) == ['restart talk']
     # without a worker all runs on
-    played.watching.ended(WORKER, Outcome(code=1))
+    played.helpers[WORKER](1 << 8)
     assert played.save('talk.py') == []
 
 
@@ -307,7 +321,7 @@ def test_file_that_does_not_compile_restarts_nothing(
     assert played.save('talk.py') == []
     assert played.prepared(broken={talk: error}) == []
     left = 'not restarted, as Python code does not compile: talk (0.00 s)'
-    played.watching.advance()
+    played.watching.end_turn()
     (event,) = [e for e in played.told if isinstance(e, events.Watched)]
     assert (event.failed, event.details) == (True, error)
     assert played.lines() == [f'talk.py changed: {left}']
@@ -398,7 +412,7 @@ def test_warnings_of_a_build_are_shown(played: Played) -> None:
     played.save('loop.c')
     played.worker.written = b'loop.c:1: warning: unused\n'
     played.prepared(packages=('arm',))
-    played.watching.advance()
+    played.watching.end_turn()
     (event,) = [e for e in played.told if isinstance(e, events.Watched)]
     assert (event.failed, event.details) == (
         False,
@@ -471,9 +485,9 @@ def test_job_of_a_killed_worker_is_interrupted(
     played.save('loop.c')
     played.answer(Begun(JOB))
     assert played.guarded == {WORKER, JOB}
-    played.watching.ended(WORKER, Outcome(signal=signal.SIGKILL))
+    played.helpers[WORKER](signal.SIGKILL)
     assert killed == [(JOB, signal.SIGINT)]
-    assert not played.guarded
+    assert JOB not in played.guarded
     is_gone = 'loop.c changed: what builds for --watch is gone (0.00 s)'
     warning, line = played.lines()
     assert warning.startswith('warning: what builds for --watch died by SIG')
@@ -490,15 +504,10 @@ def test_job_of_a_killed_worker_is_interrupted(
     ]
 
 
-def test_end_of_the_watcher_reaches_its_client(played: Played) -> None:
-    assert set(played.watching.pids) == {WORKER, WATCHER}
-    played.watching.ended(WATCHER, Outcome(code=1))
-    assert played.watcher.seen == ['exited with code 1']
-
-
 def test_changes_have_no_effect_while_the_launch_stops(played: Played) -> None:
     played.save('loop.c')
-    played.watching.hang_up()
+    played.is_stopping = True
+    played.watching.end_turn()
     assert not played.worker.is_busy
     assert played.watcher.seen == ['hung up']
     assert played.prepared() == []
@@ -529,7 +538,7 @@ def test_without_worker_a_file_that_a_program_may_read_is_reported(
     monkeypatch.setattr(change_loop, 'WatcherClient', PlayedWatcher)
     monkeypatch.setattr('os.path.exists', paths_without(''))
     played = Played(known=replace(KNOWN, reads_more=True))
-    played.watching.ended(WORKER, Outcome(signal=signal.SIGKILL))
+    played.helpers[WORKER](signal.SIGKILL)
     assert played.save('talk.py') == ['restart talk']
     assert played.lines(TALK)[-1] == (
         'talk.py changed: restarted talk, '
@@ -552,17 +561,11 @@ def test_killed_job_is_repeated_at_the_next_change(
 
 def test_pause_collects_changes_until_it_ends(played: Played) -> None:
     # as keys and clients pause it
-    engine: Any = SimpleNamespace(
-        supervisor=None, changes=played.watching, elsewhere=None
-    )
-    dispatcher = Dispatcher(engine, {}, lambda _: ())
-    played.watching.resume()
-    dispatcher.do(Watch('pause'))
-    dispatcher.do(Watch('pause'))
-    assert played.watching.is_paused
+    switch = played.handlers[Watch]
+    for action in ('resume', 'pause', 'pause'):
+        assert switch(Watch(action), bool) == commands.DONE
     assert played.save('talk.py') == played.save('talk.py', 'other.py') == []
-    dispatcher.do(Watch('resume'))
-    assert not played.watching.is_paused
+    switch(Watch('resume'), bool)
     assert played.was_asked() == []
     assert played.worker.asked == 1
     assert played.lines() == [
@@ -588,19 +591,19 @@ def test_failure_soon_after_a_rewrite_restarts_the_process(
     assert played.save('talk.py', kind='again') == []
     played.now += 0.5
     played.watching.handle(failed(TALK))
-    assert played.watching.seconds_to_wait() == 0.0
-    played.watching.advance()
+    assert played.turns
+    played.watching.end_turn()
     assert played.was_asked() == ['restart talk']
     # a process that was started since has read the right file
     played.now += 0.1
     played.lines(TALK)
     played.now += 0.5
     played.watching.handle(failed(TALK))
-    played.watching.advance()
+    played.watching.end_turn()
     assert played.was_asked() == []
     # and a later failure has another reason
     played.save('talk.py', kind='again')
     played.now += change_loop.READ_WINDOW + 0.1
     played.watching.handle(failed(TALK))
-    played.watching.advance()
+    played.watching.end_turn()
     assert played.was_asked() == []

@@ -17,7 +17,6 @@ from typing import Any
 
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.loop import Loop
-from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.process.children import ended_children
 from colcon_yamllaunch.watch import watcher
 from colcon_yamllaunch.watch import watcher_client
@@ -39,7 +38,7 @@ link = WatcherClient(loop, print, print)
 link.start()
 link.watch(sys.argv[1:], [], 0)
 loop.run_once()
-print(link.pid, flush=True)
+print(*loop.children, flush=True)
 time.sleep(60)
 """
 
@@ -85,9 +84,12 @@ class Watched:
             assert time.monotonic() < deadline, self.batches
             self._loop.call_later(0.1, self._loop.wake)
             self._loop.run_once()
-            for pid, status in ended_children({self.link.pid} - {0}):
-                assert pid == self.link.pid
-                self.link.ended(Outcome.from_status(status))
+            for pid, status in ended_children({*self._loop.children}):
+                self._loop.children.pop(pid)[0](status)
+
+    @property
+    def pid(self) -> int:
+        return next(iter(self._loop.children), 0)
 
     def told(self) -> list[str]:
         """Return what was told next, as one batch."""
@@ -199,7 +201,7 @@ def test_only_the_saved_file_is_reported(watched: Watched) -> None:
 
 def test_suspended_watcher_reports_changes_later(watched: Watched) -> None:
     watched.start()
-    pid = watched.link.pid
+    pid = watched.pid
     os.kill(pid, signal.SIGSTOP)
     watched.write('a.cpp', 'one')
     os.kill(pid, signal.SIGCONT)
@@ -280,10 +282,10 @@ def test_killed_watcher_is_restarted_and_misses_nothing(
     watched.start()
     watched.write('b.cpp', 'one')
     assert watched.told() == ['new b.cpp']
-    first = watched.link.pid
+    first = watched.pid
     os.kill(first, signal.SIGKILL)
     watched.write('a.cpp', 'one')
-    watched.wait(lambda: watched.link.pid not in (0, first))
+    watched.wait(lambda: watched.pid not in (0, first))
     # told as changed, as nobody knows how it was
     watched.wait(lambda: bool(watched.batches))
     assert 'a.cpp' in {Path(c.path).name for c in watched.batches[0].changes}
@@ -304,7 +306,7 @@ def test_watcher_that_cannot_run_is_given_up(
         'watched any more '
         "(ModuleNotFoundError: No module named 'no_such_module'; see /"
     )
-    assert watched.link.pid == 0
+    assert watched.pid == 0
 
 
 def test_watcher_ends_with_a_killed_launcher(tmp_path: Path) -> None:

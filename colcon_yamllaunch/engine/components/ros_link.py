@@ -21,7 +21,6 @@ from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.components.composition import Composition
 from colcon_yamllaunch.engine.helper_process import HelperProcess
 from colcon_yamllaunch.engine.loop import Loop
-from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.process.pythons import pythons
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Timer
@@ -104,10 +103,6 @@ class RosLink:
     def start(self) -> None:
         """Start the client, without waiting until it is ready."""
         self._process.start()
-
-    def ended(self, outcome: Outcome) -> None:
-        """Handle the end of the client."""
-        self._process.ended(outcome)
 
     def hang_up(self) -> None:
         """Let the client end, as no requests follow."""

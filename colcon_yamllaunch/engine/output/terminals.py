@@ -16,7 +16,6 @@ from dataclasses import replace
 import os
 import termios
 from typing import Any
-from typing import Protocol
 
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.events import Event
@@ -53,14 +52,16 @@ def with_terminals(plan: Plan, label: str | None = None) -> Plan:
     return replace(plan, entries=tuple(map(changed, plan.entries)))
 
 
-class Keyboards(Protocol):
-    """Those of the processes on other machines; see `elsewhere`."""
+class Keyboards:
+    """The keyboards of processes that do not run here; there are none."""
 
-    def has_keyboard(self, label: str) -> bool:
-        """Tell whether keys can be typed at a process now."""
+    def has_keyboard(self, label: str) -> bool:  # noqa: ARG002
+        """Return whether keys can be typed at a process now."""
+        return False
 
-    def input_modes(self, label: str) -> int | None:
+    def input_modes(self, label: str) -> int | None:  # noqa: ARG002
         """Return the local modes of the terminal that a process reads."""
+        return None
 
     def attach(self, label: str) -> None:
         """Have its terminal watched, as somebody is attached to it."""
@@ -73,21 +74,13 @@ class Keyboards(Protocol):
 
 
 class Terminals:
-    """
-    The ends to type at, and the sinks of output.
+    """The ends to type at, and the sinks of output."""
 
-    :param elsewhere: The keyboards on other machines, if there are any
-    """
-
-    def __init__(
-        self,
-        loop: Loop,
-        relay: Relay,
-        elsewhere: Keyboards | None = None,
-    ) -> None:
+    def __init__(self, loop: Loop, relay: Relay) -> None:
         self._loop = loop
         self._relay = relay
-        self._elsewhere = elsewhere
+        #: The keyboards of processes that do not run here.
+        self.elsewhere = Keyboards()
         self._null = os.open(os.devnull, os.O_RDONLY | os.O_CLOEXEC)
         self._keyboards: dict[str, int] = {}
         self._typed: dict[int, bytes] = {}
@@ -150,9 +143,7 @@ class Terminals:
         """
         keyboard = self._keyboards.get(label)
         if keyboard is None:
-            if self._elsewhere is None:
-                return None
-            return self._elsewhere.input_modes(label)
+            return self.elsewhere.input_modes(label)
         try:
             modes = termios.tcgetattr(keyboard)
             written = self._relay.written_terminal(label)
@@ -182,9 +173,7 @@ class Terminals:
 
     def has_keyboard(self, label: str) -> bool:
         """Tell whether keys can be typed at a process now."""
-        return label in self._keyboards or (
-            self._elsewhere is not None and self._elsewhere.has_keyboard(label)
-        )
+        return label in self._keyboards or self.elsewhere.has_keyboard(label)
 
     def type(self, label: str, keys: bytes) -> None:
         """
@@ -202,16 +191,16 @@ class Terminals:
             pending = self._typed.get(keyboard, b'') + keys
             self._typed[keyboard] = pending[: limits.KEYS]
             self._write(keyboard)
-        elif self._elsewhere is not None:
-            self._elsewhere.type(label, keys)
+        else:
+            self.elsewhere.type(label, keys)
 
     def add_sink(self, label: str, sink: Sink) -> None:
         """Have somebody told at once what a process writes, and its prompt."""
         prompt = self._relay.unfinished(label)
         if prompt:
             sink('stdout', prompt)
-        if self._elsewhere is not None and label not in self._relay.sinks:
-            self._elsewhere.attach(label)
+        if label not in self._relay.sinks:
+            self.elsewhere.attach(label)
         self._relay.sinks.setdefault(label, []).append(sink)
 
     def remove_sink(self, label: str, sink: Sink) -> None:
@@ -221,8 +210,7 @@ class Terminals:
             sinks.remove(sink)
         if not sinks:
             self._relay.sinks.pop(label, None)
-            if self._elsewhere is not None:
-                self._elsewhere.detach(label)
+            self.elsewhere.detach(label)
 
     def close(self) -> None:
         """Close everything."""

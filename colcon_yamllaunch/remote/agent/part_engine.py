@@ -24,7 +24,8 @@ from colcon_yamllaunch.remote.agent.launcher_channel import LauncherChannel
 from colcon_yamllaunch.remote.agent.part_place import PartPlace
 from colcon_yamllaunch.remote.agent.uplink import Uplink
 from colcon_yamllaunch.remote.wire.part_settings import PartSettings
-from colcon_yamllaunch.run_plan import run_plan
+from colcon_yamllaunch.run import run
+from colcon_yamllaunch.run import RunContext
 from colcon_yamllaunch.workspace.environment.sourcing import source
 
 _COLCON_IGNORE = 'COLCON_IGNORE'
@@ -133,8 +134,7 @@ def _run_part(
         store = LogStore(log_folder, settings.kept_logs, settings.logs_limit)
     with open(os.devnull, 'w', encoding='utf-8') as nothing:
         try:
-            return run_plan(
-                plan,
+            context = RunContext(
                 environment=environment,
                 log_folder=log_folder,
                 stream=nothing,
@@ -142,7 +142,8 @@ def _run_part(
                 log_store=store,
                 tty=settings.tty,
                 identity=identity,
-                companion=uplink,
+                participants=(uplink,),
+                is_hidden=True,
                 about=About(
                     f'part of a launch on {settings.machine} that lost its '
                     'launcher',
@@ -154,6 +155,12 @@ def _run_part(
                     (settings.columns, settings.rows)
                 ),
             )
+            code = run(plan, context)
+            # the launcher may be away for a while
+            for number in (signal.SIGHUP, signal.SIGINT, signal.SIGTERM):
+                signal.signal(number, signal.SIG_IGN)
+            uplink.over(code)
+            return code
         except UserError as error:
             uplink.failed(str(error))
             return 1

@@ -17,7 +17,6 @@ from colcon_yamllaunch.control.resource_usage import INTERVAL
 from colcon_yamllaunch.control.resource_usage import Look
 from colcon_yamllaunch.control.resource_usage import look
 from colcon_yamllaunch.control.resource_usage import usage_between
-from colcon_yamllaunch.control.service import Service
 from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.state import to_json
@@ -48,9 +47,8 @@ class PartOrders:
     :param tell: Sends the answers
     """
 
-    def __init__(self, engine: Engine, service: Service, tell: Tell) -> None:
+    def __init__(self, engine: Engine, tell: Tell) -> None:
         self._engine = engine
-        self._service = service
         self._tell = tell
         # who somebody is attached to, and how the terminals of these read
         self._attached: set[str] = set()
@@ -163,9 +161,6 @@ class PartOrders:
                 at_once = bool(content.get('at_once'))
                 for part in plan_from_json(content['plan']).entries:
                     do(commands.Revise(part, at_once))  # type: ignore[arg-type]
-            case 'replace':
-                for part in plan_from_json(content['plan']).entries:
-                    do(commands.Replace(part))  # type: ignore[arg-type]
             case 'restart_changed':
                 command = commands.RestartChanged(tuple(content['labels']))
                 return {'labels': list(do(command).labels)}

@@ -3,7 +3,6 @@
 
 """The connection of the engine of a part to the launcher, beside its loop."""
 
-from collections.abc import Callable
 from collections.abc import Mapping
 from contextlib import suppress
 import os
@@ -14,10 +13,10 @@ import time
 from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.control.service import Service
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.commands import Shutdown
 from colcon_yamllaunch.engine.engine import Engine
+from colcon_yamllaunch.engine.participants import Participant
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.remote.agent.part_orders import PartOrders
 from colcon_yamllaunch.remote.agent.uplink_socket import UplinkSocket
@@ -48,9 +47,9 @@ _CALM_LOOK = 1.0
 _SLOW = 8 * 1024 * 1024
 
 
-class Uplink:
+class Uplink(Participant):
     """
-    What is beside the engine of a part; see `elsewhere.Companion`.
+    The connection of a part to the launcher, beside the engine of the part.
 
     :param server: The socket where whoever speaks for the launcher connects
     :param log_folder: The folder of the logs there, or None for none
@@ -80,9 +79,9 @@ class Uplink:
         # what the launcher's last heartbeat said, and when it came
         self._echo: tuple[float, float] | None = None
         self._early: list[dict[str, Any]] = []
+        self._launch: Engine | None = None
+        # the same while it runs
         self._engine: Engine | None = None
-        # lets this machine see the part, until that is done
-        self._show: Callable[[], None] | None = None
         self._orders: PartOrders | None = None
         self._idle = self._told_idle = False
         self._finished = self._is_lost = self._is_suspended = False
@@ -125,16 +124,16 @@ class Uplink:
         self._tell({'failed': text})
         self.over(1)
 
-    # see elsewhere.Companion
+    # see Participant
 
-    def begin(
-        self,
-        engine: Engine,
-        service: Service,
-        show: Callable[[], None],
-    ) -> None:
+    def join(self, engine: Engine) -> None:
+        """Receive what the terminals of a launch echo."""
+        self._launch = engine
+        engine.terminals.when_echoed = self.echoed
+
+    def begin(self) -> None:
         """
-        Be beside an engine from now on, which runs once the launcher speaks.
+        Wait until the launcher speaks.
 
         :raises UserError: when it does not
         """
@@ -143,9 +142,9 @@ class Uplink:
             self._is_lost = True
             raise UserError('the launcher is gone')
         self._turned = time.monotonic()
-        self._engine = engine
-        self._show = show
-        self._orders = PartOrders(engine, service, self._tell)
+        engine = self._engine = self._launch
+        assert engine is not None
+        self._orders = PartOrders(engine, self._tell)
         engine.loop.add_reader(self._server.fileno(), self._accept)
         for one in (self._socket, *self._newcomers):
             if one is not None:
@@ -156,9 +155,6 @@ class Uplink:
 
     def handle(self, event: events.Event) -> None:
         """Take note of what happened."""
-        if isinstance(event, events.Output):
-            # as it was read
-            return
         if isinstance(event, events.ShuttingDown) and self._is_lost:
             # the rest of the launch goes on
             return
@@ -184,7 +180,7 @@ class Uplink:
         # what is written while the link is lost goes to the file
         return self._socket is None or not self._outbox.is_full
 
-    def advance(self) -> None:
+    def end_turn(self) -> None:
         """Do what is due."""
         now = time.monotonic()
         if now - self._turned > self._standstill:
@@ -208,20 +204,22 @@ class Uplink:
             self._socket.flush(self._outbox)
             self._mind_socket(self._socket)
 
-    def seconds_to_wait(self) -> float | None:
-        """Return the seconds until :meth:`advance` is to be called again."""
+    def due(self) -> float | None:
+        """Return when :meth:`end_turn` is to be called again."""
         assert self._orders is not None
         waits = [self._heartbeat, self._orders.seconds_to_wait()]
         if not self._is_lost:
             waits.append(self._lost_after - self._silence())
         if self._changed:
             waits.append(_LOOK)
-        return max(0.0, min(waits))
+        return time.monotonic() + min(waits)
 
     def is_waiting(self) -> bool:
         """Tell whether the part is to go on; it is idle if it is asked."""
-        self._idle = True
         assert self._engine is not None
+        self._idle = True
+        if not self._told_idle:
+            self._engine.loop.wake()
         if self._socket is None and self._engine.is_stopping:
             # somebody has stopped it on its machine
             return False
@@ -383,10 +381,8 @@ class Uplink:
         """Stop the part, unless it is to be kept or has been stopped."""
         if self._engine is None or self._is_lost or self._finished:
             return
-        if self._show is not None:
-            # nobody else can tell of it now
-            self._show()
-            self._show = None
+        # nobody else can tell of it now
+        self._engine.serve()
         if not self._keeps:
             self._is_lost = True
             why = f'the link to the launcher is lost: {reason}'
@@ -399,6 +395,9 @@ class Uplink:
             frames.MESSAGE,
             frames.json_body({'time': time.time(), **content}),
         )
+        if self._engine is not None:
+            # it is sent at the end of a turn
+            self._engine.loop.wake()
 
     def _tell_idle(self) -> None:
         idle, self._idle = self._idle, False

@@ -17,6 +17,7 @@ from collections.abc import Iterator
 from collections.abc import Mapping
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import count
 import math
 import os
@@ -30,8 +31,7 @@ from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.common.printable import printable
 from colcon_yamllaunch.common.table import decimal_size
 from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine.elsewhere import Done
-from colcon_yamllaunch.engine.elsewhere import LaunchHere
+from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.state import LinkState
@@ -48,6 +48,9 @@ from colcon_yamllaunch.remote.link.part_states import PartStates
 from colcon_yamllaunch.remote.link.part_states import StateError
 from colcon_yamllaunch.remote.wire.event_codec import EventError
 from colcon_yamllaunch.remote.wire.event_codec import EventReader
+
+#: Takes None when something has been done or begun, or else why it was not.
+Done = Callable[[str | None], None]
 
 #: Seconds after which something comes late, and has the time at which it was.
 LATE = 1.0
@@ -126,7 +129,7 @@ class RemotePart:
         self._clock = clock
         self._localised = localised
         self._reader = EventReader(self._told_part)
-        self._launch: LaunchHere | None = None
+        self._launch: Engine | None = None
         self._parts: dict[str, Process | Component] = {}
         self._successors: dict[str, Process | Component] = {}
         self._by_name: dict[str, str] = {}
@@ -189,11 +192,15 @@ class RemotePart:
         """What leads there."""
         return self._link
 
-    def begin(self, launch: LaunchHere, size: os.terminal_size) -> None:
-        """Run with a launch from now on."""
+    def join(self, launch: Engine) -> None:
+        """Take part in a launch from now on."""
         self._launch = launch
         self._mind_guard()
-        self._link.begin(launch.loop, self)
+
+    def begin(self, size: os.terminal_size) -> None:
+        """Run from now on, with terminals of a size."""
+        assert self._launch is not None
+        self._link.begin(self._launch.loop, self)
         self.resize(size)
 
     def resize(self, size: os.terminal_size) -> None:
@@ -361,14 +368,6 @@ class RemotePart:
             return
         self.send('revise', plan=self._written(Plan((part,))), at_once=at_once)
 
-    def replace(self, part: Process | Component) -> None:
-        """Have a part be another one, and start or load that anew."""
-        self._successors[part.label] = part
-        if part.label in self._missing:
-            self._give({part.label})
-            return
-        self.send('replace', plan=self._written(Plan((part,))))
-
     def restart(self, labels: Collection[str]) -> tuple[str, ...]:
         """Start and load parts anew after a change; return their labels."""
         mine = [label for label in self._parts if label in labels]
@@ -387,10 +386,10 @@ class RemotePart:
             return
         self.send('drop', label=label)
 
-    def forget(self, entries: Sequence[Entry]) -> None:
+    def forget(self, plan: Plan) -> None:
         """Do not do what has not been done yet."""
-        self._entries = [e for e in self._entries if e not in entries]
-        self.send('forget', plan=self._written(Plan(tuple(entries))))
+        self._entries = [e for e in self._entries if e not in plan.entries]
+        self.send('forget', plan=self._written(plan))
 
     # what users ask for
 
@@ -890,10 +889,14 @@ class RemotePart:
         if self._launch is None or pids == self._guarded:
             return
         for pid in self._guarded - pids:
-            self._launch.release_group(pid)
+            self._launch.remove_helper(pid)
         for pid in pids - self._guarded:
-            self._launch.guard_group(pid)
+            self._launch.add_helper(pid, partial(self._reaped, pid))
         self._guarded = pids
+
+    def _reaped(self, pid: int, status: int) -> None:
+        self._link.ended(pid, Outcome.from_status(status))
+        self._mind_guard()
 
     def seconds_to_wait(self) -> float | None:
         """Return the seconds until :meth:`advance` is to be called again."""
@@ -920,12 +923,6 @@ def _has_lasting_timers(entries: Iterable[Entry]) -> bool:
         for e in entries
         if isinstance(e, Timer)
     )
-
-
-def soonest(waits: Iterable[float | None]) -> float | None:
-    """Return the shortest of some times to wait, None for ever."""
-    shortest = min((w for w in waits if w is not None), default=math.inf)
-    return None if shortest == math.inf else shortest
 
 
 def _error_of(answer: Mapping[str, Any]) -> str | None:

@@ -1,17 +1,16 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""All parts of a launch that run on other machines; see `Elsewhere`."""
+"""All parts of a launch that run on other machines."""
 
 from collections.abc import Callable
 from collections.abc import Collection
 from collections.abc import Iterable
-from collections.abc import Iterator
 from collections.abc import Mapping
-from collections.abc import Sequence
 from functools import partial
 from itertools import chain
 import os
+from pathlib import Path
 import time
 from typing import Any
 from typing import cast
@@ -19,8 +18,11 @@ from typing import cast
 from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine.elsewhere import LaunchHere
-from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.engine.engine import Engine
+from colcon_yamllaunch.engine.output.terminals import Keyboards
+from colcon_yamllaunch.engine.participants import Execute
+from colcon_yamllaunch.engine.participants import Participant
+from colcon_yamllaunch.engine.participants import Reply
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Entry
 from colcon_yamllaunch.plan.plan import Plan
@@ -28,7 +30,6 @@ from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.remote.deployment.placement import Placed
 from colcon_yamllaunch.remote.link.remote_part import Link
 from colcon_yamllaunch.remote.link.remote_part import RemotePart
-from colcon_yamllaunch.remote.link.remote_part import soonest
 
 #: Seconds that figures of machines are waited for, by who asks for the state.
 MEASURING = 1.0
@@ -41,7 +42,7 @@ Place = Callable[[Iterable[Entry]], Placed]
 Localise = Callable[[str, Plan], Plan]
 
 
-class RemoteParts:
+class RemoteParts(Participant, Keyboards):
     """
     Runs what a plan has on other machines.
 
@@ -72,9 +73,9 @@ class RemoteParts:
         whole = placed.whole
         labels = [process.label for process in whole.processes()]
         labels += [component.label for component in whole.components()]
-        #: The place of each label in the whole plan.
-        self.order = {label: place for place, label in enumerate(labels)}
-        self._launch: LaunchHere | None = None
+        # the place of each label in the whole plan
+        self._order = {label: place for place, label in enumerate(labels)}
+        self._launch: Engine | None = None
         self._parts: dict[str, RemotePart] = {}
         for link in links:
             name = link.machine.name
@@ -95,20 +96,29 @@ class RemoteParts:
         """What runs on each machine."""
         return self._parts.values()
 
-    @property
-    def pids(self) -> Collection[int]:
-        """The processes of the links, children of ours."""
+    def children(self) -> Collection[int]:
+        """Return the processes of the links, children of ours."""
         return frozenset().union(*(part.link.pids for part in self.parts))
 
     def whole(self, plan: Plan) -> Plan:  # noqa: ARG002
         """Return the plan with all parts, as it is shown."""
         return self._placed.whole
 
-    def begin(self, launch: LaunchHere, size: os.terminal_size) -> None:
-        """Run with a launch from now on."""
-        self._launch = launch
+    def join(self, engine: Engine) -> None:
+        """Take part in a launch from now on."""
+        self._launch = engine
+        engine.state.machine_of = self.machine_of
+        engine.state.add_machines(self._parts)
+        engine.terminals.elsewhere = self
         for part in self.parts:
-            part.begin(launch, size)
+            part.join(engine)
+
+    def begin(self) -> None:
+        """Let the parts run."""
+        assert self._launch is not None
+        size = self._launch.terminal_size()
+        for part in self.parts:
+            part.begin(size)
 
     def handle(self, event: events.Event) -> None:
         """Take note of what happened."""
@@ -120,22 +130,20 @@ class RemoteParts:
                     drop_timers=False,
                 )
 
-    def advance(self) -> None:
+    def end_turn(self) -> None:
         """Do what is due."""
         for part in self.parts:
             part.advance()
         if self._measuring:
             self._mind_measuring()
 
-    def seconds_to_wait(self) -> float | None:
-        """Return the seconds until :meth:`advance` is to be called again."""
+    def due(self) -> float | None:
+        """Return when :meth:`end_turn` is to be called again."""
         now = self._clock()
-        return soonest(
-            chain(
-                (part.seconds_to_wait() for part in self.parts),
-                (max(0.0, due - now) for due, _, _ in self._measuring),
-            )
-        )
+        waits = (part.seconds_to_wait() for part in self.parts)
+        dues = [now + wait for wait in waits if wait is not None]
+        dues += (due for due, _, _ in self._measuring)
+        return min(dues, default=None)
 
     def is_waiting(self) -> bool:
         """Tell whether the launch is to go on, though nothing runs here."""
@@ -145,33 +153,6 @@ class RemoteParts:
         for part in self.parts:
             part.finish()
         return not all(part.is_over for part in self.parts)
-
-    def ended(self, pid: int, outcome: Outcome) -> None:
-        """Take into account that the process of a link ended."""
-        for part in self.parts:
-            if pid in part.link.pids:
-                part.link.ended(pid, outcome)
-                return
-
-    def drop_timers(self) -> None:
-        """Wait for no timer that outlasts a shutdown."""
-        for part in self.parts:
-            part.stop('', interactive=False, drop_timers=True)
-
-    def hurry(self) -> None:
-        """Take the next step of stopping at once."""
-        for part in self.parts:
-            part.hurry()
-
-    def suspend(self, is_suspended: bool) -> None:
-        """Hold all processes, or let them go on."""
-        for part in self.parts:
-            part.suspend(is_suspended)
-
-    def resize(self, size: os.terminal_size) -> None:
-        """Give all terminals another size."""
-        for part in self.parts:
-            part.resize(size)
 
     def close(self) -> None:
         """End all links."""
@@ -187,27 +168,10 @@ class RemoteParts:
 
     # who and what
 
-    def has(self, name: str) -> bool:
-        """Tell whether a part of the plan runs elsewhere."""
-        return self._found(name) is not None
-
-    def part(self, name: str) -> Process | Component:
+    def find(self, name: str) -> Process | Component | None:
         """Return a process or component as it is planned now."""
-        part, label = self._find(name)
-        return part.part(label)
-
-    def processes(self) -> Iterator[Process]:
-        """Iterate over the processes as they are planned now."""
-        return chain.from_iterable(p.processes() for p in self.parts)
-
-    def components(self) -> Iterator[tuple[Component, Process | None]]:
-        """Iterate over the components, with the process of the container."""
-        return chain.from_iterable(p.components() for p in self.parts)
-
-    @property
-    def machines(self) -> Collection[str]:
-        """The names of the machines."""
-        return self._parts.keys()
+        found = self._found(name)
+        return None if found is None else found[0].part(found[1])
 
     def machine_of(self, label: str) -> str | None:
         """Return the name of the machine where a part runs."""
@@ -251,15 +215,108 @@ class RemoteParts:
         self._measuring.append((self._measured + MEASURING, waiting, done))
         self._mind_measuring()
 
-    # commands about one of them
+    # commands
 
-    def ask(
+    def execute(
+        self, command: commands.Command[Any], reply: Reply, proceed: Execute
+    ) -> Any:
+        """Execute what is about a part on a machine."""
+        match command:
+            case commands.PartCommand() if found := self._found(
+                command.process
+            ):
+                self._ask(*found, command, reply)
+                return None
+            case commands.Revise() if found := self._found(command.part.label):
+                found[0].revise(command.part, at_once=command.at_once)
+                return commands.DONE
+            case commands.Drop() if found := self._found(command.label):
+                found[0].drop(command.label)
+                return commands.DONE
+            case commands.Extend(entries=entries):
+                here = self._placed_here(entries, RemotePart.extend)
+                command = commands.Extend(here)
+            case commands.Forget(entries=entries):
+                here = self._placed_here(entries, RemotePart.forget)
+                command = commands.Forget(here)
+            case commands.Tree():
+                return self._tree()
+            case _:
+                pass
+        response = proceed(command, reply)
+        match command:
+            case commands.RestartChanged(labels=labels):
+                restarted = (part.restart(labels) for part in self.parts)
+                return commands.Restarted(
+                    (*response.labels, *chain.from_iterable(restarted))
+                )
+            case commands.Shutdown(drop_timers=True):
+                for part in self.parts:
+                    part.stop('', interactive=False, drop_timers=True)
+            case commands.Escalate():
+                for part in self.parts:
+                    part.hurry()
+            case commands.Hold(is_held=is_held):
+                # before this machine is suspended
+                for part in self.parts:
+                    part.suspend(is_held)
+            case commands.Resize(columns=columns, lines=lines):
+                for part in self.parts:
+                    part.resize(os.terminal_size((columns, lines)))
+            case _:
+                pass
+        return response
+
+    def _placed_here(
         self,
+        entries: Iterable[Entry],
+        give: Callable[[RemotePart, Plan], None],
+    ) -> tuple[Entry, ...]:
+        """
+        Give machines their share of entries; return what runs here.
+
+        :raises RefusedError: when a label is taken
+        """
+        entries = tuple(entries)
+        if self._place_more is None:
+            return entries
+        placed = self._place_more(entries)
+        for name, plan in placed.parts.items():
+            if name in self._parts:
+                try:
+                    give(self._parts[name], plan)
+                except ValueError as error:
+                    raise RefusedError(str(error)) from error
+        return placed.local.entries
+
+    def _tree(self) -> commands.PlanTree:
+        from colcon_yamllaunch.engine.plan_tree import plan_tree
+
+        launch, order = self._launch, self._order
+        assert launch is not None
+        processes = chain(
+            launch.planned_processes(), *(p.processes() for p in self.parts)
+        )
+        components = chain(
+            launch.planned_components(), *(p.components() for p in self.parts)
+        )
+        last = len(order)
+        return commands.PlanTree(
+            plan_tree(
+                launch.blocks,
+                sorted(processes, key=lambda p: order.get(p.label, last)),
+                sorted(components, key=lambda c: order.get(c[0].label, last)),
+            )
+        )
+
+    def _ask(
+        self,
+        part: RemotePart,
+        label: str,
         command: commands.PartCommand[Any],
-        reply: Callable[[Any], object],
+        reply: Reply,
     ) -> None:
-        """Execute a command about a process or component."""
-        part, label = self._find(command.process)
+        """Execute a command about a process or component of a machine."""
 
         def done(error: str | None) -> None:
             refused = commands.Refused(error or '')
@@ -287,8 +344,12 @@ class RemoteParts:
 
         if isinstance(answer, str):
             return commands.Refused(answer)
-        blocks = () if self._launch is None else self._launch.blocks
-        return commands.Described(told_description(part, answer, blocks, None))
+        assert self._launch is not None
+        log = self._launch.state.log_files.get(part.label)
+        described = told_description(
+            part, answer, self._launch.blocks, Path(log) if log else None
+        )
+        return commands.Described(described)
 
     # keyboards
 
@@ -317,50 +378,6 @@ class RemoteParts:
 
         self._send(label, 'type', keys=b64encode(keys).decode())
 
-    # changes of the plan while it runs
-
-    def extend(self, entries: Iterable[Entry]) -> Sequence[Entry]:
-        """Take more into the plan, and return what of it runs here."""
-        entries = tuple(entries)
-        if self._place_more is None:
-            return entries
-        placed = self._place_more(entries)
-        for name, plan in placed.parts.items():
-            if name in self._parts:
-                self._parts[name].extend(plan)
-        return placed.local.entries
-
-    def revise(self, part: Process | Component, *, at_once: bool) -> None:
-        """Have a part be another one from its next start on."""
-        self._find(part.label)[0].revise(part, at_once=at_once)
-
-    def replace(self, part: Process | Component) -> None:
-        """Have a part be another one, and start or load that anew."""
-        self._find(part.label)[0].replace(part)
-
-    def restart(self, labels: Collection[str]) -> tuple[str, ...]:
-        """Start and load parts anew after a change; return their labels."""
-        restarted = [part.restart(labels) for part in self.parts]
-        return tuple(chain.from_iterable(restarted))
-
-    def drop(self, label: str) -> None:
-        """Stop or unload a part, and forget it then."""
-        self._find(label)[0].drop(label)
-
-    def forget(self, entries: Iterable[Entry]) -> Sequence[Entry]:
-        """Do not do what has not been done yet; return what is not its."""
-        entries = tuple(entries)
-        if self._place_more is None:
-            return entries
-        placed = self._place_more(entries)
-        for name, plan in placed.parts.items():
-            if name in self._parts:
-                self._parts[name].forget(plan.entries)
-        return placed.local.entries
-
-    def renew_environment(self, variables: Mapping[str, str]) -> None:
-        """Leave it: each machine has an environment of its own."""
-
     def _mind_measuring(self) -> None:
         now = self._clock()
         waiting, self._measuring = self._measuring, []
@@ -381,14 +398,3 @@ class RemoteParts:
             if label is not None:
                 return part, label
         return None
-
-    def _find(self, name: str) -> tuple[RemotePart, str]:
-        """
-        Return what runs a process or component, and its label.
-
-        :raises RefusedError: when there is none
-        """
-        found = self._found(name)
-        if found is None:
-            raise RefusedError(f"there is no process '{name}'")
-        return found

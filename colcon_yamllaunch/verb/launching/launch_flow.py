@@ -5,6 +5,7 @@
 
 from collections.abc import Callable
 from collections.abc import Mapping
+from collections.abc import Sequence
 from copy import copy
 from dataclasses import replace
 from pathlib import Path
@@ -23,12 +24,11 @@ from colcon_yamllaunch.verb.launching.steps.launch_preparation import (
 )
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.engine.plan_changes import PlanChanges
-    from colcon_yamllaunch.engine.plan_source import PlanSource
+    from colcon_yamllaunch.engine.participants import Participant
 
 #: Makes what changes the plan while it runs, of the launch, its plan and the
 #: environment of that.
-MakeChanges = Callable[['LaunchFlow', Plan, Mapping[str, str]], 'PlanChanges']
+MakeChanges = Callable[['LaunchFlow', Plan, Mapping[str, str]], 'Participant']
 
 
 class LaunchFlow(LaunchPreparation):
@@ -124,15 +124,19 @@ class LaunchFlow(LaunchPreparation):
             from colcon_yamllaunch.verb.sessions.attaching import with_terminal
 
             plan, label = with_terminal(plan, self._options.attach)
-        whole, elsewhere = plan, None
+        whole = plan
+        participants: list[Participant] = []
         if self._deployed is not None:
-            plan, elsewhere = self._deployed.start(
+            plan, parts = self._deployed.start(
                 plan, is_growing=self._growing is not None
             )
+            participants.append(parts)
         # who types Ctrl-C once more just when the launch has ended gets its
         # exit code all the same: from here on only the launch takes SIGINT
         signal.signal(signal.SIGINT, signal.SIG_IGN)
-        identity, source = self.plan_source()
+        identity, feeds = self.plan_feeds()
+        if changes is not None:
+            participants.insert(0, changes(self, whole, environment))
         store = None
         if self._log_folder is not None:
             store = log_store_of(self._log_folder, self._environment, say)
@@ -146,17 +150,15 @@ class LaunchFlow(LaunchPreparation):
             lambda module, user: self.locator.undeclared_owner(module, user),
             self._workspace.lock.release,
             identity,
-            None if changes is None else changes(self, whole, environment),
-            source,
-            elsewhere,
+            (*participants, *feeds),
         )
 
-    def plan_source(self) -> tuple[str, 'PlanSource | None']:
+    def plan_feeds(self) -> tuple[str, 'Sequence[Participant]']:
         """
         Return the identity that the launch has already, '' for none.
 
-        And what makes more of the plan while it runs, if anything does. To be
-        called once, when the plan is about to run.
+        And the participant that extends its plan while it runs, if there is
+        one. To be called once, when the plan is about to run.
         """
         identity = self._host.identity
-        return identity, self._host.source(self._growing)
+        return identity, self._host.feeds(self._growing)

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping
+from collections.abc import Sequence
 from contextlib import contextmanager
 from pathlib import Path
 import signal
@@ -22,7 +23,7 @@ from colcon_yamllaunch.engine.events import Started
 from colcon_yamllaunch.engine.events import StartFailed
 from colcon_yamllaunch.engine.events import Verbosity
 from colcon_yamllaunch.engine.exit_conditions import ExitConditions
-from colcon_yamllaunch.engine.plan_source import PlanSource
+from colcon_yamllaunch.engine.participants import Participant
 from colcon_yamllaunch.engine.state import About
 from colcon_yamllaunch.observers.failures import OwnerOf
 from colcon_yamllaunch.observers.presentation import Presentation
@@ -33,8 +34,6 @@ from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
 from colcon_yamllaunch.verb.cli.option_table import WATCH_WITH_BELL
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.engine.elsewhere import Elsewhere
-    from colcon_yamllaunch.engine.plan_changes import PlanChanges
     from colcon_yamllaunch.observers.junit import JUnitReport
     from colcon_yamllaunch.observers.log_store import LogStore
     from colcon_yamllaunch.verb.sessions.own_launch import Background
@@ -92,9 +91,7 @@ class PlanRun:
         owner_of: OwnerOf,
         when_started: Callable[[], None],
         identity: str = '',
-        changes: 'PlanChanges | None' = None,
-        source: PlanSource | None = None,
-        elsewhere: 'Elsewhere | None' = None,
+        participants: Sequence[Participant] = (),
     ) -> int:
         """
         Run a plan, and return the exit code.
@@ -109,9 +106,7 @@ class PlanRun:
         :param when_started: Is called when all processes were started that
           wait for nothing
         :param identity: The identity that the launch has already, if any
-        :param changes: Changes the plan while it runs
-        :param source: Where more plan comes from while it runs, if anywhere
-        :param elsewhere: The parts that run on other machines, if any do
+        :param participants: What takes part in it beside the engine
         """
         # from here on its time is minded by the launch
         signal.setitimer(signal.ITIMER_REAL, 0)
@@ -121,7 +116,8 @@ class PlanRun:
         self._to_start = {e.label for e in entries if isinstance(e, Process)}
         if not self._to_start:
             when_started()
-        from colcon_yamllaunch.run_plan import run_plan
+        from colcon_yamllaunch.run import run
+        from colcon_yamllaunch.run import RunContext
 
         observers: list[Listener] = [self._handle]
         if self._report is not None:
@@ -133,8 +129,7 @@ class PlanRun:
             stream = self._background.enter()
             # what it is shown on is a terminal all the same
             color = color if environment.get('NO_COLOR') else color is None
-        code = run_plan(
-            plan,
+        context = RunContext(
             environment=environment,
             log_folder=log_folder,
             stream=stream,
@@ -153,14 +148,12 @@ class PlanRun:
             ),
             about=about,
             attach=attach,
-            observers=observers,
             owner_of=owner_of,
             parameters_of=_parameters_of,
             identity=identity,
-            changes=changes,
-            source=source,
-            elsewhere=elsewhere,
+            participants=participants,
         )
+        code = run(plan, context, observers)
         if self._background is not None and self._ended is not None:
             self._background.say(self._ended.summary)
         if self._ended is not None and self._ended.exit_code:

@@ -317,7 +317,7 @@ class _Planner:
         except UserError:
             flow.close()
             raise
-        identity, source = flow.plan_source()
+        identity, feeds = flow.plan_feeds()
         uses = self._code.missing(self._uses(flow, plan))
         self._code.add(uses)
         locator = flow.locator
@@ -325,7 +325,7 @@ class _Planner:
             plan,
             environment,
             identity,
-            source,
+            feeds,
             lambda module, user: locator.undeclared_owner(module, user),
             tuple(uses),
             flow.close,

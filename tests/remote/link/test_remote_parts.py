@@ -3,7 +3,6 @@
 
 import base64
 from dataclasses import replace
-import os
 import signal
 import termios
 
@@ -34,7 +33,6 @@ LABEL = 'arm│driver'
 DRIVER = process(LABEL, name='driver-1', node_name='/driver')
 HELPER = process('arm│helper', emulate_tty=True)
 TALKER = Component('arm│talker', 'demo', 'demo::Talker', '/box', POSITION)
-SIZE = os.terminal_size((120, 40))
 
 
 class Played:
@@ -59,7 +57,20 @@ class Played:
         )
         self.launch = PlayedLaunch(self.parts, lambda: self.now)
         self.launch.parts = self.parts
-        self.parts.begin(self.launch, SIZE)
+        self.parts.begin()
+        # what is left for this machine
+        self.rest = []
+
+    def do(self, command):
+        """Execute a command, of which this machine has its share."""
+
+        def proceed(rest, _):
+            self.rest.append(rest)
+            if isinstance(rest, commands.RestartChanged):
+                return commands.Restarted(())
+            return commands.DONE
+
+        return self.parts.execute(command, bool, proceed)
 
     def states(self):
         state = to_json(self.launch.state)
@@ -78,7 +89,11 @@ def act(parts, name, label, done):
         'restart': commands.Restart,
         'debug': commands.Debug,
     }[name]
-    parts.ask(kind(label), lambda answer: done(getattr(answer, 'error', None)))
+    parts.execute(
+        kind(label),
+        lambda answer: done(getattr(answer, 'error', None)),
+        lambda *_: pytest.fail('it runs on a machine'),
+    )
 
 
 def test_what_happens_there_is_told_here(played):
@@ -128,10 +143,10 @@ def test_a_full_screen_holds_the_machine_until_it_takes_more(played):
     played.launch.full.add(LABEL)
     played.link.handler.output(LABEL, 'stdout', b'line\n', 0.0)
     assert played.link.is_held
-    played.parts.advance()
+    played.parts.end_turn()
     assert played.link.is_held
     played.launch.full.clear()
-    played.parts.advance()
+    played.parts.end_turn()
     assert not played.link.is_held
 
 
@@ -139,7 +154,7 @@ def test_a_full_screen_holds_nobody_while_all_is_stopped(played):
     played.launch.full.add(LABEL)
     played.link.handler.output(LABEL, 'stdout', b'line\n', 0.0)
     played.launch.is_stopping = True
-    played.parts.advance()
+    played.parts.end_turn()
     assert not played.link.is_held
 
 
@@ -152,8 +167,8 @@ def test_echo_goes_to_who_is_attached(played):
 def test_ctrl_c_once_twice_and_sigterm(played):
     played.launch.is_stopping = True
     played.launch.tell(events.ShuttingDown('interrupted', True))
-    played.parts.hurry()
-    played.parts.drop_timers()
+    played.do(commands.Escalate())
+    played.do(commands.Shutdown(drop_timers=True))
     assert played.link.sent[1:] == [
         {
             'do': 'stop',
@@ -209,8 +224,9 @@ def test_acts_are_answered(played):
     assert (asked['action'], asked['name']) == ('stop', LABEL)
     played.link.answers('act', error='it has \x1b[1mnot been started yet')
     assert answers == ['it has not been started yet']
-    with pytest.raises(RefusedError, match='no process'):
-        act(played.parts, 'stop', 'other', answers.append)
+    # another one is this machine's
+    played.do(commands.Stop('other'))
+    assert played.rest == [commands.Stop('other')]
     played.launch.is_stopping = True
     with pytest.raises(RefusedError, match='being stopped'):
         act(played.parts, 'stop', LABEL, answers.append)
@@ -234,7 +250,7 @@ def test_states_follow_what_happens(played):
     played.link.tells(events.Loaded(TALKER, '/box/talker', 1, 0.1))
     component = played.states()[TALKER.label]
     assert (component.phase, component.node) == ('loaded', '/box/talker')
-    assert played.parts.has('/box/talker')
+    assert played.parts.find('/box/talker') is not None
 
 
 @pytest.mark.parametrize(
@@ -472,7 +488,7 @@ def test_who_hurries_does_not_wait_for_a_lost_machine(played):
     played.link.handler.lost('nothing was heard of it')
     played.launch.is_stopping = True
     assert played.parts.is_waiting()
-    played.parts.hurry()
+    played.do(commands.Escalate())
     assert not played.parts.is_waiting()
     assert isinstance(played.launch.told[-1], events.MachineGone)
 
@@ -489,11 +505,11 @@ def test_it_is_said_what_a_launch_waits_for_that_stops(on_lost, told):
     played.link.machine = replace(played.link.machine, on_lost=on_lost)
     played.link.handler.lost('nothing was heard of it')
     played.launch.tell(events.ShuttingDown('interrupted', True))
-    played.parts.drop_timers()
+    played.do(commands.Shutdown(drop_timers=True))
     told_here = played.launch.told
     (warning,) = (e for e in told_here if isinstance(e, events.Warned))
     assert told in warning.text
-    played.parts.hurry()
+    played.do(commands.Escalate())
     gone = played.launch.told[-1]
     assert ('its processes run on there' in gone.reason) == (on_lost == 'keep')
 
@@ -506,7 +522,7 @@ def test_figures_are_waited_for_but_not_for_long():
     played.link.answers('usage', usage={LABEL: [0.5, 1000], 'odd': 3})
     assert not known
     played.now += MEASURING
-    played.parts.advance()
+    played.parts.end_turn()
     assert known == [True]
     state = played.states()[LABEL]
     assert (state.cpu, state.memory) == (0.5, 1000)
@@ -546,9 +562,9 @@ def test_a_process_under_a_debugger_has_a_keyboard(played):
 
 def test_suspend_and_size_go_to_all():
     played = Played(PlayedLink(), PlayedLink('gpu'))
-    played.parts.suspend(True)
-    played.parts.suspend(False)
-    played.parts.resize(os.terminal_size((80, 24)))
+    played.do(commands.Hold(True))
+    played.do(commands.Hold(False))
+    played.do(commands.Resize(80, 24))
     for link in (played.link, *played.others):
         assert [m['do'] for m in link.sent[1:]] == [
             'suspend',
@@ -562,8 +578,8 @@ def test_who_suspends_the_launch_is_not_told_of_each_process(played):
     on = events.Suspended(DRIVER, 77, None)
     played.link.tells(events.Started(DRIVER, 77))
     played.launch.told.clear()
-    played.parts.suspend(True)
-    played.parts.suspend(False)
+    played.do(commands.Hold(True))
+    played.do(commands.Hold(False))
     played.link.tells(held)
     played.link.tells(on)
     assert played.launch.told == []
@@ -574,15 +590,14 @@ def test_who_suspends_the_launch_is_not_told_of_each_process(played):
 
 
 def test_processes_of_links_are_guarded(played):
-    assert played.launch.guarded == {4711}
-    assert set(played.parts.pids) == {4711}
+    assert set(played.launch.helpers) == set(played.parts.children()) == {4711}
     played.link.pids = frozenset({4712})
-    played.parts.advance()
-    assert played.launch.guarded == {4712}
-    played.parts.ended(4712, Outcome(0))
+    played.parts.end_turn()
+    assert set(played.launch.helpers) == {4712}
+    played.launch.helpers[4712](0)
     assert played.link.reaped == [4712]
     played.parts.close()
-    assert played.launch.guarded == set()
+    assert not played.launch.helpers
 
 
 def test_more_of_the_plan_goes_to_its_machine():
@@ -595,35 +610,38 @@ def test_more_of_the_plan_goes_to_its_machine():
         )
 
     played = Played(place_more=place_more)
-    assert played.parts.extend((more, here)) == (here,)
+    played.do(commands.Extend((more, here)))
+    assert played.rest == [commands.Extend((here,))]
     (asked,) = played.link.asked('extend')
     assert plan_from_json(asked['entries']).entries == (more,)
-    assert played.parts.has('arm│more')
-    with pytest.raises(ValueError, match='already'):
-        played.parts.extend((more,))
+    assert played.parts.find('arm│more') == more
+    with pytest.raises(RefusedError, match='already'):
+        played.do(commands.Extend((more,)))
 
 
 def test_changes_of_the_plan_are_routed_by_label(played):
     changed = process(LABEL, name='driver-1', respawn=True)
-    played.parts.revise(changed, at_once=False)
+    played.do(commands.Revise(changed))
     (asked,) = played.link.asked('revise')
     assert plan_from_json(asked['plan']).entries == (changed,)
-    assert played.parts.part(LABEL) == changed
-    assert played.parts.restart({LABEL, 'here'}) == ()
+    assert played.parts.find(LABEL) == changed
+    restart = commands.RestartChanged((LABEL, 'here'))
+    assert played.do(restart).labels == ()
     played.link.tells(events.Started(DRIVER, 77))
-    assert played.parts.restart({LABEL, 'here'}) == (LABEL,)
+    assert played.do(restart).labels == (LABEL,)
     # it is another one when it starts
     played.link.tells(events.Planned((DRIVER,)))
     assert played.launch.told[-1] == events.Planned((changed,))
-    played.parts.drop(LABEL)
+    played.do(commands.Drop(LABEL))
     played.link.tells(events.Dropped(DRIVER))
-    assert not played.parts.has(LABEL)
+    assert played.parts.find(LABEL) is None
+    assert played.rest == [restart, restart]
 
 
 def test_what_is_kept_stopped_is_not_restarted_by_a_change(played):
     played.link.tells(events.Started(DRIVER, 77))
     played.link.tells(events.Requested(DRIVER, 'stop'))
-    assert played.parts.restart({LABEL}) == ()
+    assert played.do(commands.RestartChanged((LABEL,))).labels == ()
 
 
 def test_output_that_did_not_fit_is_told(played):
@@ -639,10 +657,10 @@ def test_machine_that_does_not_end_is_dropped(played):
     # whatever it says meanwhile
     played.now += 5 + 5 + END_PATIENCE - 1
     played.link.says(idle=False)
-    played.parts.advance()
+    played.parts.end_turn()
     assert played.parts.is_waiting()
     played.now += 2
-    played.parts.advance()
+    played.parts.end_turn()
     assert not played.parts.is_waiting()
     gone = [e for e in played.launch.told if isinstance(e, events.MachineGone)]
     assert [e.reason for e in gone] == [
@@ -656,7 +674,7 @@ def test_machine_with_nothing_to_stop_is_dropped_at_the_end():
     played.launch.is_stopping = True
     assert played.parts.is_waiting()
     played.now += END_PATIENCE + 1
-    played.parts.advance()
+    played.parts.end_turn()
     assert not played.parts.is_waiting()
 
 
@@ -665,10 +683,10 @@ def test_machine_with_a_lasting_timer_is_waited_for():
     played = Played(entries=(timer,))
     played.launch.shut_down('interrupted')
     played.now += 590
-    played.parts.advance()
+    played.parts.end_turn()
     assert played.parts.is_waiting()
     # Ctrl-C again
-    played.parts.hurry()
+    played.do(commands.Escalate())
     played.now += 5 + 5 + END_PATIENCE + 1
-    played.parts.advance()
+    played.parts.end_turn()
     assert not played.parts.is_waiting()

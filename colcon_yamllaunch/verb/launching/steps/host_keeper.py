@@ -4,11 +4,12 @@
 """The process that reads launch files in Python, for as long as it is used."""
 
 from collections.abc import Mapping
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.engine.plan_source import PlanSource
+    from colcon_yamllaunch.engine.participants import Participant
     from colcon_yamllaunch.language.evaluation.launch_host import Growing
     from colcon_yamllaunch.ros.host_link import HostLink
 
@@ -70,22 +71,21 @@ class HostKeeper:
             self._variables = variables
         return self._host
 
-    def source(self, growing: 'Growing | None') -> 'PlanSource | None':
+    def feeds(self, growing: 'Growing | None') -> 'Sequence[Participant]':
         """
-        Return what makes more of the plan while it runs, if anything.
+        Return what extends the plan while it runs, if there is anything.
 
         :param growing: What turns its answers into plan, if it is asked more
         """
         if self._host is None:
-            return None
+            return ()
         if growing is None:
             self._host.release()
-            return None
-        from colcon_yamllaunch.ros.host_link import NUMBER
-        from colcon_yamllaunch.ros.host_plan_source import HostPlanSource
+            return ()
+        from colcon_yamllaunch.ros.plan_feed import PlanFeed
 
         self._host.entrust()
-        return HostPlanSource(self._host, growing, NUMBER)
+        return (PlanFeed(self._host, growing),)
 
     def release(self) -> None:
         """End it in order, as nothing more is asked of it."""

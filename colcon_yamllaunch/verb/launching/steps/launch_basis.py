@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 _BEHIND = (
     'colcon_yamllaunch.verb.launching.builds',
     'colcon_yamllaunch.verb.launching.preflight',
-    'colcon_yamllaunch.run_plan',
+    'colcon_yamllaunch.run',
 )
 
 

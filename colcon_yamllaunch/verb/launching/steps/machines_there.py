@@ -52,7 +52,7 @@ from colcon_yamllaunch.workspace.packages.closure import closure
 #: What a launch takes behind that.
 _BEHIND = (
     'colcon_yamllaunch.verb.launching.preflight',
-    'colcon_yamllaunch.run_plan',
+    'colcon_yamllaunch.run',
 )
 #: Seconds that the clocks of a machine and this computer may differ.
 CLOCKS = 0.1

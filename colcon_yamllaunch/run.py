@@ -1,0 +1,401 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Running a plan, from the first process to the exit code."""
+
+from collections.abc import Callable
+from collections.abc import Iterable
+from collections.abc import Mapping
+from collections.abc import Sequence
+from contextlib import ExitStack
+from functools import partial
+import os
+from pathlib import Path
+import sys
+import time
+from typing import TextIO
+from typing import TYPE_CHECKING
+
+from colcon_yamllaunch.common.adoption import Adoption
+from colcon_yamllaunch.common.errors import OutputError
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.control.journal import Journal
+from colcon_yamllaunch.control.launch_record import LaunchRecord
+from colcon_yamllaunch.control.server import serve
+from colcon_yamllaunch.control.service import Service
+from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine.engine import Engine
+from colcon_yamllaunch.engine.engine import no_guard
+from colcon_yamllaunch.engine.exit_conditions import ExitConditions
+from colcon_yamllaunch.engine.launch_settings import Settings
+from colcon_yamllaunch.engine.output.signals import caught
+from colcon_yamllaunch.engine.output.writer import Writer
+from colcon_yamllaunch.engine.participants import Participant
+from colcon_yamllaunch.engine.process.descriptors import keep_to_ourselves
+from colcon_yamllaunch.engine.process.line_buffering import LineBuffering
+from colcon_yamllaunch.engine.process.own_files import Place
+from colcon_yamllaunch.engine.process.parameter_files import ParameterFiles
+from colcon_yamllaunch.engine.process.spawn import Spawn
+from colcon_yamllaunch.engine.state import About
+from colcon_yamllaunch.engine.state import LaunchState
+from colcon_yamllaunch.engine.stopping.guard_link import GuardLink
+from colcon_yamllaunch.engine.stopping.guard_link import Guards
+from colcon_yamllaunch.engine.stopping.launch_scan import new_identity
+from colcon_yamllaunch.observers.display import can_have_status
+from colcon_yamllaunch.observers.display import Display
+from colcon_yamllaunch.observers.failures import Failures
+from colcon_yamllaunch.observers.failures import OwnerOf
+from colcon_yamllaunch.observers.line_formats import layout_of
+from colcon_yamllaunch.observers.line_formats import LOG_FORMAT
+from colcon_yamllaunch.observers.log_files import CLIENT_LOG
+from colcon_yamllaunch.observers.log_files import COMMON_LOG
+from colcon_yamllaunch.observers.log_files import Logs
+from colcon_yamllaunch.observers.presentation import present
+from colcon_yamllaunch.observers.presentation import Presentation
+from colcon_yamllaunch.plan.plan import ParametersOf
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.terminal.own_terminal import OwnTerminal
+from colcon_yamllaunch.terminal.own_terminal import status_writer
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.observers.log_store import LogStore
+
+# of a launch that other terminals do not see
+_UNKNOWN = About('', None, '', '')
+
+
+@dataclass(frozen=True, slots=True)
+class RunContext:
+    """
+    What is fixed when a launch begins to run, apart from its plan.
+
+    :param environment: The environment for all processes
+    :param log_folder: The folder for log files, made when it is missing, or
+      None to write none
+    :param stream: Where output is shown, by default standard output
+    :param color: Whether it is coloured; by default on a terminal, unless
+      `NO_COLOR` is set or `TERM` is dumb. False asks the processes, too, and
+      removes the colours that they use all the same
+    :param tty: Whether each process gets a terminal
+    :param terminal_size: The size of these terminals at first, by default
+      that of the stream
+    :param log_limit: Bytes that all log files may take together, or None;
+      see :mod:`colcon_yamllaunch.observers.log_files`
+    :param log_store: The log folders of other launches, if old ones are to be
+      deleted
+    :param presentation: What is shown, and how
+    :param about: What other terminals of the user know the launch by; without
+      it, they do not see it
+    :param is_hidden: Whether nothing is shown, and other terminals see it
+      only when a participant calls `Engine.serve`
+    :param attach: The label of a process that the keyboard, which is standard
+      input, is connected to; it must have a terminal
+    :param conditions: When it ends by itself, by default never
+    :param owner_of: Returns the package that has a missing Python module
+    :param parameters_of: Returns the parameters of a process
+    :param identity: The identity of the launch, see `launch_scan`; by default
+      a new one
+    :param participants: What takes part in it beside the engine; they are
+      closed at the end
+    :param guards: Starts the guard, by default as a new program
+    :param clock: Returns seconds that never go back
+    :param spawn: Starts a program as :func:`os.posix_spawn` does
+    """
+
+    environment: Mapping[str, str]
+    log_folder: Path | None
+    stream: TextIO | None = None
+    color: bool | None = None
+    tty: bool = False
+    terminal_size: os.terminal_size | None = None
+    log_limit: int | None = limits.LOG_LIMIT
+    log_store: 'LogStore | None' = None
+    presentation: Presentation = Presentation()
+    about: About | None = None
+    is_hidden: bool = False
+    attach: str | None = None
+    conditions: ExitConditions | None = None
+    owner_of: OwnerOf = lambda _module, _package: None
+    parameters_of: ParametersOf = lambda process: process.parameters
+    identity: str = ''
+    participants: Sequence[Participant] = ()
+    guards: Guards | None = None
+    clock: Callable[[], float] = time.monotonic
+    spawn: Spawn = os.posix_spawn
+
+
+def run(
+    plan: Plan,
+    context: RunContext,
+    observers: Iterable[events.Listener] = (),
+) -> int:
+    """
+    Run a plan to its end, and return the exit code.
+
+    It is 0 when all ended well or was stopped by the user, 1 when a process
+    failed, could not be started or could not be stopped, when a condition was
+    not met, or when output could not be shown.
+
+    Must be called in the main thread, and no other thread may run: signals
+    are handled here, and processes are started from a working directory that
+    changes for a moment.
+
+    :param plan: What runs on this machine
+    :param observers: Receive all events
+    :raises UserError: before anything is started, when the environment lacks
+      what the plan needs
+    :raises OutputError: at the end, when output could not be shown; not when
+      nobody reads it any more
+    """
+    with ExitStack() as stack:
+        signals = stack.enter_context(caught())
+        keep_to_ourselves()
+        launch = _Launch(plan, context, observers, stack)
+        engine = launch.engine
+        engine.start_client()
+        for text in launch.troubles:
+            engine.tell(events.Warned(text))
+        with ExitStack() as control:
+            launch.connect(control)
+            engine.run(signals)
+        launch.files.remove()
+        launch.guard.dismiss()
+        return launch.finish(signals)
+
+
+class _Launch:
+    """
+    A launch that is about to run: its engine, and the observers of that.
+
+    :param stack: Closes all of it
+    """
+
+    def __init__(
+        self,
+        plan: Plan,
+        context: RunContext,
+        observers: Iterable[events.Listener],
+        stack: ExitStack,
+    ) -> None:
+        self._context = context
+        self._conditions = context.conditions or ExitConditions(
+            clock=context.clock
+        )
+        #: What was wrong while it was prepared.
+        self.troubles: list[str] = []
+        self._display = self._open_display(stack)
+        whole = plan
+        for participant in context.participants:
+            whole = participant.whole(whole)
+        processes = tuple(whole.processes())
+        self._screen = self._display.screen(processes, self.troubles.append)
+
+        # what ends it all, come what may; helpers are told from orphans before
+        # the guard is there, which is a child, too
+        settings = self._settings(_adopt(context, stack))
+        self.guard = self._start_guard(settings.identity, stack)
+        self._record = LaunchRecord(settings.identity)
+        #: The parameter files of processes.
+        self.files = ParameterFiles(self._note_folder)
+        stack.callback(self.files.remove)
+
+        logs = self._open_logs(whole, settings, stack)
+        log_files = {} if logs is None else logs.combined_files
+        folder = context.log_folder
+        state = LaunchState(
+            context.about or _UNKNOWN,
+            started=context.clock(),
+            clock=context.clock,
+            log_folder=None if folder is None else str(folder),
+            log_files=log_files,
+            tty=context.tty,
+        )
+        self._failures = Failures(state, self._advise)
+        self._terminal = self._open_terminal(whole, state, stack)
+        listeners: list[events.Listener] = [self._failures.handle]
+        if logs is not None:
+            listeners.append(logs.handle)
+        if not context.is_hidden:
+            listeners.append(self._terminal.show)
+        self.engine = Engine(
+            plan,
+            settings,
+            self.guard,
+            self.files,
+            self._display.writer,
+            (*listeners, self._conditions.handle, *observers),
+            () if logs is None else (logs.record,),
+            bool if logs is None else logs.flush,
+            self._conditions,
+            state,
+            context.participants,
+            log_files=log_files,
+            parameters_of=context.parameters_of,
+        )
+        stack.callback(self.engine.close)
+        # the participants have said by now on which machines it runs
+        state.expect(whole.entries)
+        self._conditions.tell = self.engine.tell
+
+    def connect(self, stack: ExitStack) -> None:
+        """
+        Accept keys and the requests of other terminals.
+
+        :param stack: Ends that
+        """
+        engine, context = self.engine, self._context
+        self._terminal.connect(engine, stack)
+        service = Service(
+            engine,
+            Journal(context.log_folder, context.log_limit),
+            self.guard.lease,
+        )
+        engine.serve = partial(
+            serve,
+            engine,
+            service,
+            self._display.environment,
+            self.guard,
+            self._record,
+            stack,
+        )
+        if context.about is not None and not context.is_hidden:
+            engine.serve()
+
+    def finish(self, signals: int) -> int:
+        """
+        Report how the launch ended, and return the exit code.
+
+        :raises OutputError: when output could not be shown
+        """
+        engine, writer = self.engine, self._display.writer
+        writer.flush()
+        missed = self._conditions.failures()
+        ended = events.Ended(
+            int(bool(engine.state.has_failed or missed or writer.error)),
+            (
+                *self._failures.summary(),
+                *(f'failed: {text}' for text in missed),
+            ),
+            self._failures.reports(),
+            self._conditions.verdicts(),
+            engine.state,
+        )
+        engine.tell(ended)
+        engine.finish(signals)
+        if writer.error is not None:
+            raise OutputError(writer.error)
+        return ended.exit_code
+
+    def _open_display(self, stack: ExitStack) -> Display:
+        context = self._context
+        stream = sys.stdout if context.stream is None else context.stream
+        self._has_status = context.presentation.status and can_have_status(
+            stream, context.environment
+        )
+        display = Display(
+            stream,
+            context.color,
+            context.environment,
+            status_writer if self._has_status else Writer,
+        )
+        stack.callback(display.writer.close)
+        return display
+
+    def _settings(self, adoption: Adoption) -> Settings:
+        context, display = self._context, self._display
+        environment = display.environment
+        self._buffering = LineBuffering(environment.get('PATH', os.defpath))
+        folder = context.log_folder
+        return Settings(
+            context.identity or new_identity(),
+            environment,
+            display.descriptor,
+            context.clock,
+            context.spawn,
+            adoption,
+            self._buffering,
+            None if folder is None else folder / CLIENT_LOG,
+            context.tty,
+            context.terminal_size,
+            display.environment_for,
+        )
+
+    def _start_guard(self, identity: str, stack: ExitStack) -> GuardLink:
+        guard = GuardLink(identity, self._context.guards)
+        try:
+            guard.start()
+        except OSError as error:
+            self._screen.handle(events.Warned(no_guard(error)))
+        stack.callback(guard.abandon)
+        return guard
+
+    def _note_folder(self, place: Place) -> None:
+        """Have the folder of parameter files removed, come what may."""
+        self.guard.folder(place)
+        self._record.note_parameters(place)
+
+    def _open_logs(
+        self, whole: Plan, settings: Settings, stack: ExitStack
+    ) -> Logs | None:
+        context, environment = self._context, self._display.environment
+        layout = layout_of(LOG_FORMAT, environment, self.troubles.append)
+        if context.log_folder is None:
+            return None
+        logs = Logs(
+            context.log_folder,
+            tuple(whole.processes()),
+            lambda text: self._screen.handle(events.Warned(text)),
+            settings.moment,
+            limit=context.log_limit,
+            layout=layout,
+            store=context.log_store,
+        )
+        stack.callback(logs.close)
+        common = context.log_folder / COMMON_LOG
+        self.guard.logs(common, logs.combined_files)
+        return logs
+
+    def _open_terminal(
+        self, whole: Plan, state: LaunchState, stack: ExitStack
+    ) -> OwnTerminal:
+        context, display, screen = self._context, self._display, self._screen
+        return OwnTerminal(
+            present(context.presentation, screen, whole, display, stack),
+            state,
+            display,
+            screen,
+            self.guard,
+            self._conditions,
+            context.clock,
+            context.attach,
+            has_status=self._has_status,
+        )
+
+    def _advise(self, event: events.Exited, tail: Sequence[str]) -> str | None:
+        """Return why a process failed, and what to do about that."""
+        # few launches fail
+        from colcon_yamllaunch.observers import failure_advice
+
+        state = self.engine.state
+        advisor = failure_advice.Advisor(
+            self._display.environment,
+            self._context.owner_of,
+            self._buffering.holds_back,
+            self._context.parameters_of,
+            lambda label: state.machine_of(label) is not None,
+        )
+        return advisor.advise(event, tail)
+
+
+def _adopt(context: RunContext, stack: ExitStack) -> Adoption:
+    """Have orphans of the launch become our children, but no helpers."""
+    helpers: set[int] = set()
+    for participant in context.participants:
+        stack.callback(participant.close)
+        helpers.update(participant.children())
+    guards = context.guards
+    adoption = Adoption(helpers, 0 if guards is None else guards.pid)
+    stack.callback(adoption.end)
+    return adoption

@@ -1,0 +1,342 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What the worker of Python launch files is told, and what it answers."""
+
+from collections import deque
+import os
+import signal
+from types import SimpleNamespace
+
+from colcon_yamllaunch.engine import commands
+from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.language.evaluation.launch_host import HostError
+from colcon_yamllaunch.plan.plan import Block
+from colcon_yamllaunch.plan.plan import Growth
+from colcon_yamllaunch.plan.plan import Message
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import Shutdown
+from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.ros.host_link import NUMBER
+from colcon_yamllaunch.ros.plan_feed import PlanFeed
+import pytest
+from support.test_loop import TestLoop
+
+POSITION = Position('/ws/a.launch.py', 7, 9)
+TALKER = Process('kitchen', ('t',), '/', POSITION, name='talker-1')
+OTHER = Process('other', ('o',), '/', POSITION, name='o-2')
+HOST = 4711
+IDLE = {'type': 'shutdown', 'reason': 'idle', 'by_sigint': False}
+
+
+class PlayedLink:
+    """A link whose worker says what the test has it say."""
+
+    def __init__(self):
+        self.says = deque()
+        self.descriptor, self.answers = os.pipe()
+        self.pid = HOST
+        self.is_closed = self.is_full = False
+
+    def poll(self):
+        message = self.says.popleft() if self.says else None
+        if isinstance(message, Exception):
+            raise message
+        return message
+
+    def flush(self):
+        return not self.is_full
+
+    def reaped(self):
+        self.pid = 0
+
+    def close(self):
+        self.is_closed = True
+        self.pid = 0
+
+
+class PlayedGrowing:
+    """Knows one process, as 17; each message is what comes to the plan."""
+
+    def __init__(self):
+        self.has_handlers = True
+        self.wants_output = frozenset(['talker-1'])
+        self.asked = []
+        self.is_busy = self.is_gone = False
+
+    def id_of(self, name):
+        return {'talker-1': 17}.get(name)
+
+    def ask(self, request):
+        if self.is_gone:
+            raise HostError('ended')
+        self.asked.append(request)
+
+    def take(self, message):
+        return message
+
+    def lost(self, reason):
+        self.is_gone = True
+        self.is_busy = False
+        return Growth((), problems=(reason,) if reason else ())
+
+
+class Launch:
+    """A feed, and what it has done to the launch."""
+
+    def __init__(self):
+        self.link = PlayedLink()
+        self.growing = PlayedGrowing()
+        self.loop = TestLoop()
+        self.done = []
+        self.blocks = ()
+        self.helpers = {}
+        self.feed = PlanFeed(self.link, self.growing)
+        self.feed.join(self)
+        self.feed.begin()
+
+    # what it does to the launch
+
+    @property
+    def dispatcher(self):
+        return SimpleNamespace(
+            do=lambda command: self.done.append(list(command.entries))
+        )
+
+    def tell(self, event):
+        self.done.append(event)
+
+    def add_helper(self, pid, ended, number):
+        assert number == NUMBER
+        self.helpers[pid] = ended
+
+    def remove_helper(self, pid):
+        del self.helpers[pid]
+
+    # what happens
+
+    def answers(self, *messages):
+        self.link.says.extend(messages)
+        os.write(self.link.answers, b'.')
+        self.loop.turn(1)
+
+    def told(self, event):
+        """Return what the worker is told of an event."""
+        self.growing.asked.clear()
+        if isinstance(event, events.Output):
+            self.feed.handle_output(event)
+        else:
+            self.feed.handle(event)
+        return [request['event'] for request in self.growing.asked]
+
+    def close(self):
+        self.feed.close()
+        self.loop.close()
+        os.close(self.link.descriptor)
+        os.close(self.link.answers)
+
+
+@pytest.fixture
+def launch():
+    made = Launch()
+    yield made
+    made.close()
+
+
+def test_starts_and_ends_of_its_processes_are_told(launch):
+    assert launch.told(events.Started(TALKER, 12)) == [
+        {'type': 'start', 'process': 17, 'pid': 12}
+    ]
+    ended = [
+        (Outcome(code=3), None, 3, False),
+        (Outcome(signal=signal.SIGINT), 0.0, -2, True),
+        (Outcome(lost='arm'), None, -9, False),
+    ]
+    for outcome, delay, returncode, respawns in ended:
+        event = events.Exited(TALKER, 12, outcome, 1.0, False, True, delay)
+        assert launch.told(event) == [
+            {
+                'type': 'exit',
+                'process': 17,
+                'returncode': returncode,
+                'respawns': respawns,
+                'asked': False,
+            }
+        ]
+    assert launch.told(events.Started(OTHER, 13)) == []
+    assert launch.told(events.Warned('trouble')) == []
+
+
+def test_a_restart_after_a_change_is_no_end(launch):
+    outcome = Outcome(signal=signal.SIGINT)
+    ended = events.Exited(TALKER, 12, outcome, 1.0, True, False, None)
+    changed = events.Requested(TALKER, 'change')
+    assert launch.told(changed) == []
+    assert launch.told(ended) == []
+    # another change before it has begun anew
+    assert launch.told(changed) == []
+    assert launch.told(events.Started(TALKER, 13)) == []
+    # one that ended before begins anew for all
+    assert launch.told(changed) == []
+    assert len(launch.told(events.Started(TALKER, 14))) == 1
+    # what makes an end of it after all is told with it
+    assert launch.told(changed) == []
+    assert launch.told(ended) == []
+    (told,) = launch.told(events.Requested(TALKER, 'stop'))
+    assert told['type'] == 'exit'
+    assert launch.told(changed) == []
+    assert launch.told(events.Requested(TALKER, 'stop')) == []
+    assert len(launch.told(ended)) == 1
+
+
+def test_only_output_that_a_handler_wants_is_told(launch):
+    assert launch.told(events.Output(TALKER, 'stderr', b'one\xff\n')) == [
+        {
+            'type': 'output',
+            'process': 17,
+            'stream': 'stderr',
+            'text': 'one\N{REPLACEMENT CHARACTER}\n',
+        }
+    ]
+    assert launch.told(events.Output(OTHER, 'stderr', b'two\n')) == []
+
+
+def test_states_are_told_while_there_are_handlers(launch):
+    event = events.StateChanged(OTHER, '/lc', 'inactive', 'configuring')
+    assert launch.told(event) == [
+        {
+            'type': 'state',
+            'node': '/lc',
+            'from': 'configuring',
+            'to': 'inactive',
+        }
+    ]
+    launch.growing.has_handlers = False
+    assert launch.told(event) == []
+
+
+def test_the_end_of_the_launch_is_told(launch):
+    assert launch.told(events.ShuttingDown('interrupted', True)) == [
+        {'type': 'shutdown', 'reason': 'interrupted', 'by_sigint': True}
+    ]
+
+
+def test_calls_are_passed_on(launch):
+    launch.feed.call(3)
+    assert launch.growing.asked == [{'do': 'call', 'number': 3}]
+
+
+def test_what_it_has_not_taken_is_sent_soon(launch):
+    launch.feed.end_turn()
+    assert launch.loop.next_due() is None
+    launch.link.is_full = True
+    for _ in range(3):
+        launch.feed.end_turn()
+    assert launch.loop.next_due() == pytest.approx(limits.SOURCE_PAUSE)
+
+
+def test_who_writes_too_much_is_held_up_while_it_works(launch):
+    launch.growing.is_busy = True
+    half = b'x' * (limits.STREAM_BACKLOG // 2)
+    for one in (TALKER, OTHER, OTHER):
+        launch.told(events.Output(one, 'stdout', half))
+    assert launch.feed.accepts(TALKER.label)
+    launch.told(events.Output(TALKER, 'stdout', half))
+    assert not launch.feed.accepts(TALKER.label)
+    assert launch.feed.accepts(OTHER.label)
+    launch.growing.is_busy = False
+    assert launch.feed.accepts(TALKER.label)
+
+
+def test_the_blocks_of_the_plan_are_those_of_its_last_growth(launch):
+    blocks = (
+        Block('group', '/left', Position('/ws/a.launch.py', 7, 1), None),
+    )
+    launch.answers(Growth(blocks=blocks), Growth())
+    assert launch.blocks == blocks
+
+
+def test_what_it_answers_comes_to_the_plan_in_order(launch):
+    first, second = Message('INFO', '1'), Message('INFO', '2')
+    launch.growing.take = lambda message: None if message == 'log' else message
+    launch.answers(Growth((first,)), 'log', Growth(), Growth((second,)))
+    assert launch.done == [[first], [second]]
+
+
+def test_a_problem_ends_the_launch(launch):
+    said = Message('INFO', 'before')
+    launch.answers(Growth((said,), problems=('error: oh\n  no', 'and')))
+    failed, entries = launch.done
+    assert failed == events.PlanFailed(('error: oh', '  no', 'and'))
+    # after what went well
+    assert entries == [said, Shutdown('a launch file in Python failed')]
+
+
+def test_a_worker_that_cannot_be_read_is_a_problem(launch):
+    said = Message('INFO', 'before')
+    launch.answers(Growth((said,)), HostError('ended oddly'))
+    assert launch.done[0] == [said]
+    assert launch.done[1] == events.PlanFailed(('ended oddly',))
+
+
+def test_the_launch_goes_on_while_an_answer_is_to_come(launch):
+    launch.growing.is_busy = True
+    assert launch.feed.is_waiting()
+    launch.loop.now += 1000.0
+    assert launch.feed.is_waiting()
+    assert launch.loop.next_due() is None
+    assert launch.growing.asked == []
+
+
+def test_it_is_told_once_that_nothing_is_left_to_do(launch):
+    for _ in range(2):
+        assert not launch.feed.is_waiting()
+        assert [r['event'] for r in launch.growing.asked] == [IDLE]
+
+
+def test_what_it_says_to_the_end_is_not_awaited_for_ever(launch):
+    launch.told(events.ShuttingDown('enough'))
+    launch.growing.is_busy = True
+    assert launch.feed.is_waiting()
+    assert launch.loop.next_due() == limits.SOURCE_PATIENCE
+    launch.loop.now += limits.SOURCE_PATIENCE - 1.0
+    assert launch.feed.is_waiting()
+    launch.loop.now += 1.0
+    assert not launch.feed.is_waiting()
+
+
+def test_who_escalates_does_not_wait_for_it(launch):
+    launch.told(events.ShuttingDown('interrupted', interactive=True))
+    launch.growing.is_busy = True
+    done = launch.feed.execute(
+        commands.Escalate(), bool, lambda *_: commands.DONE
+    )
+    assert done == commands.DONE
+    assert not launch.feed.is_waiting()
+
+
+def test_its_end_is_told_once_after_its_last_answers(launch):
+    assert launch.feed.children() == {HOST} == launch.helpers.keys()
+    said = Message('INFO', 'last words')
+    launch.link.says.append(Growth((said,)))
+    launch.helpers.pop(HOST)(9)
+    assert launch.done[0] == [said]
+    (lost,) = launch.done[1:]
+    assert isinstance(lost, events.HostLost)
+    assert 'SIGKILL' in lost.lines()[0]
+    assert launch.link.pid == 0
+    launch.growing.is_busy = True
+    assert launch.told(events.ShuttingDown('enough')) == []
+    assert not launch.feed.is_waiting()
+
+
+def test_nothing_is_asked_of_one_that_was_closed(launch):
+    launch.feed.close()
+    assert launch.link.is_closed
+    assert not launch.helpers
+    assert launch.told(events.Started(TALKER, 12)) == []
+    launch.feed.call(3)
+    assert not launch.feed.is_waiting()
+    assert launch.growing.asked == []
