@@ -356,7 +356,7 @@ class Engine:
         ends_by = math.inf
         if self._stopped_by_signal:
             ends_by = self.loop.time() + limits.SCREEN_PATIENCE
-            self.loop.call_at(ends_by, self.loop.wake)
+            self.loop.wake_at(ends_by)
         self._pass_on()
         while self._writer.waits() and not self._writer.broken:
             self.loop.run_once()
@@ -561,7 +561,7 @@ class Engine:
                 return
             self._alarm.cancel()
         if due is not None:
-            self._alarm = self.loop.call_at(due, self.loop.wake)
+            self._alarm = self.loop.wake_at(due)
 
     def _look_for_children(self) -> None:
         """Look at all children: SIGCHLD may be lost, or not be sent."""

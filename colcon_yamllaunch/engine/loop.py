@@ -152,6 +152,11 @@ class Loop:
         if not self._soon:
             self.call_soon(_do_nothing)
 
+    def wake_at(self, when: float) -> TimerHandle:
+        """Run a turn at the time `when`, if none runs then."""
+        # to call `wake` would make another turn follow that one
+        return self._timers.add(when, _do_nothing)
+
     def after_turn(self, callback: Callable[[], object]) -> None:
         """Call `callback` after all other callbacks of each turn."""
         self._after_turn.append(callback)
@@ -281,4 +286,4 @@ def _bound(
 
 
 def _do_nothing() -> None:
-    """Let the loop begin its next turn."""
+    """Let the loop run a turn."""
