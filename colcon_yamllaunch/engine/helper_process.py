@@ -21,18 +21,94 @@ from colcon_yamllaunch.engine.process.children import has_ended
 from colcon_yamllaunch.engine.process.descriptors import open_log
 from colcon_yamllaunch.engine.process.spawn import StartError
 
+#: The longest line of a helper process (bytes).
+MAXIMUM_LINE = 64 * 1024 * 1024
+
 #: Starts a process with standard streams; returns its process group.
 Spawn = Callable[[tuple[int, int, int]], int]
+
+
+class JsonPipes:
+    """
+    The pipes to a child process: JSON objects, one a line, both ways.
+
+    Nothing here blocks. Lines that are no objects are ignored.
+    """
+
+    def __init__(self) -> None:
+        #: The descriptors of its standard input and output, or -1.
+        self.input = self.output = -1
+        #: Whether nothing more can be read.
+        self.has_ended = False
+        self._unsent = b''
+        self._unread = bytearray()
+
+    def open(self) -> tuple[int, int]:
+        """Open the pipes; return the ends that the child gets."""
+        its_input, self.input = os.pipe()
+        self.output, its_output = os.pipe()
+        os.set_blocking(self.input, False)
+        os.set_blocking(self.output, False)
+        return its_input, its_output
+
+    @property
+    def has_unsent(self) -> bool:
+        """Whether :meth:`flush` has more to write."""
+        return bool(self._unsent)
+
+    def send(self, message: Mapping[str, Any]) -> None:
+        """Add a message to what :meth:`flush` writes, if they are open."""
+        if self.input != -1:
+            self._unsent += json.dumps(message).encode() + b'\n'
+
+    def flush(self) -> bool:
+        """Write what fits; return whether all is written."""
+        try:
+            while self._unsent:
+                count = os.write(self.input, self._unsent)
+                self._unsent = self._unsent[count:]
+        except BlockingIOError:
+            return False
+        except OSError:
+            # its end is noticed soon
+            self._unsent = b''
+        return True
+
+    def read(self) -> list[dict[str, Any]]:
+        """Return the next messages, or none if none has come."""
+        messages: list[dict[str, Any]] = []
+        while not messages and self.output != -1 and not self.has_ended:
+            try:
+                data = os.read(self.output, limits.READ_SIZE)
+            except BlockingIOError:
+                break
+            self._unread += data
+            self.has_ended = not data or len(self._unread) > MAXIMUM_LINE
+            if b'\n' in data:
+                *lines, rest = bytes(self._unread).split(b'\n')
+                self._unread = bytearray(rest)
+                messages += filter(None, map(_decoded, lines))
+        return messages
+
+    def close(self) -> None:
+        """Close the pipes, and forget what was not sent or read."""
+        for descriptor in (self.input, self.output):
+            if descriptor != -1:
+                os.close(descriptor)
+        self.input = self.output = -1
+        self.has_ended = False
+        self._unsent = b''
+        self._unread.clear()
 
 
 class HelperProcess:
     """
     A process that serves the launch.
 
-    Requests and messages are JSON objects, one a line, on its standard input
-    and output. It ends with its input, so it does not outlive the launcher.
-    Its owner restarts it after pauses, each twice as long as the one before,
-    a few times in a row. Nothing here blocks, except :meth:`close`.
+    Requests and messages go through :class:`JsonPipes`. It ends with its
+    input, so it does not outlive the launcher. Its owner restarts it after
+    pauses, each twice as long as the one before, a few times in a row.
+    Nothing here blocks, except :meth:`close`.
 
     :param spawn: Starts it
     :param handle: Is called with each message
@@ -61,19 +137,14 @@ class HelperProcess:
         self._is_wanted = True
         self._started_at = 0.0
         self._restart: TimerHandle | None = None
-        self._input = self._output = -1
-        self._unsent = self._unread = b''
+        self._pipes = JsonPipes()
 
     def start(self) -> None:
         """Start it, without waiting until it is ready."""
         self._cancel_restart()
         self._started_at = self._loop.time()
-        its_input, self._input = os.pipe()
-        self._output, its_output = os.pipe()
-        streams = its_input, its_output, open_log(self._log)
-        os.set_blocking(self._input, False)
-        os.set_blocking(self._output, False)
-        self._loop.add_reader(self._output, self._read)
+        streams = *self._pipes.open(), open_log(self._log)
+        self._loop.add_reader(self._pipes.output, self._read)
         try:
             self.pid = self._spawn(streams)
             self._loop.add_child(self.pid, self._ended)
@@ -86,8 +157,8 @@ class HelperProcess:
 
     def send(self, request: Mapping[str, Any]) -> None:
         """Send a request, if it runs."""
-        if self._input != -1:
-            self._unsent += json.dumps(request).encode() + b'\n'
+        if self._pipes.input != -1:
+            self._pipes.send(request)
             self._write()
 
     def restart_later(self) -> bool:
@@ -156,37 +227,19 @@ class HelperProcess:
             self._restart = None
 
     def _read(self) -> None:
-        while self._output != -1:
-            try:
-                data = os.read(self._output, limits.READ_SIZE)
-            except BlockingIOError:
-                return
-            if not data:
-                # it has ended, or closed its output for good
-                self._loop.remove_reader(self._output)
-                self._kill()
-                return
-            *lines, self._unread = (self._unread + data).split(b'\n')
-            for line in lines:
-                try:
-                    message = json.loads(line)
-                except (ValueError, RecursionError):
-                    continue
-                if isinstance(message, dict):
-                    self._handle(message)
+        while messages := self._pipes.read():
+            for message in messages:
+                self._handle(message)
+        if self._pipes.has_ended:
+            # it has ended, or closed its output for good
+            self._loop.remove_reader(self._pipes.output)
+            self._kill()
 
     def _write(self) -> None:
-        try:
-            while self._unsent:
-                count = os.write(self._input, self._unsent)
-                self._unsent = self._unsent[count:]
-        except BlockingIOError:
-            self._loop.add_writer(self._input, self._write)
-            return
-        except OSError:
-            # its end is noticed soon
-            self._unsent = b''
-        self._loop.remove_writer(self._input)
+        if self._pipes.flush():
+            self._loop.remove_writer(self._pipes.input)
+        else:
+            self._loop.add_writer(self._pipes.input, self._write)
 
     def _kill(self) -> None:
         if self.pid:
@@ -194,9 +247,15 @@ class HelperProcess:
                 os.killpg(self.pid, signal.SIGKILL)
 
     def _close_pipes(self) -> None:
-        for descriptor in (self._input, self._output):
-            if descriptor != -1:
-                self._loop.remove(descriptor)
-                os.close(descriptor)
-        self._input = self._output = -1
-        self._unsent = self._unread = b''
+        for descriptor in (self._pipes.input, self._pipes.output):
+            self._loop.remove(descriptor)
+        self._pipes.close()
+
+
+def _decoded(line: bytes) -> dict[str, Any] | None:
+    try:
+        message = json.loads(line)
+    except (ValueError, RecursionError):
+        # somebody else has written it
+        return None
+    return message if isinstance(message, dict) else None

@@ -11,10 +11,10 @@ Until the launch runs, the worker has a guard, which ends it when the launcher
 is killed.
 """
 
+from collections import deque
 from collections.abc import Collection
 from collections.abc import Mapping
 from contextlib import suppress
-import json
 import os
 from pathlib import Path
 import select
@@ -27,6 +27,7 @@ from colcon_yamllaunch.common.escalation import Orphan
 from colcon_yamllaunch.common.escalation import Targets
 from colcon_yamllaunch.common.escalation import Timeouts
 from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine.helper_process import JsonPipes
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.process.descriptors import open_log
 from colcon_yamllaunch.engine.process.pythons import pythons
@@ -51,8 +52,6 @@ TIMEOUT = 60.0
 NUMBER = 1_000_000_000
 #: Seconds to wait for its position in a launch file, and for its end.
 PATIENCE = 1.0
-#: The longest line (bytes).
-MAXIMUM_LINE = 64 * 1024 * 1024
 
 _STDERR = 2
 _AT_ONCE = Timeouts(0.0, 0.0)
@@ -104,20 +103,21 @@ class HostLink:
         self._guard: GuardLink | None = None
         #: Its process ID and process group, or 0 while it does not run.
         self.pid = 0
-        #: Is readable when it has sent something; -1 while it does not run.
-        self.descriptor = -1
-        self._input = -1
-        self._unsent = b''
-        self._read = bytearray()
-        self._lines: list[bytes] = []
+        self._pipes = JsonPipes()
+        self._messages: deque[HostMessage] = deque()
         # messages to send again to another Python; None once it needs no other
-        self._first: list[bytes] | None = []
+        self._first: list[HostMessage] | None = []
         # the error of the first Python
         self._first_reason: HostError | None = None
         self._begun = self._is_entrusted = False
         self._is_over = False
         # why no worker could be started
         self._reason: HostError | None = None
+
+    @property
+    def descriptor(self) -> int:
+        """Is readable when it has sent something; -1 while it is not open."""
+        return self._pipes.output
 
     @property
     def is_spent(self) -> bool:
@@ -131,14 +131,13 @@ class HostLink:
         :raises HostError: when there is no worker, as `launch` is not
           installed or the worker has ended
         """
-        data = json.dumps(message).encode() + b'\n'
         self.start()
         if self._is_over:
             raise self._gone()
         if self._first is not None:
-            self._first.append(data)
-        self._unsent += data
-        self.flush()
+            self._first.append(message)
+        self._pipes.send(message)
+        self._pipes.flush()
 
     def start(self) -> None:
         """
@@ -186,16 +185,17 @@ class HostLink:
           a needed package
         """
         while True:
-            self.flush()
-            while self._lines:
-                message = _decoded(self._lines.pop(0))
-                if message is None:
-                    continue
+            self._pipes.flush()
+            while self._messages:
+                message = self._messages.popleft()
                 if message.get('say') != 'found':
                     return message
                 self._found([str(n) for n in message.get('missing', ())])
-            if self._read_more():
+            self._messages.extend(self._pipes.read())
+            if self._messages:
                 continue
+            if self._pipes.has_ended:
+                self._close_pipes()
             if self.descriptor != -1 or self._first is None or not self.pid:
                 return None
             # it did not even check its packages: it may be too old, or broken
@@ -204,16 +204,7 @@ class HostLink:
 
     def flush(self) -> bool:
         """Write pending messages; return whether all are written."""
-        try:
-            while self._unsent and self._input != -1:
-                count = os.write(self._input, self._unsent)
-                self._unsent = self._unsent[count:]
-        except BlockingIOError:
-            return False
-        except OSError:
-            # its end is noticed soon
-            self._unsent = b''
-        return True
+        return self._pipes.flush()
 
     def entrust(self) -> None:
         """Let the engine guard and reap it from now on, see :meth:`reaped`."""
@@ -290,8 +281,7 @@ class HostLink:
 
         :raises HostError: when no Python can be started
         """
-        its_input, self._input = os.pipe()
-        self.descriptor, its_output = os.pipe()
+        its_input, its_output = self._pipes.open()
         error = _STDERR if self._log is None else open_log(self._log)
         try:
             self.pid = spawn_process(
@@ -316,9 +306,8 @@ class HostLink:
                 self._guard.start()
         self._guard.started(NUMBER, self.pid, _AT_ONCE)
         self._guard.flush()
-        os.set_blocking(self._input, False)
-        os.set_blocking(self.descriptor, False)
-        self._unsent = b''.join(self._first or ())
+        for message in self._first or ():
+            self._pipes.send(message)
 
     def _receive(self, timeout: float) -> HostMessage:
         deadline = time.monotonic() + timeout
@@ -330,27 +319,10 @@ class HostLink:
                 raise HostTimeoutError(f'more than {timeout:g} s')
             waiting = select.poll()
             waiting.register(self.descriptor, select.POLLIN)
-            if self._unsent:
-                waiting.register(self._input, select.POLLOUT)
+            if self._pipes.has_unsent:
+                waiting.register(self._pipes.input, select.POLLOUT)
             waiting.poll(left * 1000)
         return message
-
-    def _read_more(self) -> bool:
-        """Read available data; return whether there was any."""
-        if self.descriptor == -1:
-            return False
-        try:
-            data = os.read(self.descriptor, limits.READ_SIZE)
-        except BlockingIOError:
-            return False
-        self._read += data
-        if not data or len(self._read) > MAXIMUM_LINE:
-            self._close_pipes()
-            return False
-        if b'\n' in data:
-            *self._lines, rest = bytes(self._read).split(b'\n')
-            self._read = bytearray(rest)
-        return True
 
     def _found(self, missing: list[str]) -> None:
         """
@@ -382,7 +354,6 @@ class HostLink:
             self._reason = self._first_reason
             raise self._reason
         self._is_over = False
-        self._read.clear()
         self._start()
 
     def _gone(self) -> HostError:
@@ -402,12 +373,8 @@ class HostLink:
         return ''
 
     def _close_pipes(self) -> None:
-        for descriptor in (self._input, self.descriptor):
-            if descriptor != -1:
-                os.close(descriptor)
-        self._input = self.descriptor = -1
-        self._unsent = b''
-        self._lines.clear()
+        self._pipes.close()
+        self._messages.clear()
 
 
 class _Strays(Targets):
@@ -427,12 +394,3 @@ def _has_ended(pid: int) -> bool:
         return os.waitid(os.P_PID, pid, flags) is not None
     except ChildProcessError:
         return True
-
-
-def _decoded(line: bytes) -> HostMessage | None:
-    try:
-        message = json.loads(line)
-    except (ValueError, RecursionError):
-        # somebody else has written it
-        return None
-    return message if isinstance(message, dict) else None

@@ -67,6 +67,9 @@ class GuardLink:
     """
     A guard, and the socket to it.
 
+    It is no `HelperProcess`: descriptors go with what it is told, it answers
+    nothing, and it must outlive the launcher.
+
     :param guards: Starts it; by default it is a new program
     """
 
