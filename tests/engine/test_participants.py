@@ -1,0 +1,164 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What takes part in a launch beside its engine, with real processes."""
+
+import io
+import os
+import subprocess
+
+from colcon_yamllaunch.engine import commands
+from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine.participants import Participant
+from colcon_yamllaunch.plan.plan import Message
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.run import run
+from colcon_yamllaunch.run import RunContext
+
+
+def ran(plan, *participants):
+    """Run a plan; return the exit code and what was shown."""
+    stream = io.StringIO()
+    context = RunContext(
+        environment={'PATH': os.environ['PATH']},
+        log_folder=None,
+        stream=stream,
+        participants=participants,
+    )
+    return run(plan, context), stream.getvalue()
+
+
+class Helped(Participant):
+    """Has a child, and keeps the launch running until that has ended."""
+
+    def __init__(self):
+        self.child = subprocess.Popen(['cat'], stdin=subprocess.PIPE)
+        self.status = None
+        self.closed = 0
+
+    def children(self):
+        return {self.child.pid}
+
+    def join(self, engine):
+        engine.add_helper(self.child.pid, self.ended)
+
+    def begin(self):
+        self.child.stdin.close()
+
+    def ended(self, status):
+        self.status = self.child.returncode = status
+
+    def is_waiting(self):
+        return self.status is None
+
+    def close(self):
+        self.closed += 1
+
+
+def test_launch_waits_for_a_participant_and_reaps_its_child():
+    helped = Helped()
+    assert ran(Plan(()), helped) == (0, '')
+    assert helped.status == 0
+    assert helped.closed
+
+
+class Listening(Participant):
+    """Notes what it receives."""
+
+    def __init__(self):
+        self.received = []
+        self.read = b''
+
+    def handle(self, event):
+        self.received.append(type(event))
+
+    def handle_output(self, event):
+        self.received.append(event.data)
+
+    def record(self, process, stream, data):
+        self.read += data
+
+
+def test_events_output_and_raw_output_have_methods_of_their_own(process):
+    listening = Listening()
+    plan = Plan((process('a', 'printf', 'one\ntwo'),))
+    code, _ = ran(plan, listening, Participant())
+    assert code == 0
+    assert listening.read == b'one\ntwo'
+    received = listening.received
+    assert received[0] is events.Started
+    assert received.index(b'one\n') < received.index(events.Exited)
+    assert events.Output not in received
+
+
+class Translating(Participant):
+    """Adds its name to messages, and refuses to stop processes."""
+
+    def __init__(self, name):
+        self.name = name
+
+    def execute(self, command, reply, proceed):
+        match command:
+            case commands.Stop():
+                return commands.Refused(f'{self.name} says no')
+            case commands.Extend(entries=(message,)):
+                text = f'{message.text} {self.name}'
+                command = commands.Extend((Message('INFO', text),))
+        return proceed(command, reply)
+
+
+class Asking(Participant):
+    """Sends commands when a process has started."""
+
+    def __init__(self):
+        self.answers = []
+
+    def join(self, engine):
+        self.engine = engine
+
+    def handle(self, event):
+        if isinstance(event, events.Started):
+            dispatcher = self.engine.dispatcher
+            dispatcher.do(commands.Extend((Message('INFO', 'by'),)))
+            for name in ('a', 'b'):
+                dispatcher.ask(commands.Stop(name), self.answers.append)
+
+
+def test_participants_execute_commands_in_their_order(process):
+    asking = Asking()
+    plan = Plan((process('a', 'true'),))
+    code, shown = ran(plan, Translating('one'), Translating('two'), asking)
+    assert code == 0
+    assert 'by one two\n' in shown
+    assert asking.answers == [commands.Refused('one says no')] * 2
+
+
+class Limiting(Participant):
+    """Accepts output when it is asked for the third time."""
+
+    def __init__(self, received):
+        self.asked = 0
+        self.received = received
+
+    def join(self, engine):
+        self.loop = engine.loop
+
+    def accepts(self, label):
+        self.asked += label == 'a'
+        return self.asked >= 3
+
+    def end_turn(self):
+        self.loop.wake()
+
+    def handle_output(self, event):
+        assert self.asked >= 3
+        self.received.touch()
+
+
+def test_output_is_not_read_until_a_participant_accepts_it(process, tmp_path):
+    received = tmp_path / 'received'
+    script = f'echo hello; until [ -e {received} ]; do sleep 0.01; done'
+    limiting = Limiting(received)
+    code, shown = ran(Plan((process('a', 'sh', '-c', script),)), limiting)
+    assert code == 0
+    assert 'hello' in shown
