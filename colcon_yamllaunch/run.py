@@ -8,7 +8,6 @@ from collections.abc import Iterable
 from collections.abc import Mapping
 from collections.abc import Sequence
 from contextlib import ExitStack
-from functools import partial
 import os
 from pathlib import Path
 import sys
@@ -251,15 +250,19 @@ class _Launch:
             Journal(context.log_folder, context.log_limit),
             self.guard.lease,
         )
-        engine.serve = partial(
-            serve,
-            engine,
-            service,
-            self._display.environment,
-            self.guard,
-            self._record,
-            stack,
-        )
+
+        def show() -> None:
+            engine.serve = bool
+            serve(
+                engine,
+                service,
+                self._display.environment,
+                self.guard,
+                self._record,
+                stack,
+            )
+
+        engine.serve = show
         if context.about is not None and not context.is_hidden:
             engine.serve()
 

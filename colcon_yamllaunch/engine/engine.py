@@ -169,7 +169,7 @@ class Engine:
         self.when_suspended: list[Callable[[bool], None]] = []
         #: Are called when the screen has another size.
         self.when_resized: list[Callable[[], None]] = []
-        #: Lets other terminals of the user see the launch, once.
+        #: Lets other terminals of the user see the launch, if they do not yet.
         self.serve: Callable[[], object] = bool
         self._log_files = log_files
         self._parameters_of = parameters_of

@@ -5,11 +5,15 @@
 
 import io
 import os
+from pathlib import Path
 import subprocess
 
+from colcon_yamllaunch.common import temporary_folders
+from colcon_yamllaunch.control import socket_folder
 from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.participants import Participant
+from colcon_yamllaunch.engine.state import About
 from colcon_yamllaunch.plan.plan import Message
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.run import run
@@ -162,3 +166,43 @@ def test_output_is_not_read_until_a_participant_accepts_it(process, tmp_path):
     code, shown = ran(Plan((process('a', 'sh', '-c', script),)), limiting)
     assert code == 0
     assert 'hello' in shown
+
+
+class Showing(Participant):
+    """Shows a hidden launch to other terminals when it begins, twice."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        self.sockets = []
+
+    def join(self, engine):
+        self.engine = engine
+
+    def begin(self):
+        for _ in range(3):
+            found = filter(Path.is_socket, self.folder.rglob('*'))
+            self.sockets.append([path.stat().st_ino for path in found])
+            self.engine.serve()
+
+
+def test_hidden_launch_is_visible_once_a_participant_shows_it(
+    process, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(socket_folder, 'USER_FOLDERS', '/does/not/exist')
+    monkeypatch.setattr(temporary_folders, 'SHARED_FOLDERS', ())
+    showing = Showing(tmp_path)
+    stream = io.StringIO()
+    context = RunContext(
+        environment={'PATH': os.environ['PATH'], 'TMPDIR': str(tmp_path)},
+        log_folder=None,
+        stream=stream,
+        about=About('demo', None, '', '/'),
+        is_hidden=True,
+        participants=(showing,),
+    )
+    assert run(Plan((process('a', 'true'),)), context) == 0
+    before, once, twice = showing.sockets
+    assert before == []
+    assert once == twice
+    assert len(once) == 1
+    assert stream.getvalue() == ''
