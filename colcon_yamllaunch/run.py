@@ -39,7 +39,7 @@ from colcon_yamllaunch.engine.process.spawn import Spawn
 from colcon_yamllaunch.engine.state import About
 from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.stopping.guard_link import GuardLink
-from colcon_yamllaunch.engine.stopping.guard_link import Guards
+from colcon_yamllaunch.engine.stopping.guard_link import GuardProcess
 from colcon_yamllaunch.engine.stopping.launch_scan import new_identity
 from colcon_yamllaunch.observers.display import can_have_status
 from colcon_yamllaunch.observers.display import Display
@@ -97,7 +97,7 @@ class RunContext:
       a new one
     :param participants: What takes part in it beside the engine; they are
       closed at the end
-    :param guards: Starts the guard, by default as a new program
+    :param guard: The guard, by default one for this launch alone
     :param clock: Returns seconds that never go back
     :param spawn: Starts a program as :func:`os.posix_spawn` does
     """
@@ -119,7 +119,7 @@ class RunContext:
     parameters_of: ParametersOf = lambda process: process.parameters
     identity: str = ''
     participants: Sequence[Participant] = ()
-    guards: Guards | None = None
+    guard: GuardProcess | None = None
     clock: Callable[[], float] = time.monotonic
     spawn: Spawn = os.posix_spawn
 
@@ -326,7 +326,7 @@ class _Launch:
         )
 
     def _start_guard(self, identity: str, stack: ExitStack) -> GuardLink:
-        guard = GuardLink(identity, self._context.guards)
+        guard = GuardLink(identity, self._context.guard)
         try:
             guard.start()
         except OSError as error:
@@ -398,7 +398,7 @@ def _adopt(context: RunContext, stack: ExitStack) -> Adoption:
     for participant in context.participants:
         stack.callback(participant.close)
         helpers.update(participant.children())
-    guards = context.guards
-    adoption = Adoption(helpers, 0 if guards is None else guards.pid)
+    guard = context.guard
+    adoption = Adoption(helpers, 0 if guard is None else guard.pid)
     stack.callback(adoption.end)
     return adoption

@@ -22,7 +22,7 @@ from colcon_yamllaunch.engine.output.line_pattern import LinePattern
 from colcon_yamllaunch.engine.output.line_pattern import SearchTimeError
 from colcon_yamllaunch.engine.output.lines import bare
 from colcon_yamllaunch.engine.participants import Participant
-from colcon_yamllaunch.engine.stopping.guard_link import Guards
+from colcon_yamllaunch.engine.stopping.guard_link import GuardProcess
 from colcon_yamllaunch.observers.failures import OwnerOf
 from colcon_yamllaunch.observers.presentation import Presentation
 from colcon_yamllaunch.plan.plan import Plan
@@ -246,7 +246,7 @@ def perform(
     planned: PlannedRun,
     folder: Path,
     goal: Goal,
-    guards: Guards,
+    guard: GuardProcess | None = None,
     wait: Callable[[], object] = bool,
     over: Callable[[], object] = bool,
 ) -> RunResult | None:
@@ -254,7 +254,7 @@ def perform(
     Launch a run, and return its result, None if it was interrupted.
 
     :param folder: The folder for its logs
-    :param guards: Starts its guard
+    :param guard: Its guard, by default one for this run alone
     :param wait: Blocks until its processes may be started; all else is
       prepared before that
     :param over: Called when none of its processes run any more, before the
@@ -276,7 +276,7 @@ def perform(
                 owner_of=planned.owner_of,
                 identity=planned.identity,
                 participants=planned.participants,
-                guards=guards,
+                guard=guard,
             )
             code = run(planned.plan, context, (observer.handle,))
         except UserError as e:

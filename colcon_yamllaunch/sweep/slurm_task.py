@@ -14,7 +14,6 @@ A task needs the standard library only, so any Python of the node will do.
 
 from collections.abc import Iterator
 from collections.abc import Mapping
-from contextlib import closing
 from contextlib import suppress
 import json
 import os
@@ -42,7 +41,6 @@ from colcon_yamllaunch.sweep.results import write_text
 from colcon_yamllaunch.sweep.run import Goal
 from colcon_yamllaunch.sweep.run import perform
 from colcon_yamllaunch.sweep.run import PlannedRun
-from colcon_yamllaunch.sweep.worker import ForkedGuards
 
 _COMMON = 'common.json'
 _PLAN = 'plan.json'
@@ -211,9 +209,8 @@ def _launch(number: int, folder: Path, common: Common) -> RunResult | None:
         VARIABLE: str(domain),
     }
     plan = plan_from_json(json.dumps(values['plan']))
-    with closing(ForkedGuards()) as guards:
-        planned = PlannedRun(plan, environment)
-        return perform(number, planned, folder, common.goal, guards)
+    planned = PlannedRun(plan, environment)
+    return perform(number, planned, folder, common.goal)
 
 
 def environment_here(

@@ -2,12 +2,12 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-The child processes of a sweep: workers, and the guards of their runs.
+The workers of a sweep: processes that plan and launch its runs.
 
 They are forks of a process that has imported all modules and knows the
 workspace, as a new program takes longer to import these than a short run
-costs. A worker launches one run after the other, and its guard guards them, as
-each fork makes both processes copy their memory.
+costs. A worker launches one run after the other, with one guard for all of
+them, as each fork makes both processes copy their memory.
 """
 
 from collections.abc import Callable
@@ -25,9 +25,7 @@ from colcon_yamllaunch.common.codec import to_json
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.prctl import end_with_parent
 from colcon_yamllaunch.engine.process.cgroup import expect_moves
-from colcon_yamllaunch.engine.stopping.guard import DISMISSED
-from colcon_yamllaunch.engine.stopping.guard import guard
-from colcon_yamllaunch.engine.stopping.guard_link import Guards
+from colcon_yamllaunch.engine.stopping.guard_link import GuardProcess
 from colcon_yamllaunch.sweep.isolation import enter_own_network
 from colcon_yamllaunch.sweep.isolation import VARIABLE
 from colcon_yamllaunch.sweep.results import failed_run
@@ -46,13 +44,8 @@ MESSAGES_SIZE = 64 * 1024
 _MOST_USES = 500
 #: Runs of a worker, so that it does not grow without end.
 _RUNS = 100
-#: Bytes of the number of a run, and of the identity of a launch.
+#: Bytes of the number of a run.
 _NUMBER = 32
-_IDENTITY = 1024
-_BLOCKED = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
-#: The title of a guard in `ps`: no word of it names us, as `pkill -9 -f
-#: colcon` ends launchers and leaves their guards to stop the processes.
-_TITLE = b'guard of a launch'
 
 
 def fork(
@@ -90,78 +83,6 @@ def fork(
         code = action() or 0
     finally:
         os._exit(code)
-
-
-class ForkedGuards(Guards):
-    """Starts guards as forks; one guard serves one launch after the other."""
-
-    def __init__(self) -> None:
-        # the guard receives the sockets of the launches over this one
-        self._link: socket.socket | None = None
-
-    def begin(self, connection: int, identity: str) -> int:
-        """Send a launch to the guard, and return its process id."""
-        words = [identity.encode()]
-        if self._link is not None:
-            with suppress(OSError):
-                socket.send_fds(self._link, words, [connection])
-                return self.pid
-            # it was killed; if that was between two launches, it is ours
-            self._link.close()
-            with suppress(ChildProcessError):
-                os.waitpid(self.pid, os.WNOHANG)
-        self._link, its = socket.socketpair(
-            socket.AF_UNIX, socket.SOCK_SEQPACKET
-        )
-        session = os.getsid(0)
-        with its:
-            # the other descriptors, above all the other end of its socket,
-            # are closed
-            self.pid = fork(lambda: _guard(session), (its.fileno(), -1, -1))
-        socket.send_fds(self._link, words, [connection])
-        return self.pid
-
-    def close(self) -> None:
-        """Let the guard end."""
-        if self._link is not None:
-            self._link.close()
-            self._link = None
-
-    def end(self, pid: int, connection: socket.socket) -> None:
-        """Dismiss the guard of a launch that has ended."""
-        try:
-            connection.send(json.dumps([DISMISSED]).encode())
-        except OSError:
-            super().end(pid, connection)
-
-
-def _guard(session: int) -> None:
-    """Guard each launch whose socket arrives on standard input."""
-    signal.pthread_sigmask(signal.SIG_BLOCK, _BLOCKED)
-    _rename()
-    with socket.socket(fileno=0) as launches:
-        while True:
-            name, descriptors, _, _ = socket.recv_fds(launches, _IDENTITY, 1)
-            if not descriptors:
-                return
-            with socket.socket(fileno=descriptors[0]) as connection:
-                guard(name.decode(), session, connection)
-
-
-def _rename() -> None:
-    """Show a title to `ps` and `pkill -f` in place of our arguments."""
-    # fields 48 and 49 of /proc/PID/stat, see proc(5); the name, which may
-    # have blanks, is before the last bracket
-    with suppress(OSError, ValueError, IndexError):
-        with open('/proc/self/stat', 'rb') as file:
-            fields = file.read().rpartition(b')')[2].split()
-        start, end = int(fields[45]), int(fields[46])
-        if 0 < start < end:
-            import ctypes
-
-            room = end - start
-            title = _TITLE[: room - 1].ljust(room, b'\0')
-            ctypes.memmove(start, title, room)
 
 
 def keep_moves_fast(parent: int) -> None:
@@ -208,13 +129,13 @@ class Worker:
         """
         signal.signal(signal.SIGINT, signal.default_int_handler)
         try:
-            with closing(ForkedGuards()) as guards:
+            with closing(GuardProcess(is_kept=True)) as guard:
                 for left in reversed(range(_RUNS)):
                     if self._own_network:
                         enter_own_network(again=left + 1 < _RUNS)
                     # the new network has undone it
                     end_with_parent(signal.SIGTERM, parent)
-                    message = self._launch(run, guards)
+                    message = self._launch(run, guard)
                     sys.stdout.flush()
                     sys.stderr.flush()
                     message['idle'] = left > 0 and message.get('idle', True)
@@ -237,7 +158,7 @@ class Worker:
                 sys.stderr.flush()
         return 0
 
-    def _launch(self, run: Run, guards: Guards) -> dict[str, Any]:
+    def _launch(self, run: Run, guard: GuardProcess) -> dict[str, Any]:
         """Plan a run, wait for its turn, and return its result."""
         sweep = self._sweep
         folder = sweep.folder.run_folder(run.number)
@@ -264,7 +185,7 @@ class Worker:
 
         try:
             result = perform(
-                run.number, planned, folder, sweep.goal, guards, wait, over
+                run.number, planned, folder, sweep.goal, guard, wait, over
             )
         finally:
             planned.close()

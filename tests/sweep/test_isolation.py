@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Networks, domains, the end with the parent, and forked guards."""
+"""Networks, domains, and the end with the parent."""
 
 from collections.abc import Callable
 import os
@@ -11,12 +11,10 @@ import socket
 import time
 
 from colcon_yamllaunch.common.prctl import end_with_parent
-from colcon_yamllaunch.engine.stopping.guard_link import GuardLink
 from colcon_yamllaunch.sweep.isolation import DOMAIN_IDS
 from colcon_yamllaunch.sweep.isolation import DomainIds
 from colcon_yamllaunch.sweep.isolation import enter_own_network
 from colcon_yamllaunch.sweep.isolation import reason_for_no_network
-from colcon_yamllaunch.sweep.worker import ForkedGuards
 import pytest
 
 DEADLINE = 30
@@ -91,52 +89,6 @@ def test_a_process_ends_with_its_parent() -> None:
             break
         assert time.monotonic() < deadline
         time.sleep(0.02)
-
-
-def test_forked_guard_does_not_name_us_in_ps() -> None:
-    ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-    guards = ForkedGuards()
-    pid = guards.begin(its.fileno(), f'{1:016x}')
-    try:
-        its.close()
-        deadline = time.monotonic() + DEADLINE
-        while True:
-            line = Path(f'/proc/{pid}/cmdline').read_bytes()
-            if line.startswith(b'guard of a launch'[: len(line) - 1]):
-                break
-            assert time.monotonic() < deadline, line
-            time.sleep(0.01)
-        assert b'python' not in line
-        # Ctrl-C and the like are for others
-        os.kill(pid, signal.SIGTERM)
-        time.sleep(0.1)
-        assert os.waitpid(pid, os.WNOHANG) == (0, 0)
-    finally:
-        # with the launcher gone, and nothing to end, it ends
-        ours.close()
-        guards.close()
-        _, status = os.waitpid(pid, 0)
-    assert status == 0
-
-
-def test_forked_guard_serves_several_launches() -> None:
-    guards = ForkedGuards()
-    try:
-        first = GuardLink(f'{1:016x}', guards)
-        first.start()
-        pid = first.pid
-        first.dismiss()
-        second = GuardLink(f'{2:016x}', guards)
-        second.start()
-        assert second.pid == pid
-        os.kill(pid, signal.SIGKILL)
-        os.waitpid(pid, 0)
-        second.restart()
-        assert second.pid != pid
-        second.dismiss()
-    finally:
-        guards.close()
-        os.waitpid(guards.pid, 0)
 
 
 def test_dds_ports_of_all_domains_are_free() -> None:

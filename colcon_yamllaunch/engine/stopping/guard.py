@@ -15,7 +15,7 @@ takes no signal but SIGKILL, and never outlives its work.
 
 The launcher sends messages, each an array of frames in JSON:
 
-- `["dismissed"]`: the launch has ended;
+- `["dismissed"]`: the launch has ended; the identity of another may follow;
 - `["start", NUMBER, GROUP, SIGTERM_TIMEOUT, SIGKILL_TIMEOUT]`;
 - `["end", GROUP]`: nothing is in the group any more;
 - `["output", KEY, NUMBER, LABEL, FILES, COMMON_FILE]`, with a descriptor to
@@ -36,6 +36,7 @@ imports nothing later, as the package may have been replaced by then.
 from collections.abc import Callable
 from collections.abc import Collection
 from collections.abc import Iterator
+from contextlib import suppress
 import json
 import os
 import resource
@@ -64,9 +65,6 @@ from colcon_yamllaunch.engine.stopping.launch_scan import find_orphans
 from colcon_yamllaunch.engine.stopping.launch_scan import Known
 from colcon_yamllaunch.engine.stopping.orphaned_output import HeldOutput
 from colcon_yamllaunch.engine.stopping.orphaned_output import OrphanedOutput
-
-#: The message of a launcher whose launch has ended.
-DISMISSED = ['dismissed']
 
 
 class GuardedLaunch(Targets):
@@ -213,13 +211,18 @@ class GuardedLaunch(Targets):
 
 def main() -> None:
     """
-    Guard a launch.
+    Guard one launch after the other.
 
-    The arguments are the identity of the launch and the session of the
+    The arguments are the identity of the first launch and the session of the
     launcher.
     """
     identity, session = sys.argv[1:]
-    guard(identity, int(session), socket.socket(fileno=0))
+    connection = socket.socket(fileno=0)
+    with suppress(ConnectionError):
+        while identity:
+            guard(identity, int(session), connection)
+            connection.settimeout(None)
+            identity = connection.recv(limits.GUARD_MESSAGE).decode()
 
 
 def guard(identity: str, session: int, connection: socket.socket) -> None:
@@ -236,7 +239,7 @@ def guard(identity: str, session: int, connection: socket.socket) -> None:
     for frames, descriptors in _messages(connection, launch):
         for frame in frames:
             launch.note(frame, descriptors)
-        if DISMISSED in frames:
+        if ['dismissed'] in frames:
             launch.forget()
             return
     _take_over(launch)

@@ -4,6 +4,7 @@
 """The launcher's side of the guard."""
 
 from collections.abc import Mapping
+from contextlib import suppress
 import errno
 import json
 import os
@@ -35,47 +36,78 @@ _BLOCKED = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 Frame = tuple[list[Any], int | None]
 
 
-class Guards:
-    """Starts guards, and ends them; each is a new program."""
+class GuardProcess:
+    """
+    A guard, and the socket to it.
 
-    #: The process id of a guard that is there before the launch, or 0.
-    pid = 0
+    It is no `HelperProcess`: it receives descriptors, sends nothing, and must
+    outlive the launcher.
 
-    def begin(self, connection: int, identity: str) -> int:
+    :param is_kept: Whether it guards further launches, one after the other
+    """
+
+    def __init__(self, *, is_kept: bool = False) -> None:
+        self._is_kept = is_kept
+        self._socket: socket.socket | None = None
+        #: Its process id, or 0 before the first launch.
+        self.pid = 0
+
+    def begin(self, identity: str) -> socket.socket:
         """
-        Start a guard, and return its process id.
+        Guard a launch; it comes up while the caller goes on.
 
-        :param connection: The descriptor of its socket
-        :param identity: The identity of the launch
-        :raises OSError: when there can be no further process
+        :raises OSError: when it cannot be started
         """
-        return _spawn(connection, identity)
+        if self._socket is not None:
+            with suppress(OSError):
+                self._socket.send(identity.encode())
+                return self._socket
+            # it was killed; if that was between two launches, it is ours
+            self.close()
+            with suppress(ChildProcessError):
+                os.waitpid(self.pid, os.WNOHANG)
+        self._socket, its = socket.socketpair(
+            socket.AF_UNIX, socket.SOCK_SEQPACKET
+        )
+        with its:
+            try:
+                self.pid = _spawn(its.fileno(), identity)
+            except OSError:
+                self.close()
+                raise
+        self._socket.setblocking(False)
+        return self._socket
 
-    def end(self, pid: int, connection: socket.socket) -> None:
-        """
-        End a guard that is there, without any work for it.
+    def end(self) -> None:
+        """End its work, as the launch has ended."""
+        if self._is_kept and self._socket is not None:
+            with suppress(OSError):
+                self._socket.send(json.dumps([['dismissed']]).encode())
+                return
+        # it has not been waited for, so the id is still its own
+        os.kill(self.pid, signal.SIGKILL)
+        os.waitpid(self.pid, 0)
+        self.close()
 
-        :param connection: Our end of its socket
-        """
-        del connection
-        # the guard has not been waited for, so the id is still its own
-        os.kill(pid, signal.SIGKILL)
-        os.waitpid(pid, 0)
+    def close(self) -> None:
+        """Leave a launch to it that has not ended."""
+        if self._socket is not None:
+            self._socket.close()
+            self._socket = None
 
 
 class GuardLink:
     """
-    A guard, and the socket to it.
+    The guard of a launch, as the launcher sees it.
 
-    It is no `HelperProcess`: descriptors go with what it is told, it answers
-    nothing, and it must outlive the launcher.
-
-    :param guards: Starts it; by default it is a new program
+    :param process: The guard, by default one for this launch alone
     """
 
-    def __init__(self, identity: str, guards: Guards | None = None) -> None:
+    def __init__(
+        self, identity: str, process: GuardProcess | None = None
+    ) -> None:
         self._identity = identity
-        self._guards = guards or Guards()
+        self._process = process or GuardProcess()
         # what holds now, which another guard is told from the beginning
         self._state: dict[tuple[str, object], Frame] = {}
         self._pending: list[Frame] = []
@@ -92,15 +124,8 @@ class GuardLink:
 
         :raises OSError: when it cannot be started
         """
-        ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        with its:
-            try:
-                self.pid = self._guards.begin(its.fileno(), self._identity)
-            except OSError:
-                ours.close()
-                raise
-        ours.setblocking(False)
-        self._socket = ours
+        self._socket = self._process.begin(self._identity)
+        self.pid = self._process.pid
         self._pending = list(self._state.values())
         self.flush()
 
@@ -112,7 +137,8 @@ class GuardLink:
 
         :raises OSError: when it cannot be started
         """
-        self._close()
+        self._process.close()
+        self._forget()
         self._restarts += 1
         if self._restarts > limits.GUARD_RESTARTS:
             return False
@@ -272,14 +298,16 @@ class GuardLink:
 
     def dismiss(self) -> None:
         """End the guard without any work for it."""
-        if self.pid and self._socket is not None:
-            self._guards.end(self.pid, self._socket)
-        self._close()
+        if self._socket is not None:
+            self._process.end()
+        self._forget()
 
     def abandon(self) -> None:
         """Leave the launch to the guard."""
-        self.flush()
-        self._close()
+        if self._socket is not None:
+            self.flush()
+            self._process.close()
+        self._forget()
 
     def _tell_at_once(self, kind: str, place: Place) -> None:
         frame = [kind, place.path, place.device, place.inode]
@@ -301,9 +329,7 @@ class GuardLink:
         if known is not None and self._socket is not None:
             self._pending.append((frame, None))
 
-    def _close(self) -> None:
-        if self._socket is not None:
-            self._socket.close()
+    def _forget(self) -> None:
         self._socket = None
         self._pending.clear()
         self.pid = 0

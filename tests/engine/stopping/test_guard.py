@@ -2,10 +2,13 @@
 # Licensed under the Apache License, Version 2.0
 
 import os
+import signal
 
 from colcon_yamllaunch.common.escalation import Timeouts
 from colcon_yamllaunch.engine.process.own_files import Place
 from colcon_yamllaunch.engine.stopping.guard import GuardedLaunch
+from colcon_yamllaunch.engine.stopping.guard_link import GuardLink
+from colcon_yamllaunch.engine.stopping.guard_link import GuardProcess
 import pytest
 
 
@@ -40,3 +43,26 @@ def test_the_guard_closes_what_the_launcher_closes():
     with pytest.raises(BrokenPipeError):
         os.write(writer, b'x')
     os.close(writer)
+
+
+def test_guard_process_guards_one_launch_after_another():
+    process = GuardProcess(is_kept=True)
+    try:
+        first = GuardLink(f'{1:016x}', process)
+        first.start()
+        pid = first.pid
+        first.dismiss()
+        second = GuardLink(f'{2:016x}', process)
+        second.start()
+        assert second.pid == pid
+        # Ctrl-C and the like are for others
+        os.kill(pid, signal.SIGTERM)
+        os.kill(pid, signal.SIGKILL)
+        assert os.waitpid(pid, 0)[1] == signal.SIGKILL
+        second.restart()
+        assert second.pid != pid
+        second.dismiss()
+    finally:
+        process.close()
+        _, status = os.waitpid(process.pid, 0)
+    assert status == 0
