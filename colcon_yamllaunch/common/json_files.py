@@ -6,11 +6,11 @@
 from collections.abc import Mapping
 from contextlib import suppress
 import json
-import os
 from pathlib import Path
 from typing import Any
 
 from colcon_yamllaunch.common.text_files import content_of
+from colcon_yamllaunch.common.text_files import write_file
 
 
 def read_json(path: Path) -> Any:
@@ -31,14 +31,5 @@ def write_json(
     :param values: What it is to hold
     :param mode: Who may read and write it
     """
-    temporary = path.with_name(f'{path.name}.{os.getpid()}')
     with suppress(OSError):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        temporary.unlink(missing_ok=True)
-        flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL
-        with open(os.open(temporary, flags, mode), 'wb') as file:
-            file.write(json.dumps(values).encode())
-        temporary.replace(path)
-        return
-    with suppress(OSError):
-        temporary.unlink(missing_ok=True)
+        write_file(path, json.dumps(values).encode(), mode)

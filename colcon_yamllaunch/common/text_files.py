@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Files that other programs and people write."""
+"""Files that other programs and people read and write."""
 
 import errno
 import os
@@ -50,6 +50,26 @@ def text_of(path: Path) -> str:
         return ''
     # as in files that are opened as texts
     return text.replace('\r\n', '\n').replace('\r', '\n')
+
+
+def write_file(path: Path, content: bytes, mode: int = 0o666) -> None:
+    """
+    Write a file that appears complete, with its folder.
+
+    :param mode: Who may read and write it
+    :raises OSError: when it cannot be written
+    """
+    temporary = path.with_name(f'.{path.name}.{os.getpid()}')
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary.unlink(missing_ok=True)
+    flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL
+    try:
+        with open(os.open(temporary, flags, mode), 'wb') as file:
+            file.write(content)
+        temporary.replace(path)
+    except OSError:
+        temporary.unlink(missing_ok=True)
+        raise
 
 
 def _refuse_endless(mode: int, path: str | Path) -> None:

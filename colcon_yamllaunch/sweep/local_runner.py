@@ -257,9 +257,7 @@ class LocalRunner:
 
         with child.its_link:
             try:
-                child.pid = fork(
-                    work, (-1, messages, messages), keep_files=True
-                )
+                child.pid = fork(work, messages)
             except OSError:
                 child.close()
                 raise
@@ -362,9 +360,7 @@ class LocalRunner:
         parent = os.getpid()
         if sum(self._seconds) < _SHORT * _KNOWN_FROM:
             with suppress(OSError):
-                self._mover = fork(
-                    lambda: keep_moves_fast(parent), (-1, -1, -1)
-                )
+                self._mover = fork(lambda: keep_moves_fast(parent))
 
     def _reap(self, child: _Child) -> int:
         """Wait for a worker that ends, and return its status."""

@@ -17,6 +17,8 @@ from typing import TextIO
 
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.common.table import duration
+from colcon_yamllaunch.engine.output.channels import DEFAULT_SIZE
+from colcon_yamllaunch.engine.output.channels import size_of
 from colcon_yamllaunch.sweep.reports import SweepReports
 from colcon_yamllaunch.sweep.results import Code
 from colcon_yamllaunch.sweep.results import ResultsFolder
@@ -32,8 +34,6 @@ _PLAIN_INTERVAL = 15.0
 _SHOWN_FAILURES = 20
 #: How many have to be done before the time left is known.
 _KNOWN_FROM = 3
-#: Characters of a line where the width is not known.
-_WIDTH = 79
 
 _RED, _GREEN, _PLAIN = '\x1b[31m', '\x1b[32m', '\x1b[0m'
 _CLEAR = '\r\x1b[K'
@@ -207,10 +207,8 @@ class Progress:
 
     def _width(self) -> int:
         with suppress(OSError, ValueError):
-            columns = os.get_terminal_size(self._stream.fileno()).columns
-            # a terminal without a size has 0
-            return columns - 1 if columns else _WIDTH
-        return _WIDTH
+            return size_of(self._stream.fileno()).columns - 1
+        return DEFAULT_SIZE.columns - 1
 
     def _write(self, text: str) -> None:
         # the sweep goes on if nobody sees it

@@ -15,6 +15,7 @@ import time
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.printable import one_line
+from colcon_yamllaunch.common.text_files import write_file
 from colcon_yamllaunch.observers.junit import junit_case
 from colcon_yamllaunch.observers.junit import junit_document
 from colcon_yamllaunch.observers.junit import junit_outcome
@@ -29,7 +30,6 @@ from colcon_yamllaunch.sweep.results import RunResult
 from colcon_yamllaunch.sweep.results import shown_path
 from colcon_yamllaunch.sweep.results import SweepDefinition
 from colcon_yamllaunch.sweep.results import versions_of
-from colcon_yamllaunch.sweep.results import write_text
 from colcon_yamllaunch.sweep.table import RunTable
 
 #: Seconds between two writings while runs go on: at least this many, and this
@@ -84,9 +84,9 @@ class SweepReports:
             definition, self._results, self._folder.run_folder, self._started
         )
         try:
-            write_text(path / RESULTS, table)
-            write_text(path / JUNIT, report)
-            write_text(path / REPORT, page)
+            write_file(path / RESULTS, table.encode(errors='replace'))
+            write_file(path / JUNIT, report)
+            write_file(path / REPORT, page.encode(errors='replace'))
         except OSError as e:
             raise UserError(
                 f'{path} cannot be written: {e.strerror or e}',

@@ -467,25 +467,6 @@ class SweepJournal:
         )
 
 
-def write_text(path: Path, text: str | bytes, mode: int = 0o666) -> None:
-    """
-    Write a file that appears complete, with its folder.
-
-    :raises OSError: when it cannot be written
-    """
-    data = text if isinstance(text, bytes) else text.encode(errors='replace')
-    temporary = path.with_name(f'.{path.name}.{os.getpid()}')
-    path.parent.mkdir(parents=True, exist_ok=True)
-    flags = os.O_WRONLY | os.O_CREAT | os.O_TRUNC
-    try:
-        with open(os.open(temporary, flags, mode), 'wb') as file:
-            file.write(data)
-        temporary.replace(path)
-    except OSError:
-        temporary.unlink(missing_ok=True)
-        raise
-
-
 def shown_path(path: Path) -> str:
     """Return `path` relative to the current folder, if it is below it."""
     try:

@@ -26,6 +26,7 @@ from colcon_yamllaunch.common.codec import to_json
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.json_files import read_json
+from colcon_yamllaunch.common.text_files import write_file
 from colcon_yamllaunch.engine.output.line_pattern import LinePattern
 from colcon_yamllaunch.plan.plan_json import plan_from_json
 from colcon_yamllaunch.sweep.isolation import DomainIds
@@ -37,7 +38,6 @@ from colcon_yamllaunch.sweep.results import failed_run
 from colcon_yamllaunch.sweep.results import result_from_json
 from colcon_yamllaunch.sweep.results import RunResult
 from colcon_yamllaunch.sweep.results import SLURM
-from colcon_yamllaunch.sweep.results import write_text
 from colcon_yamllaunch.sweep.run import Goal
 from colcon_yamllaunch.sweep.run import perform
 from colcon_yamllaunch.sweep.run import PlannedRun
@@ -155,7 +155,7 @@ class SlurmFiles:
 
 def _write(path: Path, values: Any, mode: int = 0o666) -> None:
     try:
-        write_text(path, json.dumps(values), mode)
+        write_file(path, json.dumps(values).encode(), mode)
     except OSError as e:
         raise _unwritable(path, e) from e
 

@@ -48,21 +48,14 @@ _RUNS = 100
 _NUMBER = 32
 
 
-def fork(
-    action: Callable[[], int | None],
-    streams: tuple[int, int, int],
-    *,
-    keep_files: bool = False,
-) -> int:
+def fork(action: Callable[[], int | None], output: int = -1) -> int:
     """
     Call `action` in a child process, and return the child's process id.
 
     The child has its own session, so keys of the terminal do not reach it, and
     the default signal handlers. The result of `action` is its exit code.
 
-    :param streams: The descriptors for standard input, output and error; -1
-      for none
-    :param keep_files: Whether the child keeps all other descriptors
+    :param output: The descriptor for standard output and error; -1 for none
     :raises OSError: when there can be no further process
     """
     pid = os.fork()
@@ -75,11 +68,10 @@ def fork(
             signal.signal(number, signal.SIG_DFL)
         os.setsid()
         null = os.open(os.devnull, os.O_RDWR)
-        for target, descriptor in enumerate(streams):
-            os.dup2(null if descriptor == -1 else descriptor, target)
+        os.dup2(null, 0)
+        for target in (1, 2):
+            os.dup2(null if output == -1 else output, target)
         os.close(null)
-        if not keep_files:
-            os.closerange(3, os.sysconf('SC_OPEN_MAX'))
         code = action() or 0
     finally:
         os._exit(code)
@@ -93,6 +85,7 @@ def keep_moves_fast(parent: int) -> None:
     :func:`.cgroup.expect_moves`. That is a tenth of a run of 0.1 s.
     """
     end_with_parent(signal.SIGTERM, parent)
+    os.closerange(3, os.sysconf('SC_OPEN_MAX'))
     while expect_moves():
         pass
 
