@@ -12,10 +12,9 @@ interrupted as Ctrl-C interrupts a build.
 
 For each job the launcher sends one byte with three descriptors: a file with
 the request, in which the child leaves its answer; a socket for messages; and
-a pipe for the output of the child. Each message is a byte with its kind and a
-text: the process ID of the child, which leads a process group, progress, and
-that the answer is complete. When the launcher ends, so do the worker and its
-job.
+a file for the output of the child. Messages are pickled: :class:`Begun`,
+:class:`Announced`, and at the end None. When the launcher ends, so do the
+worker and its job.
 """
 
 from collections.abc import Callable
@@ -47,9 +46,6 @@ from colcon_yamllaunch.watch.dependencies import Dependencies
 
 _START = b's'
 _CANCEL = b'c'
-_PID = b'i'
-_PROGRESS = b'p'
-_DONE = b'd'
 _READ_SIZE = 1024 * 1024
 _CANCELLING = (signal.SIGINT, signal.SIGTERM)
 #: Seconds until a cancelled job gets SIGTERM after SIGINT, and then SIGKILL.
@@ -175,8 +171,6 @@ class Worker:
         self._handle: Callable[[object], None]
         self._messages: socket.socket | None = None
         self._answer = self._output = -1
-        #: What the job has written so far.
-        self.written = b''
 
     def begin(self, loop: Loop, handle: Callable[[object], None]) -> None:
         """
@@ -198,24 +192,27 @@ class Worker:
         self._messages, its_messages = socket.socketpair(
             socket.AF_UNIX, socket.SOCK_SEQPACKET
         )
-        self._output, its_output = os.pipe()
+        self._output = os.memfd_create('output')
         self._answer = os.memfd_create('job')
         self._messages.setblocking(False)
-        os.set_blocking(self._output, False)
         descriptor = self._messages.fileno()
         self._loop.add_reader(descriptor, self._read_messages)
-        self._loop.add_reader(self._output, self._read_output)
-        try:
-            with open(self._answer, 'wb', closefd=False) as file:
-                pickle.dump(request, file, pickle.HIGHEST_PROTOCOL)
-            given = (self._answer, its_messages.fileno(), its_output)
-            socket.send_fds(self._connection, [_START], given)
-        except OSError:
-            self.forget()
-            raise
-        finally:
-            its_messages.close()
-            os.close(its_output)
+        with its_messages:
+            try:
+                with open(self._answer, 'wb', closefd=False) as file:
+                    pickle.dump(request, file, pickle.HIGHEST_PROTOCOL)
+                given = (self._answer, its_messages.fileno(), self._output)
+                socket.send_fds(self._connection, [_START], given)
+            except OSError:
+                self.forget()
+                raise
+
+    @property
+    def written(self) -> bytes:
+        """What the job has written so far."""
+        if self._messages is None:
+            return b''
+        return os.pread(self._output, os.fstat(self._output).st_size, 0)
 
     def cancel(self) -> None:
         """Cancel the job that is running, if any."""
@@ -228,12 +225,10 @@ class Worker:
         """Ignore the rest of the job, which is done or not wanted."""
         if self._messages is not None:
             self._loop.remove_reader(self._messages.fileno())
-            self._loop.remove_reader(self._output)
             self._messages.close()
             os.close(self._output)
             os.close(self._answer)
         self._messages = None
-        self.written = b''
 
     def ended(self) -> None:
         """Note that the worker has ended."""
@@ -265,29 +260,14 @@ class Worker:
                 return
             except OSError:
                 data = b''
-            kind, text = data[:1], data[1:].decode()
-            if kind == _PID:
-                self._handle(Begun(int(text)))
-            elif kind == _PROGRESS:
-                self._handle(Announced(text))
-            else:
-                # the child has written all of its output
-                self._read_output()
-                is_done = kind == _DONE
-                self._handle(self._read_answer() if is_done else Failed('job'))
+            message = pickle.loads(data) if data else Failed('job')
+            if message is None:
+                os.lseek(self._answer, 0, os.SEEK_SET)
+                with open(self._answer, 'rb', closefd=False) as file:
+                    message = pickle.load(file)
+            self._handle(message)
+            if not isinstance(message, Begun | Announced):
                 return
-
-    def _read_answer(self) -> object:
-        os.lseek(self._answer, 0, os.SEEK_SET)
-        with open(self._answer, 'rb', closefd=False) as file:
-            return pickle.load(file)
-
-    def _read_output(self) -> None:
-        with suppress(BlockingIOError):
-            while data := os.read(self._output, _READ_SIZE):
-                self.written += data
-            # every process that could write has ended
-            self._loop.remove_reader(self._output)
 
 
 def _become_worker(
@@ -404,16 +384,16 @@ def _answer(
         sys.stdout.reconfigure(line_buffering=True)
     link = socket.socket(fileno=messages)
 
-    def send(kind: bytes, text: object) -> None:
-        link.send(kind + str(text).encode(errors='replace'))
+    def send(message: Begun | Announced | None) -> None:
+        link.send(pickle.dumps(message))
 
-    send(_PID, os.getpid())
+    send(Begun(os.getpid()))
     os.lseek(request, 0, os.SEEK_SET)
     with open(request, 'r+b') as file:
         asked = pickle.load(file)
-        answer = prepare(asked, lambda text: send(_PROGRESS, text))
+        answer = prepare(asked, lambda text: send(Announced(text)))
         file.seek(0)
         pickle.dump(answer, file, pickle.HIGHEST_PROTOCOL)
     sys.stdout.flush()
     sys.stderr.flush()
-    send(_DONE, '')
+    send(None)
