@@ -42,7 +42,6 @@ from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.plan_difference import plan_difference
 from colcon_yamllaunch.watch.changes import Batch
 from colcon_yamllaunch.watch.changes import Change
-from colcon_yamllaunch.watch.changes import merged
 from colcon_yamllaunch.watch.consequences import affected_by_build
 from colcon_yamllaunch.watch.consequences import after_rewrite
 from colcon_yamllaunch.watch.consequences import Consequence
@@ -106,15 +105,10 @@ class ChangeLoop(Participant):
         self._launch: Engine | None = None
         self._restarts_launch = False
         self._changes = PendingChanges()
-        # changes since `pause`
-        self._is_paused = False
-        self._paused_batch: Batch | None = None
-        # all labels that were in use, and when each was last started
+        # changes since `pause`; None if it is not paused
+        self._paused: list[Batch] | None = None
+        # all labels that were in use
         self._labels: set[str] = set()
-        self._started_at: dict[str, float] = {}
-        # what has failed and was not started since
-        self._crashed_at: dict[str, float] = {}
-        self._unstarted: set[str] = set()
         # files that were different for a moment, with when that was noticed
         self._rewritten: list[tuple[float, Change]] = []
         # those of them to check when no job runs, and since when
@@ -182,7 +176,7 @@ class ChangeLoop(Participant):
             case events.LoadFailed():
                 self._started(event.component, failed=True)
             case events.Exited(asked=False, failed=True):
-                self._crashed(event.process.label)
+                self._crashed(event)
             case events.Dropped():
                 self._changes.dropped(event.process.label)
             case events.Requested(action='stop' | 'kill'):
@@ -205,21 +199,21 @@ class ChangeLoop(Participant):
 
     def pause(self) -> None:
         """Collect changes until :meth:`resume`; earlier ones are finished."""
-        if not self._is_paused:
-            self._is_paused = True
+        if self._paused is None:
+            self._paused = []
             text = 'off: what is saved now has to wait'
             self.launch.tell(events.Watched(text, is_paused=True))
 
     def resume(self) -> None:
         """Handle the changes since :meth:`pause`."""
-        if not self._is_paused:
+        if self._paused is None:
             return
-        self._is_paused = False
-        batch, self._paused_batch = self._paused_batch, None
+        batches, self._paused = self._paused, None
         self.launch.tell(events.Watched('on again', is_paused=False))
-        if batch is not None:
+        if batches:
+            changes = tuple(c for batch in batches for c in batch.changes)
             # a process that has started since may have read the old files
-            self._follow(batch, self._clock())
+            self._follow(Batch(changes, batches[0].seen_ns), self._clock())
 
     def end_turn(self) -> None:
         """Do what is due; nothing more while the launch is being stopped."""
@@ -258,11 +252,10 @@ class ChangeLoop(Participant):
     # from the change to the steps
 
     def _take(self, batch: Batch) -> None:
-        if self._is_paused:
-            before = self._paused_batch
-            self._paused_batch = merged([before, batch]) if before else batch
-            return
-        self._follow(batch, batch.seen_ns / 1e9)
+        if self._paused is None:
+            self._follow(batch, batch.seen_ns / 1e9)
+        else:
+            self._paused.append(batch)
 
     def _follow(self, batch: Batch, since: float) -> None:
         """
@@ -592,13 +585,14 @@ class ChangeLoop(Participant):
         """
         since, self._unsure_since = self._unsure_since, None
         during = set() if since is None else self._crashed_since(since)
+        crashed = self._crashed_since(0.0)
         built = set(prepared.packages)
         return {
             process.label
             for process in prepared.dependencies.processes
             if process.packages
             and process.label
-            in (self._crashed_at if built & process.packages else during)
+            in (crashed if built & process.packages else during)
         }
 
     def _restart_launch(self, current: PendingChange, why: str) -> None:
@@ -620,29 +614,41 @@ class ChangeLoop(Participant):
     # what starts and fails
 
     def _started(self, part: Process | Component, *, failed: bool) -> None:
-        label, now = part.label, self._clock()
-        self._labels.add(label)
-        self._started_at[label] = now
-        self._crashed_at.pop(label, None)
-        self._unstarted.discard(label)
-        if failed:
-            self._unstarted.add(label)
-        for change in self._changes.started(label, failed=failed):
+        now = self._clock()
+        self._labels.add(part.label)
+        for change in self._changes.started(part.label, failed=failed):
             self.launch.tell(events.Restarted(part, now - change.since))
 
-    def _crashed(self, label: str) -> None:
+    def _crashed(self, event: events.Exited) -> None:
         now = self._clock()
-        self._crashed_at[label] = now
         # it may have read a file that was different at that moment
-        since = max(self._started_at.get(label, 0.0), now - READ_WINDOW)
+        since = now - min(event.seconds, READ_WINDOW)
         files = [change for seen, change in self._rewritten if seen >= since]
         self._check_later(files, now)
-        reported = self._changes.crashed(label, now)
+        reported = self._changes.crashed(event.process.label, now)
         if reported is not None:
             self._report(reported)
 
     def _crashed_since(self, time: float) -> set[str]:
-        return {label for label, at in self._crashed_at.items() if at >= time}
+        """Return what has failed by itself, and was not started since."""
+        state = self.launch.state
+        return {
+            label
+            for label, failure in state.failures.items()
+            if isinstance(failure, events.Exited)
+            and not failure.asked
+            and label in state.by_label
+            and state.by_label[label].since >= time
+        }
+
+    @property
+    def _unstarted(self) -> set[str]:
+        """What could not be started or loaded."""
+        return {
+            label
+            for label, failure in self.launch.state.failures.items()
+            if isinstance(failure, events.StartFailed | events.LoadFailed)
+        }
 
     def _report(self, change: PendingChange) -> None:
         event = change.result(self._clock())

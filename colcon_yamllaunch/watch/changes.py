@@ -3,7 +3,6 @@
 
 """Changes of files, as data."""
 
-from collections.abc import Sequence
 from typing import Literal
 from typing import NamedTuple
 
@@ -39,13 +38,3 @@ class Batch(NamedTuple):
 
     changes: tuple[Change, ...]
     seen_ns: int
-
-
-def merged(batches: Sequence[Batch]) -> Batch:
-    """
-    Return all changes of some batches as one.
-
-    :param batches: At least one
-    """
-    changes = (change for batch in batches for change in batch.changes)
-    return Batch(tuple(dict.fromkeys(changes)), batches[0].seen_ns)

@@ -14,6 +14,8 @@ from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.commands import Watch
 from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.engine.state import About
+from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position
@@ -21,7 +23,6 @@ from colcon_yamllaunch.watch import change_loop
 from colcon_yamllaunch.watch.change_loop import ChangeLoop
 from colcon_yamllaunch.watch.changes import Batch
 from colcon_yamllaunch.watch.changes import Change
-from colcon_yamllaunch.watch.changes import merged
 from colcon_yamllaunch.watch.dependencies import Dependencies
 from colcon_yamllaunch.watch.dependencies import PackageDependencies
 from colcon_yamllaunch.watch.dependencies import ProcessDependencies
@@ -116,11 +117,14 @@ class Played:
         self.helpers: dict[int, Callable[[int], object]] = {}
         self.handlers: dict[Any, Any] = {}
         self.is_stopping = False
-        self.state = SimpleNamespace(watch=None)
         self.supervisor = SimpleNamespace(outlasts_failures=False)
         self.is_ended_by_others = False
         self.plan = Plan((TALK, LOOP))
         self.blocks = self.plan.blocks
+        self.state = LaunchState(
+            About('', None, '', ''), clock=lambda: self.now
+        )
+        self.state.expect(self.plan.entries)
         self.watching = ChangeLoop(
             Prepared(self.plan, {}, known, {}, {}, (), 0, grown_from),
             self.worker,  # type: ignore[arg-type]
@@ -133,7 +137,7 @@ class Played:
         self.watching.begin()
         self.watcher: PlayedWatcher = self.watching._watcher  # type: ignore
         for part in (TALK, LOOP):
-            self.watching.handle(events.Started(part, 1))
+            self.happens(events.Started(part, 1))
 
     # what it asks of the launch
 
@@ -186,6 +190,10 @@ class Played:
 
     # what happens
 
+    def happens(self, event: events.Event) -> None:
+        self.state.apply(event)
+        self.watching.handle(event)
+
     def save(self, *names: str, kind: Any = 'changed') -> list[Any]:
         """Save files of the package; return what is asked at once."""
         paths = [f'{ARM}/{name}' for name in names]
@@ -211,7 +219,7 @@ class Played:
     def lines(self, *started: Process) -> list[str]:
         """Return what was said since, once some have started anew."""
         for part in started:
-            self.watching.handle(events.Started(part, 1))
+            self.happens(events.Started(part, 1))
         self.watching.end_turn()
         told, self.told = self.told, []
         return [line for event in told for line in event.lines()]
@@ -368,22 +376,24 @@ def test_copy_of_a_file_that_does_not_compile_restarts_nothing(
     assert played.prepared(changed={copy: 'arm'}) == ['restart loop']
 
 
-def failed(part: Process) -> events.Exited:
-    return events.Exited(part, 1, Outcome(1), 0.4, asked=False, failed=True)
+def failed(part: Process, seconds: float = 0.4) -> events.Exited:
+    return events.Exited(
+        part, 1, Outcome(1), seconds, asked=False, failed=True
+    )
 
 
 def test_failure_after_a_restart_is_reported_once(played: Played) -> None:
     played.save('talk.py')
     assert played.lines(TALK) == ['talk.py changed: restarted talk (0.00 s)']
     played.now += 0.5
-    played.watching.handle(failed(TALK))
+    played.happens(failed(TALK))
     (event,) = [e for e in played.told if isinstance(e, events.Watched)]
     assert event.failed
     line = 'talk.py changed: failed once started: talk (0.50 s)'
     assert played.lines() == [line]
     # once only, and not of what was not restarted
     for part in (TALK, LOOP):
-        played.watching.handle(failed(part))
+        played.happens(failed(part))
     assert played.lines() == []
 
 
@@ -391,7 +401,7 @@ def test_failure_long_after_a_restart_is_not_reported(played: Played) -> None:
     played.save('talk.py')
     played.lines(TALK)
     played.now += 60
-    played.watching.handle(failed(TALK))
+    played.happens(failed(TALK))
     assert played.lines() == []
 
 
@@ -401,7 +411,7 @@ def test_failure_before_the_report_is_part_of_it(
     played.save('talk.py', 'loop.c')
     played.prepared(changed={'/ws/install/arm/lib/arm/loop': 'arm'})
     assert played.lines(TALK) == []
-    played.watching.handle(failed(TALK))
+    played.happens(failed(TALK))
     assert played.lines(LOOP) == [
         'talk.py, loop.c changed: restarted loop, '
         'failed once started: talk (0.00 s)'
@@ -438,8 +448,7 @@ def test_restart_after_a_failed_build_follows_the_next_build(
 def test_failed_process_is_restarted_when_its_package_is_built(
     played: Played,
 ) -> None:
-    end = events.Exited(TALK, 1, Outcome(1), 0.4, asked=False, failed=True)
-    played.watching.handle(end)
+    played.happens(failed(TALK))
     played.now += 60
     played.save('loop.c')
     # another package brings nothing that it has
@@ -471,7 +480,7 @@ def test_new_plan_revises_restarts_and_starts_in_order(played: Played) -> None:
 
 def test_process_stopped_by_the_user_is_not_waited_for(played: Played) -> None:
     played.save('talk.py')
-    played.watching.handle(events.Requested(TALK, 'stop'))
+    played.happens(events.Requested(TALK, 'stop'))
     assert played.lines() == [
         'talk.py changed: nothing that runs differs (0.00 s)'
     ]
@@ -578,19 +587,13 @@ def test_pause_collects_changes_until_it_ends(played: Played) -> None:
     ]
 
 
-def test_batches_become_one_without_duplicates() -> None:
-    a, b, c = (Change('changed', name, name) for name in ('/a', '/b', '/c'))
-    first, second = Batch((a, b), 10), Batch((b, c), 20)
-    assert merged([first, second]) == Batch((a, b, c), 10)
-
-
 def test_failure_soon_after_a_rewrite_restarts_the_process(
     played: Played,
 ) -> None:
     played.now += change_loop.READ_WINDOW
     assert played.save('talk.py', kind='again') == []
     played.now += 0.5
-    played.watching.handle(failed(TALK))
+    played.happens(failed(TALK, 3.5))
     assert played.turns
     played.watching.end_turn()
     assert played.was_asked() == ['restart talk']
@@ -598,12 +601,12 @@ def test_failure_soon_after_a_rewrite_restarts_the_process(
     played.now += 0.1
     played.lines(TALK)
     played.now += 0.5
-    played.watching.handle(failed(TALK))
+    played.happens(failed(TALK, 0.5))
     played.watching.end_turn()
     assert played.was_asked() == []
     # and a later failure has another reason
     played.save('talk.py', kind='again')
     played.now += change_loop.READ_WINDOW + 0.1
-    played.watching.handle(failed(TALK))
+    played.happens(failed(TALK, 3.6))
     played.watching.end_turn()
     assert played.was_asked() == []
