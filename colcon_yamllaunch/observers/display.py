@@ -51,7 +51,7 @@ class Display:
         #: Whether it is coloured.
         self.color = color
         self._is_plain = is_plain
-        #: The environment, and what makes output show at once and in colour.
+        #: The environment, with variables for unbuffered, coloured output.
         self.environment = self.environment_for(environment)
         #: Whether it shows ASCII only.
         self.is_ascii = _is_ascii(stream, environment)
@@ -61,17 +61,17 @@ class Display:
     def environment_for(
         self, environment: Mapping[str, str]
     ) -> dict[str, str]:
-        """Add to an environment what makes output show as the user likes."""
+        """Return `environment` with variables for unbuffered output."""
         return _process_environment(environment, self.color, self._is_plain)
 
     def screen(
         self, processes: Iterable[Process], warn: Callable[[str], None]
     ) -> Screen:
         """
-        Return what shows a launch.
+        Return the screen that shows a launch here.
 
-        :param processes: All that may be started, in the order of the plan
-        :param warn: Is told of a format that makes no sense
+        :param processes: Its processes, in the order of the plan
+        :param warn: Is called with a warning about an invalid format
         """
         nodes_colour = self.environment.get(_NODES_COLOUR) == '1'
         return Screen(
@@ -86,10 +86,10 @@ class Display:
 
 def can_have_status(stream: TextIO, environment: Mapping[str, str]) -> bool:
     """
-    Tell whether a stream is a terminal that lines can stay at the end of.
+    Return whether a stream is a terminal that can show a status block.
 
-    What a service for continuous integration shows of one is a log, which
-    keeps all that was drawn.
+    A service for continuous integration shows a terminal as a log, which
+    keeps everything that was drawn.
     """
     return (
         stream.isatty()
@@ -100,12 +100,12 @@ def can_have_status(stream: TextIO, environment: Mapping[str, str]) -> bool:
 
 
 def only_prints(environment: Mapping[str, str]) -> bool:
-    """Tell whether the terminal can do no more than print."""
+    """Return whether the terminal can only print."""
     return environment.get('TERM') in _ONLY_PRINT
 
 
 def is_same_terminal(stream: TextIO | None, descriptor: int) -> bool:
-    """Tell whether a stream is the terminal that a descriptor is."""
+    """Return whether `stream` is the terminal that `descriptor` is."""
     try:
         if stream is None or not stream.isatty():
             return False
@@ -132,10 +132,10 @@ def _process_environment(
     environment: Mapping[str, str], color: bool, plain: bool
 ) -> dict[str, str]:
     """
-    Add what makes output show at once, and in colour or not.
+    Return `environment` with variables for unbuffered output.
 
-    :param color: Whether colours are welcome
-    :param plain: Whether the user has said that they are not
+    :param color: Whether processes should use colours
+    :param plain: Whether the user wants none
     """
     result = {'PYTHONUNBUFFERED': '1', 'RCUTILS_LOGGING_BUFFERED_STREAM': '1'}
     if color:

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What to do about a process that failed, where its last words tell."""
+"""What users can do about a process that failed, from its last output."""
 
 from collections.abc import Callable
 from collections.abc import Iterable
@@ -54,15 +54,15 @@ _CRASHES = frozenset(
 
 class Advisor:
     """
-    Tells the way out of failures.
+    Explains how to fix failures.
 
-    :param environment: That of the processes, for its `PATH`
+    :param environment: The environment of the processes, for its `PATH`
     :param owner_of: See :data:`OwnerOf`
-    :param holds_back: Tells whether a process may have held lines back, which
-      went with it
+    :param holds_back: Returns whether a process may have buffered lines,
+      which are lost when it crashes
     :param parameters_of: See :data:`ParametersOf`
-    :param is_elsewhere: Tells whether a process, by its label, runs on
-      another machine, whose files are not to be looked at
+    :param is_elsewhere: Returns whether the process with a label runs on
+      another machine, whose files are not read
     """
 
     def __init__(
@@ -82,7 +82,7 @@ class Advisor:
 
     def advise(self, event: Exited, tail: Sequence[str]) -> str | None:
         """
-        Return the way out in one line, if the failure tells one.
+        Return how to fix a failure, in one line, or None if unknown.
 
         :param tail: The last lines that the process wrote
         """
@@ -123,11 +123,11 @@ class Advisor:
         self, program: str, package: str, modules: Sequence[str]
     ) -> tuple[str, str, str] | None:
         """
-        Return a module that the interpreter of a script lacks, if it does.
+        Return a module that the interpreter of a script lacks, if any.
 
-        Beside it the interpreter, and the way out.
+        With it, return the interpreter, and how to fix that.
 
-        :param modules: What the script imports
+        :param modules: The modules that the script imports
         """
         used = self._interpreter(program)
         if used is None or not os.path.basename(used).startswith('python'):
@@ -199,7 +199,7 @@ class Advisor:
             return None
 
     def _cure(self, program: str, used: str, module: str) -> str:
-        """Return what to do about a module that an interpreter lacks."""
+        """Return how to fix that an interpreter lacks a module."""
         for other in self._interpreters():
             if other != used and _has_module(_libraries(other), module):
                 # what is installed may be a link to the file that is edited
@@ -282,10 +282,10 @@ def parameter_advice(
     line: str, parameters: Iterable[SetParameter]
 ) -> str | None:
     """
-    Return the way out if a node says that a parameter has the wrong type.
+    Return how to fix a parameter of the wrong type, None for other lines.
 
-    :param line: What it wrote
-    :param parameters: Those that it was given, the last of a name counts
+    :param line: A line that the node wrote
+    :param parameters: Its parameters; the last one with a name counts
     """
     found = next(filter(None, (r.search(line) for r in _REFUSALS)), None)
     if found is None:
@@ -315,7 +315,7 @@ def _place(position: Position) -> str:
 
 
 def _cure(value: str, wanted: str) -> str:
-    """Return what to write instead of a value."""
+    """Return a value of the wanted type that replaces `value`."""
     element = wanted.removesuffix(_ARRAY)
     is_array = element != wanted
     plain = value.strip('[]') if is_array or value[:1] == '[' else value
@@ -330,7 +330,7 @@ def _cure(value: str, wanted: str) -> str:
 
 
 def _as_type(value: str, wanted: str) -> str | None:
-    """Return a value as one of another type is written, if it can be."""
+    """Return `value` in the notation of another type, None if impossible."""
     if wanted == 'string':
         return f"'{value}'"
     if wanted == 'double' and _WHOLE.fullmatch(value):

@@ -27,8 +27,8 @@ class Failures:
     Reports what failed in a launch, with the last output of each process.
 
     :param state: The state of the launch, which says what failed
-    :param advise: Returns the way out of a failure, if it tells one; it gets
-      the last lines that the process wrote
+    :param advise: Returns how to fix a failure, from the last lines that the
+      process wrote, or None
     """
 
     def __init__(
@@ -42,20 +42,20 @@ class Failures:
         self._advise = advise
         self._tails: dict[str, bytes] = {}
         self._core_dumps: dict[str, str | None] = {}
-        # how many lines of ours were shown after the last output of a
-        # process, in all and until something was told about whom
+        # how many lines of the launcher were shown after the last output of a
+        # process, and how many of them before the line about each label
         self._lines_after = 0
-        self._told: dict[str, int] = {}
+        self._shown_at: dict[str, int] = {}
 
     def handle(self, event: events.Event) -> None:
-        """Listen to an event, which the state has applied."""
+        """Note an event, which the state has applied."""
         self._lines_after += len(event.lines())
         match event:
             case events.Output():
                 self._keep(event)
                 if event.stream in SHOWN[event.process.output]:
                     self._lines_after = 0
-                    self._told = {event.process.label: 0}
+                    self._shown_at = {event.process.label: 0}
             case events.Started():
                 self._tails.pop(event.process.label, None)
             case events.Exited(failed=True, outcome=outcome):
@@ -63,11 +63,11 @@ class Failures:
                     self._look_for_core_dump(event)
             case events.StartFailed():
                 self._core_dumps.pop(event.process.label, None)
-                self._told[event.process.label] = self._lines_after
+                self._shown_at[event.process.label] = self._lines_after
             case events.TransitionFailed():
-                self._told[event.process.label] = self._lines_after
+                self._shown_at[event.process.label] = self._lines_after
             case events.LoadFailed():
-                self._told[event.component.label] = self._lines_after
+                self._shown_at[event.component.label] = self._lines_after
             case _:
                 return
 
@@ -76,7 +76,7 @@ class Failures:
         return [*self._state.problems, *self._state.gone.values()]
 
     def reports(self) -> tuple[events.FailureReport, ...]:
-        """Return what is known of each process that failed, in order."""
+        """Return a report of each process that failed, in order."""
         state = self._state
         reports = [self._report(f) for f in state.failures.values()]
         reports += [
@@ -142,10 +142,11 @@ class Failures:
         return f'{what} (from {position})'
 
     def _stands_above(self, failure: Failure) -> bool:
-        """Tell whether what would be told stands right above already."""
-        told = self._told.get(_owner(failure).label)
+        """Return whether the last lines already show the failure."""
+        shown_at = self._shown_at.get(_owner(failure).label)
         return (
-            told is not None and self._lines_after - told <= limits.TAIL_LINES
+            shown_at is not None
+            and self._lines_after - shown_at <= limits.TAIL_LINES
         )
 
     def _look_for_core_dump(self, event: events.Exited) -> None:

@@ -28,11 +28,10 @@ _NOT_IN_XML = re.compile(
 
 class JUnitReport:
     """
-    Makes a report of a launch with one case a process.
+    The report of a launch, with one case for each process and component.
 
-    A component has one, too. The last run of a process that is respawned
-    decides, as for the exit code.
-    What the launch was to achieve follows in cases of its own.
+    The last run of a process that is respawned decides, as for the exit code.
+    Each exit condition of the launch has a case, too.
 
     :param class_name: The name under which the cases are grouped, parts
       separated by dots
@@ -46,7 +45,7 @@ class JUnitReport:
         self._ended: events.Ended | None = None
 
     def handle(self, event: events.Event) -> None:
-        """Listen to an event."""
+        """Note an event of the launch."""
         if isinstance(event, events.Ended):
             self._ended = event
 

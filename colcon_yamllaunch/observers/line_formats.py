@@ -2,7 +2,7 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-How lines look that are no output of a process, if the user has a wish.
+The format of the launcher's own lines, if the user sets one.
 
 The variables, their aliases and fields are those of ROS 2
 (`launch.logging.LaunchConfig`): a format of :class:`logging.Formatter` in
@@ -57,9 +57,9 @@ class Layout:
 def layout_of(
     variable: str,
     environment: Mapping[str, str],
-    complain: Callable[[str], None],
+    warn: Callable[[str], None],
 ) -> Layout | None:
-    """Return what a variable asks for, or None for the usual form."""
+    """Return the format that a variable sets, or None for the default."""
     value = environment.get(variable)
     if not value:
         return None
@@ -67,7 +67,7 @@ def layout_of(
         text = _ALIASES.get(value, value)
         return None if text is None else Layout(_unescaped(text))
     except (ValueError, TypeError, LookupError, AttributeError) as error:
-        complain(
+        warn(
             f"{variable} is ignored, as '{value}' is no format: {error}; one "
             'is written as [{levelname}] [{name}]: {message}'
         )

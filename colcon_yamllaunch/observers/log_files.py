@@ -61,27 +61,26 @@ _FLAGS = os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW
 
 class Quota:
     """
-    What the log files of a launch may take together.
+    The bytes that the log files of a launch may take together.
 
     :param limit: In bytes, or None for no limit
     :param files: How many log files there may be, old parts not counted
-    :param complain: Is told once that something old is deleted
-    :param allowed: Given what the files take and what they are to take,
-      returns what they may take on this disk; see
-      :meth:`.log_store.LogStore.allowed`
+    :param warn: Is called once when old parts are deleted
+    :param allowed: Given the bytes that the files take and need, returns how
+      many they may take on this disk; see :meth:`.log_store.LogStore.allowed`
     """
 
     def __init__(
         self,
         limit: int | None,
         files: int,
-        complain: Callable[[str], None],
+        warn: Callable[[str], None],
         allowed: Callable[[int, int], int] | None = None,
     ) -> None:
         self._limit = sys.maxsize if limit is None else limit
         self._files = files
-        self._complain = complain
-        self._complained = False
+        self._warn = warn
+        self._has_warned = False
         self._allowed = allowed
         # bytes that may be written before the disk is looked at again
         self._left = limits.LOG_MINIMUM if allowed else sys.maxsize
@@ -91,24 +90,24 @@ class Quota:
         self._restrict(self._limit)
 
     def expect(self, files: int) -> None:
-        """Take into account that there may be more files."""
+        """Allow for more files."""
         self._files += files
         self._restrict(self._bound)
 
     def rotated(self, file: 'LogFile') -> None:
-        """Take note that a file has one more old part."""
+        """Note that `file` has one more old part."""
         self._rotated.append(file)
 
     def make_room(self, size: int) -> None:
-        """Delete what is too old to stay when files grow by a size."""
+        """Delete old parts so that files can grow by `size` bytes."""
         self._left -= size
         if self._left < 0:
             self._look_at_disk(size)
         while self.used + size > self._bound and self._rotated:
             self.used -= self._rotated.popleft().forget_oldest()
-            if not self._complained:
-                self._complained = True
-                self._complain(self._complaint())
+            if not self._has_warned:
+                self._has_warned = True
+                self._warn(self._warning())
 
     def _look_at_disk(self, size: int) -> None:
         if self._allowed is not None:
@@ -123,7 +122,7 @@ class Quota:
         #: Bytes at which a file is full unless it has large old parts.
         self.share = max(self._part, limits.LOG_PART)
 
-    def _complaint(self) -> str:
+    def _warning(self) -> str:
         if self._bound == self._limit:
             return (
                 'the log files have reached the limit of '
@@ -140,13 +139,13 @@ class Quota:
 
 class LogFile:
     """
-    A file that takes bytes as long as the disk does.
+    A log file, which is rotated when it is full.
 
-    A file that somebody deleted is made anew, with its folder, so that what
-    is written is found and counts.
+    A file that somebody deleted is created again, with its folder, so that
+    users find what is written, and it counts.
 
     :param path: The file, which is appended to
-    :param quota: What it may take
+    :param quota: The bytes that it may take with others
     :raises OSError: when it cannot be opened
     """
 
@@ -172,9 +171,9 @@ class LogFile:
           no longer than :data:`.limits.LOG_LINE` is not torn by a rotation
         :raises OSError: when the disk is full, for instance
         """
-        # asked each time, as it takes a microsecond, and nothing is lost
+        # checked each time, as that takes only a microsecond
         if self._is_astray or not os.fstat(self._descriptor).st_nlink:
-            self._make_anew()
+            self._create_again()
         excess = self._size + len(data) - self._full
         if self._size and excess > 0 and not self._is_astray:
             end = data.find(b'\n') + 1 if self._is_mid_line else 0
@@ -235,10 +234,10 @@ class LogFile:
         self._postponed = 0
         self._quota.rotated(self)
         self._is_astray = True
-        self._make_anew()
+        self._create_again()
 
-    def _make_anew(self) -> None:
-        """Open another file by the path, if that is possible now."""
+    def _create_again(self) -> None:
+        """Open a new file at the path, if that is possible now."""
         try:
             try:
                 descriptor = _opened(self.path)
@@ -297,25 +296,25 @@ def lock_folder(folder: Path, operation: int = fcntl.LOCK_SH) -> int | None:
 
 class Logs:
     """
-    Records what happens.
+    The logs of a launch.
 
-    What cannot be written is said once; the launch goes on.
+    The launch goes on if they cannot be written.
 
     :param folder: The folder of the launch; made when it is missing
-    :param processes: All that may be started
-    :param complain: Is told that logs cannot be written
-    :param limit: What all files may take together, in bytes, or None
-    :param layout: How the lines in `launch.log` look that are no output of a
-      process, or None for the usual way
-    :param store: The folders of other launches, which get tidied up as soon
-      as there is time, or None to leave them alone
+    :param processes: The processes of the plan
+    :param warn: Is called once when logs cannot be written
+    :param limit: The bytes that all files may take together, or None
+    :param layout: The format of the launcher's own lines in `launch.log`, or
+      None for the default
+    :param store: The folders of other launches, of which old ones are deleted
+      when there is time, or None
     """
 
     def __init__(
         self,
         folder: Path,
         processes: Iterable[Process],
-        complain: Callable[[str], None],
+        warn: Callable[[str], None],
         now: Callable[[], float] = time.time,
         limit: int | None = None,
         layout: Layout | None = None,
@@ -331,14 +330,14 @@ class Logs:
         self._quota = Quota(
             limit,
             2 + 3 * len(processes),
-            complain,
+            warn,
             None if store is None else store.allowed,
         )
         self._expect(processes)
         self._is_tidy = store is None
         self._layout = layout
-        self._complain = complain
-        self._complained = False
+        self._warn = warn
+        self._has_warned = False
         self._now = now
         self._files: dict[str, tuple[LogFile | None, ...]] = {}
         self._unopened: deque[Process] = deque()
@@ -381,7 +380,7 @@ class Logs:
         self._write(combined, b''.join((begun, memoryview(data)[:end])))
 
     def handle(self, event: events.Event) -> None:
-        """Listen to an event."""
+        """Record an event of the launch."""
         if isinstance(event, events.Output):
             self._record_lines(event)
             return
@@ -411,7 +410,7 @@ class Logs:
             self._write(self._files[label][-1], data)
         self._waiting, self._begun = self._begun, {}
         self._write_collected()
-        self._mind_lock()
+        self._renew_lock()
         return bool(self._unopened or self._waiting) or self._tidy()
 
     def close(self) -> None:
@@ -443,7 +442,7 @@ class Logs:
     def _record_lines(self, event: events.Output) -> None:
         process = event.process
         if process.output in IN_COMMON_LOG and self._common is not None:
-            # who wants the lines of ROS 2 wants its names in them
+            # with the lines of ROS 2, users want its names
             plain = self._layout is None
             name = process.label if plain else process.ros_name
             prefix = f'{self._stamp()}[{one_line(name)}] '.encode(
@@ -468,7 +467,7 @@ class Logs:
             self._is_tidy = not self._store.tidy()
         return not self._is_tidy
 
-    def _mind_lock(self) -> None:
+    def _renew_lock(self) -> None:
         """Lock the folder again after somebody deleted it."""
         if self._lock is not None:
             if os.fstat(self._lock).st_nlink:
@@ -520,9 +519,9 @@ class Logs:
                 self._fail(file.path, error)
 
     def _fail(self, path: Path, error: OSError) -> None:
-        if not self._complained:
-            self._complained = True
-            self._complain(
+        if not self._has_warned:
+            self._has_warned = True
+            self._warn(
                 f'the log {path} cannot be written: {error.strerror}; '
                 'the launch goes on, and its logs are incomplete'
             )

@@ -24,7 +24,7 @@ _FIELD = re.compile(r'\{(\w+)\}')
 
 
 class Level(IntEnum):
-    """How bad something is, by the numbers of rcutils."""
+    """The severity of a line, with the numbers of rcutils."""
 
     DEBUG = 10
     INFO = 20
@@ -55,7 +55,7 @@ _LOUD_WORDS = {
 
 
 def may_be_loud(data: bytes) -> bool:
-    """Tell whether there may be a line with a level of WARN or more."""
+    """Return whether a line may have a level of WARN or more."""
     return any(
         letter in data and word in data for letter, word in _LOUD_WORDS.items()
     )

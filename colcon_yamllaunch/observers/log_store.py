@@ -85,9 +85,9 @@ class LogStore:
 
     def tidy(self) -> bool:
         """
-        Do a part of what there is to do once, such as to delete a folder.
+        Do one step of the clean-up, such as deleting a folder.
 
-        Return whether there is more.
+        Return whether there are more steps.
         """
         return next(self._work, False)
 
@@ -244,7 +244,7 @@ def _folders(base: Path) -> list[tuple[str, tuple[int, str, int]]]:
 
 
 def _is_ours(folder: Path) -> bool:
-    """Tell whether a folder has what only a launch leaves there."""
+    """Return whether a folder has a file that only a launch makes."""
     for name in _OURS:
         with suppress(OSError):
             if stat.S_ISREG((folder / name).lstat().st_mode):

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""How much of a launch the user sees."""
+"""Which events of a launch the user sees."""
 
 from collections.abc import Callable
 from collections.abc import Iterable
@@ -51,7 +51,7 @@ def present(
     display: Display,
     stack: ExitStack,
 ) -> events.Listener:
-    """Return who shows what happens."""
+    """Return the listener that shows the launch."""
     show = _shown(presentation, screen, plan, display)
     if presentation.watch and presentation.verbosity != 'verbose':
         show = _without_restarts(show, screen)
@@ -88,7 +88,7 @@ def _shown(
 def _without_restarts(
     show: events.Listener, screen: Screen
 ) -> events.Listener:
-    """Leave out what a line about a change tells in one."""
+    """Omit events that the line about a change covers."""
     changed: set[str] = set()
     new: set[str] = set()
     gone: set[str] = set()
@@ -99,7 +99,7 @@ def _without_restarts(
                 new.update(event.started)
                 gone.update(event.stopped)
             case events.Watched(is_final=True):
-                # what waits behind a timer is told when it comes
+                # processes behind timers are shown when they start
                 new.clear()
             case events.Requested():
                 label = event.process.label

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""The launch as the user sees it."""
+"""The output of a launch, as users see it."""
 
 from collections.abc import Callable
 from collections.abc import Iterable
@@ -38,14 +38,14 @@ _ENDS = (
 
 
 class InterruptFolding:
-    """Makes one line of a traceback that only says that a process stops."""
+    """Shortens a traceback that only says that a process stops to one line."""
 
     def __init__(self) -> None:
         self._stopping: set[str] = set()
         self._streams: dict[tuple[str, events.Stream], _Stream] = {}
 
     def note(self, event: events.Event) -> None:
-        """Take note of who is asked to stop."""
+        """Note which process was asked to stop."""
         if isinstance(event, events.Signalled):
             self._stopping.add(event.process.label)
         elif isinstance(event, events.Started):
@@ -53,7 +53,7 @@ class InterruptFolding:
 
     def fold(self, label: str, stream: events.Stream, data: bytes) -> bytes:
         """
-        Return what is to be shown of some lines, and of lines before.
+        Return the lines to show: of `data`, and of lines held back before.
 
         :param data: Lines that end with a line feed, maybe but the last
         """
@@ -68,7 +68,7 @@ class InterruptFolding:
         )
 
     def rest(self, label: str) -> Iterator[tuple[events.Stream, bytes]]:
-        """Return what was held back of a process that has ended."""
+        """Return the lines held back of a process that has ended."""
         for key in [key for key in self._streams if key[0] == label]:
             held = self._streams.pop(key).held
             if held:
@@ -82,7 +82,7 @@ class _Stream:
         self._is_folded = False
 
     def take(self, line: bytes) -> Iterator[bytes]:
-        """Return what is to be shown once there is one more line."""
+        """Return the lines to show after one more line."""
         text = line.rstrip()
         is_start = text == _START
         if not self.held and not is_start and not self._is_folded:
@@ -132,14 +132,14 @@ _LEVEL_COLOURS = {
 
 class Screen:
     """
-    Shows what happens.
+    Shows the output of a launch, and the launcher's own lines.
 
-    :param processes: All that may be started, in the order of the plan
+    :param processes: The processes of the plan, in its order
     :param color: Whether to use colours
     :param terminal: Whether control characters could do harm
-    :param colourless: Whether processes show no colours either
-    :param layout: How lines look that are no output of a process, or None for
-      the usual way
+    :param colourless: Whether to remove the colours of processes
+    :param layout: The format of the launcher's own lines, or None for the
+      default
     """
 
     def __init__(
@@ -162,13 +162,12 @@ class Screen:
         self._width = len(events.LAUNCHER)
         self._names: dict[str, str] = {}
         self._prefixes: dict[str, bytes] = {}
-        #: Returns what stands before the output of processes, if anything is
-        #: to.
+        #: Returns the prefix of the output of processes, if it has one.
         self.stamp: Callable[[], bytes] | None = None
         self._expect(processes)
 
     def handle(self, event: events.Event) -> None:
-        """Listen to an event."""
+        """Show an event of the launch."""
         self._folding.note(event)
         if isinstance(event, events.Exited):
             self.end_output(event.process)
@@ -213,7 +212,7 @@ class Screen:
             self._is_mid_line = False
 
     def end_output(self, process: Process) -> None:
-        """Show what was held back of the output of a process that ended."""
+        """Show the lines held back of a process that has ended."""
         for stream, data in self._folding.rest(process.label):
             self._show_lines(process, stream, data)
 
@@ -264,7 +263,7 @@ class Screen:
         self._write(None, prefixed(data, prefix.encode(), reset=True))
 
     def _expect(self, processes: Iterable[Process]) -> None:
-        """Have room for the names of processes; others keep their colour."""
+        """Make room for the names of processes; others keep their colour."""
         self._names |= {p.label: self._name(p) for p in processes}
         longest = max(
             (len(one_line(n)) for n in self._names.values()), default=0
@@ -302,7 +301,7 @@ class Screen:
         self._writer.write(key, data)
 
     def _name(self, process: Process) -> str:
-        # who wants the lines of ROS 2 wants its names in them
+        # with the lines of ROS 2, users want its names
         return process.label if self._layout is None else process.ros_name
 
     def _prefix(self, name: str, colour: str) -> bytes:

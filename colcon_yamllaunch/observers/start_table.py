@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""The table of what was started, for a terminal."""
+"""The table of started processes, for a terminal."""
 
 from collections.abc import Iterable
 from collections.abc import Sequence
@@ -42,9 +42,8 @@ class StartTable:
     """
     Shows the processes that a plan starts at once in a table.
 
-    What happens until all are started comes after it, as it names them. Those
-    behind timers, and those that are started again, come later; they are shown
-    by a line each.
+    Events before all have started are shown after it. Each process behind a
+    timer, and each that is started again, later has a line of its own.
     """
 
     def __init__(
@@ -59,7 +58,7 @@ class StartTable:
         self._held_bytes = 0
 
     def handle(self, event: events.Event) -> None:
-        """Listen to an event."""
+        """Show an event of the launch, now or after the table."""
         pending = self._pending
         if not pending:
             self._screen.handle(event)
