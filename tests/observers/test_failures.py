@@ -51,10 +51,31 @@ def exit_code(failures):
     return int(failures._state.has_failed)
 
 
-def test_nothing_failed(process):
-    failures = heard(Started(process(), 9), exited(process(), code=0))
-    assert exit_code(failures) == 0
-    assert failures.summary() == ()
+@pytest.mark.parametrize(
+    ('happened', 'expected'),
+    [
+        ('start 0', 0),
+        ('start 3 start 0', 0),
+        ('start 0 start 3', 1),
+        ('left behind', 1),
+        # a machine starts it again before it is told to stop
+        ('start 3 stop start asked', 1),
+    ],
+)
+def test_last_run_decides_the_exit_code(process, happened, expected):
+    a = process('a')
+    known = {
+        'start': Started(a, 8),
+        '0': exited(a, code=0),
+        '3': exited(a, code=3),
+        'asked': Exited(a, 9, Outcome(code=3), 0.1, asked=True, failed=False),
+        'stop': ShuttingDown('a failed'),
+        'left': LeftBehind(a, 9),
+    }
+    failures = heard(*(known[w] for w in happened.split() if w in known))
+    assert exit_code(failures) == expected
+    if happened == 'start 0':
+        assert failures.summary() == ()
 
 
 def test_the_first_failure_is_told_at_length_and_others_briefly(process):
@@ -112,26 +133,6 @@ def test_a_huge_line_is_told_in_part(process):
     assert sum(map(len, failures.summary())) < 10_000
 
 
-def test_a_failure_that_a_respawn_mended_is_forgotten(process):
-    failures = heard(
-        Started(process(), 8),
-        exited(process(), code=3),
-        Started(process(), 9),
-        exited(process(), code=0),
-    )
-    assert exit_code(failures) == 0
-
-
-def test_the_last_run_counts(process):
-    failures = heard(
-        Started(process(), 8),
-        exited(process(), code=0),
-        Started(process(), 9),
-        exited(process(), code=3),
-    )
-    assert exit_code(failures) == 1
-
-
 def test_a_process_that_did_not_start_failed(process):
     failed = StartFailed(process('bad'), 'there is no such thing')
     other = Output(process('other'), 'stdout', b'something else\n')
@@ -141,10 +142,6 @@ def test_a_process_that_did_not_start_failed(process):
         'failed: bad could not be started: there is no such thing '
         '(from /ws/demo.yaml:14:5)',
     )
-
-
-def test_to_leave_a_process_behind_is_a_failure(process):
-    assert exit_code(heard(LeftBehind(process('a'), 9))) == 1
 
 
 def test_what_stands_right_above_is_not_shown_again(process):
@@ -271,18 +268,6 @@ def test_launch_files_in_python_fail(process):
         'failed: the host of launch files in Python died by SIGKILL (killed)',
     )
     assert [r.process for r in failures.reports()[1:]] == [None, None]
-
-
-def test_failure_that_ends_the_launch_outlasts_a_late_respawn(process):
-    # a machine starts it again before it is told to stop
-    failures = heard(
-        Started(process(), 8),
-        exited(process(), code=3),
-        ShuttingDown('counter failed'),
-        Started(process(), 9),
-        Exited(process(), 9, Outcome(code=3), 0.1, asked=True, failed=False),
-    )
-    assert exit_code(failures) == 1
 
 
 def test_machine_that_is_back_is_no_failure(process):

@@ -11,35 +11,19 @@ from pathlib import Path
 import signal
 import subprocess
 import sys
-import time
 from typing import Any
 
 import colcon_yamllaunch
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position
 import pytest
+from support.waiting import is_running
+from support.waiting import wait_until
 
 #: Seconds after which something will not happen any more.
 DEADLINE = 60.0
 LAUNCHER = Path(__file__).with_name('launcher.py')
 ROOT = Path(colcon_yamllaunch.__file__).parents[1]
-
-
-def wait_until(condition: Callable[[], Any]) -> Any:
-    """Return the first true value of a condition."""
-    deadline = time.monotonic() + DEADLINE
-    while not (value := condition()):
-        assert time.monotonic() < deadline, 'it did not happen'
-        time.sleep(0.01)
-    return value
-
-
-def is_running(pid: int) -> bool:
-    try:
-        stat = Path(f'/proc/{pid}/stat').read_text(encoding='ascii')
-    except (FileNotFoundError, ProcessLookupError):
-        return False
-    return stat.rpartition(') ')[2][0] not in 'ZX'
 
 
 class Launch:

@@ -13,6 +13,7 @@ from typing import Any
 from support.manifest import manifest
 from support.user import DEADLINE
 from support.user import User
+from support.waiting import wait_until as wait_until
 
 CMAKE = """\
 cmake_minimum_required(VERSION 3.16)
@@ -156,15 +157,6 @@ def make_flow(user: User) -> None:
     user.write('src/flow/config/talk.yaml', 'value: 1\n')
     user.write('src/flow/launch/demo.yaml', LAUNCH)
     user.write('src/flow/launch/more.yaml', MORE)
-
-
-def wait_until(condition: Any) -> Any:
-    """Return the first true value of a condition."""
-    deadline = time.monotonic() + DEADLINE
-    while not (value := condition()):
-        assert time.monotonic() < deadline, 'it did not happen'
-        time.sleep(0.01)
-    return value
 
 
 def launch_processes(pid: int) -> set[int]:

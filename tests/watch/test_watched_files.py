@@ -153,27 +153,6 @@ def test_folders_of_colcon_are_ignored(tree: Tree, folder: str) -> None:
     )
 
 
-def test_save_by_vim_is_one_change(tree: Tree) -> None:
-    a = tree.write('src/arm/a.cpp', 'one')
-    tree.watch()
-    tree.write('src/arm/4913').unlink()
-    backup = a.rename(a.with_name('a.cpp~'))
-    a.write_text('two')
-    backup.unlink()
-    names = ('4913', 'a.cpp~', 'a.cpp')
-    events = [f'src/arm/{name}' for name in names]
-    assert tree.changes(*events) == ['changed src/arm/a.cpp']
-
-
-def test_atomic_rename_is_a_change(tree: Tree) -> None:
-    tree.write('src/arm/a.cpp', 'one')
-    tree.watch()
-    new = tree.write('src/arm/sedX1y2', 'two')
-    new.rename(tree.package / 'a.cpp')
-    found = tree.changes('src/arm/sedX1y2', 'src/arm/a.cpp')
-    assert found == ['changed src/arm/a.cpp']
-
-
 def test_file_that_is_being_saved_is_partly_written(tree: Tree) -> None:
     a = tree.write('src/arm/a.cpp', 'one')
     tree.watch()

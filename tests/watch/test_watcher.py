@@ -25,6 +25,8 @@ from colcon_yamllaunch.watch.changes import Change
 from colcon_yamllaunch.watch.watcher_client import is_installed
 from colcon_yamllaunch.watch.watcher_client import WatcherClient
 import pytest
+from support.waiting import is_running
+from support.waiting import wait_until
 
 #: Seconds; a loaded machine needs some.
 DEADLINE = 60
@@ -124,14 +126,6 @@ def watched(tmp_path: Path) -> Iterator[Watched]:
     found.close()
 
 
-def is_gone(pid: int) -> bool:
-    try:
-        state = Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2]
-    except OSError:
-        return True
-    return state.split()[0] in 'ZX'
-
-
 def test_changes_are_reported(watched: Watched) -> None:
     watched.start()
     watched.write('a.cpp', 'one')
@@ -208,7 +202,7 @@ def test_suspended_watcher_reports_changes_later(watched: Watched) -> None:
     assert watched.told() == ['new a.cpp']
     os.kill(pid, signal.SIGSTOP)
     watched.link.close()
-    assert is_gone(pid)
+    assert not is_running(pid)
 
 
 def test_folder_that_replaces_another_is_watched(watched: Watched) -> None:
@@ -289,7 +283,7 @@ def test_killed_watcher_is_restarted_and_misses_nothing(
     # told as changed, as nobody knows how it was
     watched.wait(lambda: bool(watched.batches))
     assert 'a.cpp' in {Path(c.path).name for c in watched.batches[0].changes}
-    assert is_gone(first)
+    assert not is_running(first)
 
 
 def test_watcher_that_cannot_run_is_given_up(
@@ -318,12 +312,9 @@ def test_watcher_ends_with_a_killed_launcher(tmp_path: Path) -> None:
         assert launcher.stdout is not None
         lines = iter(launcher.stdout.readline, '')
         pid = next(int(line) for line in lines if line.strip().isdecimal())
-        assert not is_gone(pid)
+        assert is_running(pid)
         launcher.kill()
-    deadline = time.monotonic() + DEADLINE
-    while not is_gone(pid):
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
+    wait_until(lambda: not is_running(pid))
 
 
 @pytest.fixture

@@ -4,7 +4,6 @@
 """The process that prepares launches anew."""
 
 import os
-from pathlib import Path
 import signal
 import subprocess
 import sys
@@ -18,26 +17,10 @@ from colcon_yamllaunch.watch.worker import Begun
 from colcon_yamllaunch.watch.worker import Failed
 from colcon_yamllaunch.watch.worker import Worker
 import pytest
+from support.waiting import is_running
+from support.waiting import wait_until
 
-#: Seconds after which something will not happen any more.
-DEADLINE = 60.0
 ANSWERS = (str, bytes, list, Failed)
-
-
-def is_running(pid):
-    try:
-        stat = Path(f'/proc/{pid}/stat').read_text(encoding='ascii')
-    except (FileNotFoundError, ProcessLookupError):
-        return False
-    return stat.rpartition(') ')[2][0] not in 'ZX'
-
-
-def wait_until(condition):
-    deadline = time.monotonic() + DEADLINE
-    while not (value := condition()):
-        assert time.monotonic() < deadline, 'it did not happen'
-        time.sleep(0.005)
-    return value
 
 
 class Jobs:

@@ -3,7 +3,6 @@
 
 """`colcon sweep` on this machine, as its users see it."""
 
-from collections.abc import Callable
 import csv
 import os
 from pathlib import Path
@@ -17,9 +16,9 @@ from colcon_yamllaunch.sweep.isolation import reason_for_no_network
 import pytest
 from support.terminal import Terminal
 from support.user import BLOCKING
-from support.user import DEADLINE
 from support.user import Launch
 from support.user import User
+from support.waiting import wait_until
 
 SIM = """\
 launch:
@@ -85,13 +84,6 @@ def test_blocked_signals_are_unblocked_in_a_sweep(sim: User) -> None:
 def rows(folder: Path) -> list[dict[str, str]]:
     with (folder / 'results.csv').open(encoding='utf-8') as file:
         return list(csv.DictReader(file))
-
-
-def wait(is_so: Callable[[], object]) -> None:
-    deadline = time.monotonic() + DEADLINE
-    while not is_so():
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
 
 
 def left(user: User) -> list[str]:
@@ -167,7 +159,7 @@ def test_edit_during_a_sweep_affects_later_runs(
     words = ['sim.yaml', 'seed:=1..3', '--jobs', '1', '--results', 'r']
     started = patient.start('colcon', 'sweep', *words)
     # whichever was planned first
-    wait(lambda: list(patient.root.glob('begun-*')))
+    wait_until(lambda: list(patient.root.glob('begun-*')))
     (first,) = patient.root.glob('begun-*')
     # not the script, which the shell is reading
     patient.write('sim.yaml', f'{SIM}# edited\n')
@@ -202,7 +194,7 @@ def test_concurrent_runs_are_isolated(patient: User) -> None:
     for option in ([], ['--share-network']):
         started = patient.start('colcon', *words, *option, '--results', 'r')
         for number in '123':
-            wait((patient.root / f'begun-{number}').exists)
+            wait_until((patient.root / f'begun-{number}').exists)
         places = [
             (patient.root / f'where-{number}').read_text().split()
             for number in '123'
@@ -221,11 +213,11 @@ def test_concurrent_runs_are_isolated(patient: User) -> None:
 
 def let_one_end(user: User) -> None:
     """Wait for two runs, let one of them end, and wait for the next."""
-    wait(lambda: len(list(user.root.glob('begun-*'))) == 2)
+    wait_until(lambda: len(list(user.root.glob('begun-*'))) == 2)
     # whichever was planned first
     first = next(user.root.glob('begun-*')).name
     user.write(first.replace('begun', 'go'), '')
-    wait(lambda: len(list(user.root.glob('begun-*'))) == 3)
+    wait_until(lambda: len(list(user.root.glob('begun-*'))) == 3)
 
 
 def test_jobs_limit_concurrent_runs(patient: User) -> None:
@@ -279,7 +271,7 @@ def test_killed_sweep_leaves_no_process_and_resumes(patient: User) -> None:
     launch = begun(patient)
     launch.process.kill()
     launch.end()
-    wait(lambda: not left(patient))
+    wait_until(lambda: not left(patient))
     patient.write('go-all', '')
     words = ['sim.yaml', 'seed:=1..4', '--jobs', '2', '--results', 'r']
     output = sweep(patient, *words)
@@ -306,12 +298,12 @@ def test_killed_worker_is_an_error_of_its_run(patient: User) -> None:
     # there are two workers, and the one that has this run had others
     words = ['sim.yaml', 'seed:=1..5', '--jobs', '1', '--results', 'r']
     launch = patient.start('colcon', 'sweep', *words)
-    wait((patient.root / 'begun-5').exists)
+    wait_until((patient.root / 'begun-5').exists)
     kill_children(launch)
     patient.write('go-all', '')
     assert launch.end() == 1
     assert 'run 5, seed:=5: what launches it was killed' in launch.output
-    wait(lambda: not left(patient))
+    wait_until(lambda: not left(patient))
 
 
 def kill_children(launch: Launch) -> None:

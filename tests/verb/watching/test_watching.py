@@ -15,9 +15,10 @@ from colcon_yamllaunch.watch.worker import Failed
 from colcon_yamllaunch.watch.worker import Job
 import pytest
 from support.manifest import manifest
+from support.waiting import is_running
+from support.waiting import wait_until
 from support.watched import make_flow
 from support.watched import MORE
-from support.watched import wait_until
 from support.watched import Watched
 
 BROKEN, MENDED = "printt('talk says three", "print('talk says two"
@@ -64,14 +65,6 @@ launch:
 def flow(user):
     make_flow(user)
     return user
-
-
-def is_running(pid):
-    try:
-        stat = Path(f'/proc/{pid}/stat').read_text(encoding='ascii')
-    except (FileNotFoundError, ProcessLookupError):
-        return False
-    return stat.rpartition(') ')[2][0] not in 'ZX'
 
 
 def test_each_change_has_only_its_consequence(flow):
