@@ -157,7 +157,12 @@ def run(
             engine.tell(events.Warned(text))
         with ExitStack() as control:
             launch.connect(control)
-            engine.run(signals)
+            try:
+                engine.run(signals)
+            except Exception as error:
+                for participant in context.participants:
+                    participant.failed(error)
+                raise
         launch.files.remove()
         launch.guard.dismiss()
         return launch.finish(signals)
@@ -287,6 +292,8 @@ class _Launch:
         )
         engine.tell(ended)
         engine.finish(signals)
+        for participant in self._context.participants:
+            participant.finish()
         if writer.error is not None:
             raise OutputError(writer.error)
         return ended.exit_code

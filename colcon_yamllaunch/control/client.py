@@ -3,6 +3,7 @@
 
 """Running launches, as other terminals see them."""
 
+from collections import deque
 from collections.abc import Callable
 from collections.abc import Collection
 from collections.abc import Mapping
@@ -11,6 +12,7 @@ import socket
 from typing import Any
 
 from colcon_yamllaunch.control import protocol
+from colcon_yamllaunch.control.messages import MessageReader
 from colcon_yamllaunch.control.protocol import launch_of
 from colcon_yamllaunch.control.protocol import ProtocolError
 from colcon_yamllaunch.control.socket_address import connections
@@ -44,9 +46,8 @@ class RunningLaunch:
 
     def __init__(self, connection: socket.socket) -> None:
         self.connection = connection
-        self._received = bytearray()
-        # a message whose bytes have not all been read
-        self._message: dict[str, Any] | None = None
+        self._reader = MessageReader()
+        self._received: deque[dict[str, Any]] = deque()
         connection.settimeout(PATIENCE)
 
     def fileno(self) -> int:
@@ -168,29 +169,8 @@ class RunningLaunch:
         Return the next message if it has been read in whole.
 
         Output that follows its message is its `data`.
-
-        :raises ControlError: when it makes no sense
         """
-        message = self._message
-        if message is None:
-            end = self._received.find(b'\n') + 1
-            if not end:
-                return None
-            line = bytes(self._received[:end])
-            del self._received[:end]
-            try:
-                message = protocol.decode(line)
-            except ProtocolError as error:
-                raise ControlError(str(error)) from error
-        match message:
-            case {'output': {'bytes': int(size)} as output}:
-                if len(self._received) < size:
-                    self._message = message
-                    return None
-                output['data'] = bytes(self._received[:size])
-                del self._received[:size]
-        self._message = None
-        return message
+        return self._received.popleft() if self._received else None
 
     def read(self) -> None:
         """
@@ -206,7 +186,10 @@ class RunningLaunch:
             raise LaunchEndedError from error
         if not data:
             raise LaunchEndedError
-        self._received += data
+        try:
+            self._received += self._reader.feed(data)
+        except ProtocolError as error:
+            raise ControlError(str(error)) from error
 
     def _wait(self, waiting: Callable[[], None]) -> None:
         """Wait for an answer, however long it takes."""

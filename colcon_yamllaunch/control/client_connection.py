@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 import select
 import socket
+import time
 from typing import Any
 
 from colcon_yamllaunch.control import protocol
@@ -26,6 +27,10 @@ _TOO_MUCH = 4 * _SHARE
 # bytes that the system is to take from us at the end; it takes what it allows
 _LAST_ROOM = 1024 * 1024
 _CHUNK = 64 * 1024
+# a connection is slow that was busy for so much of a second, and took fewer
+# bytes than that in it
+_BUSY = 0.5
+_SLOW = 8 * 1024 * 1024
 _GONE = select.EPOLLERR | select.EPOLLHUP
 
 
@@ -65,6 +70,7 @@ class Client:
         self._unanswered = 0
         self._is_last = False
         self._is_open = True
+        self._speed = _Speed()
         loop.add_hangup_handler(connection.fileno(), self._hung_up)
         loop.add_reader(connection.fileno(), self._readable)
 
@@ -87,7 +93,11 @@ class Client:
 
     def tell(self, message: Mapping[str, Any]) -> None:
         """Send a message."""
-        self._outgoing += protocol.encode(message)
+        self.send(protocol.encode(message))
+
+    def send(self, data: bytes) -> None:
+        """Send messages."""
+        self._outgoing += data
         self._send()
 
     def close(self) -> None:
@@ -103,6 +113,7 @@ class Client:
             self._journal.unsubscribe(self._cursor)
         self._loop.remove(self._connection.fileno())
         self._connection.close()
+        self._service.subscribers.left(self)
         self._left(self)
 
     def drain(self) -> None:
@@ -151,7 +162,14 @@ class Client:
             return not self._outgoing and self._may_ask_more()
         return len(self._outgoing) < _TOO_MUCH and self._may_ask_more()
 
+    @property
+    def _is_holder(self) -> bool:
+        return self._service.subscribers.connection is self
+
     def _may_ask_more(self) -> bool:
+        if self._is_holder:
+            # it may have to stop what takes its time
+            return True
         return self._unanswered < protocol.MAXIMUM_UNANSWERED
 
     def _has_more(self) -> bool:
@@ -181,7 +199,10 @@ class Client:
                 break
             line, end, rest = self._received.partition(b'\n')
             if not end:
-                if len(line) > protocol.MAXIMUM_REQUEST:
+                longest = protocol.MAXIMUM_REQUEST
+                if self._is_holder:
+                    longest = protocol.MAXIMUM_HOLDER_REQUEST
+                if len(line) > longest:
                     self._refuse('the request is too long')
                 break
             self._received = rest
@@ -214,9 +235,12 @@ class Client:
         # others are served meanwhile only if it is told which answer is whose
         self._is_waiting = number is None
         self._unanswered += 1
+        if message.get('request') == 'ping':
+            self._speed.look(time.monotonic())
         granted = self._service.answer(
             message,
             lambda answer: self._answer({**answer, **same}),
+            self,
             self._cursor,
         )
         if not self._is_open:
@@ -251,19 +275,28 @@ class Client:
             return
         if self._cursor is not None and len(self._outgoing) < _SHARE:
             # no more at once, as others have their turn
-            self._outgoing += self._journal.read(self._cursor, _SHARE)
+            data = self._journal.read(self._cursor, _SHARE)
+            if data and self._cursor.is_relayed and self._speed.is_slow:
+                data = _packed(data)
+            self._outgoing += data
         try:
             while self._outgoing:
                 sent = self._connection.send(self._outgoing)
+                self._speed.sent(sent)
                 del self._outgoing[:sent]
                 if self._skipped and not self._outgoing:
                     skipped = {'skipped': self._skipped}
                     self._skipped = 0
                     self._outgoing += protocol.encode(skipped)
         except BlockingIOError:
+            self._speed.blocked(time.monotonic())
             self._watch()
         except OSError:
-            self.close()
+            if self._is_holder:
+                # its last requests are still to be read
+                self._outgoing.clear()
+            else:
+                self.close()
 
     def _call(self) -> None:
         """Take note that there is more."""
@@ -293,3 +326,46 @@ class Client:
             self._loop.add_reader(descriptor, self._readable)
         else:
             self._loop.remove_reader(descriptor)
+
+
+class _Speed:
+    """How fast a connection is."""
+
+    def __init__(self) -> None:
+        #: Whether it was busy, and yet slow.
+        self.is_slow = False
+        self._since = time.monotonic()
+        self._bytes = 0
+        self._blocked = 0.0
+        self._blocked_since: float | None = None
+
+    def sent(self, size: int) -> None:
+        """Note that it has taken some bytes."""
+        self._bytes += size
+        if self._blocked_since is not None:
+            self._blocked += time.monotonic() - self._blocked_since
+            self._blocked_since = None
+
+    def blocked(self, now: float) -> None:
+        """Note that it takes no more for now."""
+        if self._blocked_since is None:
+            self._blocked_since = now
+
+    def look(self, now: float) -> None:
+        """Find out whether it was slow since the last look."""
+        if self._blocked_since is not None:
+            self._blocked += now - self._blocked_since
+            self._blocked_since = now
+        seconds = max(now - self._since, 1e-3)
+        self.is_slow = (
+            self._blocked > _BUSY * seconds and self._bytes < _SLOW * seconds
+        )
+        self._blocked, self._bytes, self._since = 0.0, 0, now
+
+
+def _packed(data: bytes) -> bytes:
+    """Return messages as one that has them compressed."""
+    # most connections are fast
+    import zlib
+
+    return protocol.encode_raw('packed', {}, zlib.compress(data, 1)) + b'\n'

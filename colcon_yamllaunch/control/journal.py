@@ -93,11 +93,13 @@ class _Block(NamedTuple):
     Output records in a file.
 
     :param start: How many bytes of output there were before
+    :param end: How many there were up to its end
     :param descriptor: The file
     :param position: The place in the file
     """
 
     start: int
+    end: int
     descriptor: int
     position: int
     size: int
@@ -123,6 +125,7 @@ class Cursor:
         'events',
         'is_holder',
         'is_raw',
+        'is_relayed',
         'labels',
         'loaded',
         'wants_events',
@@ -149,6 +152,8 @@ class Cursor:
         self.behind = behind
         self.is_raw = is_raw
         self.is_holder = is_holder
+        #: Whether its client is behind a relay; see `protocol`.
+        self.is_relayed = False
         # records of the block that is being read
         self.loaded: tuple[int, list[_OutputRecord]] = 0, []
 
@@ -162,6 +167,8 @@ class Journal:
     :param folder: Where output goes that does not fit in memory
     :param limit: The bytes that it may take there, or None
     :param now: Returns the seconds since the epoch
+    :param record: Returns what clients get of an event besides the time;
+      empty for nothing
     """
 
     def __init__(
@@ -169,10 +176,14 @@ class Journal:
         folder: Path | None = None,
         limit: int | None = None,
         now: Callable[[], float] = time.time,
+        record: Callable[[events.Event], Mapping[str, Any]] = (
+            lambda event: event.record()
+        ),
     ) -> None:
         self._folder = folder
         self._limit = math.inf if limit is None else limit
         self._now = now
+        self._record = record
         self._order = 0
         # those in memory, and the bytes that they take
         self._events: deque[_EventRecord] = deque()
@@ -196,7 +207,7 @@ class Journal:
         if isinstance(event, events.Output):
             self._add_output(event)
         else:
-            record = event.record()
+            record = self._record(event)
             if not record:
                 return
             self._add_event(record)
@@ -261,9 +272,20 @@ class Journal:
         """Return whether `cursor` has not come to the end."""
         if cursor.wants_events and cursor.events < self._event_count:
             return True
-        if cursor.wants_output and cursor.bytes < self._first_byte(cursor):
+        if cursor.wants_output and cursor.bytes < self._next_byte(cursor):
             return True
         return self._next_output(cursor) is not None
+
+    def bytes_after(self, cursor: Cursor) -> int:
+        """Return how many bytes of output there were after a cursor."""
+        return self._byte_count - cursor.bytes
+
+    def is_at_end(self, cursor: Cursor) -> bool:
+        """Return whether nothing follows a cursor."""
+        return (
+            cursor.events == self._event_count
+            and cursor.bytes == self._byte_count
+        )
 
     def call(self, wake: Callable[[], None]) -> None:
         """Call `wake` once, when there is more."""
@@ -326,8 +348,9 @@ class Journal:
             'at': before,
         }
         if cursor.is_raw:
-            fields['bytes'] = len(data)
-            return protocol.encode({'output': fields}) + data
+            line = protocol.encode_raw('output', fields, data)
+            is_inside = cursor.is_relayed and not data.endswith(b'\n')
+            return line + b'\n' if is_inside else line
         fields['data'] = protocol.text_of(data)
         return protocol.encode({'output': fields})
 
@@ -336,18 +359,25 @@ class Journal:
         """How many bytes of output there were before those in memory."""
         return self._byte_count - self._output_size
 
-    def _first_byte(self, cursor: Cursor) -> int:
-        """Return how much output there was before what `cursor` can read."""
-        if self._blocks and not self._is_lost(cursor):
-            return self._blocks[0].start
-        return self._first_in_memory
+    def _next_byte(self, cursor: Cursor) -> int:
+        """Return the position of the first output that `cursor` can read."""
+        position = cursor.bytes
+        if position >= self._first_in_memory or self._is_lost(cursor):
+            return max(position, self._first_in_memory)
+        found = bisect_right(self._blocks, position, key=_end_of)
+        if found == len(self._blocks):
+            return self._first_in_memory
+        return max(position, self._blocks[found].start)
 
     def _is_lost(self, cursor: Cursor) -> bool:
         """
         Return whether a client is so far behind that it misses output.
 
-        It goes on with what is in memory then, so that it is up to date.
+        It goes on with what is in memory then, so that it is up to date. The
+        holder goes on with the oldest that there is room for.
         """
+        if cursor.is_holder:
+            return False
         behind = self._first_in_memory - cursor.bytes
         return behind > cursor.behind or behind > self._limit
 
@@ -356,7 +386,7 @@ class Journal:
         first_event = self._event_count - len(self._events)
         missed = {
             'events': max(0, first_event - cursor.events),
-            'bytes': max(0, self._first_byte(cursor) - cursor.bytes),
+            'bytes': self._next_byte(cursor) - cursor.bytes,
         }
         cursor.events += missed['events']
         cursor.bytes += missed['bytes']
@@ -389,11 +419,11 @@ class Journal:
             return self._output
         end, records = cursor.loaded
         if not records or not records[0].start <= cursor.bytes < end:
-            found = bisect_right(self._blocks, cursor.bytes, key=_start_of)
-            block = self._blocks[found - 1]
+            found = bisect_right(self._blocks, cursor.bytes, key=_end_of)
+            block = self._blocks[found]
             data = os.pread(block.descriptor, block.size, block.position)
             records = [_OutputRecord(*each) for each in marshal.loads(data)]
-            end = records[-1].start + records[-1].size
+            end = block.end
             cursor.loaded = end, records
         return records
 
@@ -458,9 +488,13 @@ class Journal:
             record = self._output.popleft()
             self._output_size -= record.size
             records.append(record)
-        is_needed = self._release()
-        if not is_needed or not self._write(records):
+        if not self._release():
             self.close()
+            return
+        start = records[0].start
+        while self._blocks and start - self._blocks[0].start > self._limit:
+            self._drop_block()
+        self._write(records)
 
     def _release(self) -> bool:
         """Drop what no client needs; return whether they need more."""
@@ -478,24 +512,33 @@ class Journal:
             self._drop_block()
         return first < self._first_in_memory
 
-    def _write(self, records: list[_OutputRecord]) -> bool:
-        """Write records to a file, and return whether that was possible."""
+    def _write(self, records: list[_OutputRecord]) -> None:
+        """Write records to a file, if the disk has room for them."""
         data = marshal.dumps([record.fields() for record in records])
+        # without room on the disk, clients that are behind miss them
         with suppress(OSError):
-            if not self._blocks or self._file_size >= limits.JOURNAL_FILE:
-                descriptor = _nameless_file(self._folder)
-                self._file_size = 0
-            else:
-                descriptor = self._blocks[-1].descriptor
-            self._blocks.append(
-                _Block(
-                    records[0].start, descriptor, self._file_size, len(data)
+            descriptor = self._file_with_room()
+            position = self._file_size
+            if os.pwrite(descriptor, data, position) == len(data):
+                self._file_size += len(data)
+                start, end = records[0].start, self._first_in_memory
+                self._blocks.append(
+                    _Block(start, end, descriptor, position, len(data))
                 )
-            )
-            written = os.pwrite(descriptor, data, self._file_size)
-            self._file_size += len(data)
-            return written == len(data)
-        return False
+            elif not self._blocks or self._blocks[-1].descriptor != descriptor:
+                os.close(descriptor)
+
+    def _file_with_room(self) -> int:
+        """
+        Return the file for the next records.
+
+        :raises OSError: when there can be no further file
+        """
+        if self._blocks and self._file_size < limits.JOURNAL_FILE:
+            return self._blocks[-1].descriptor
+        descriptor = _nameless_file(self._folder)
+        self._file_size = 0
+        return descriptor
 
     def _drop_block(self) -> None:
         descriptor = self._blocks.popleft().descriptor
@@ -503,8 +546,12 @@ class Journal:
             os.close(descriptor)
 
 
-def _start_of(part: _OutputRecord | _Block) -> int:
-    return part.start
+def _start_of(record: _OutputRecord) -> int:
+    return record.start
+
+
+def _end_of(block: _Block) -> int:
+    return block.end
 
 
 def _nameless_file(folder: Path | None) -> int:

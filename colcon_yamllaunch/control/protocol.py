@@ -42,7 +42,8 @@ which is :data:`VERSION`, and `request`:
 - `subscribe`, to be told what happens, see below;
 - `ping`: the answer has the time of the launcher as `clock`, in seconds since
   the epoch. With `ack`, a point, the holder acknowledges what it has, see
-  below.
+  below; with `"reconnecting": true` it says that it goes on by another
+  connection.
 
 An answer has `version` and `ok`. Where that is false, `error` says why in one
 line; after an error of form the server closes the connection. Requests of
@@ -75,12 +76,25 @@ come, in the order in which things happened,
 With `"raw": true`, `output` has `bytes` in place of `data`: how many bytes
 follow the end of its line. They are the output as it is.
 
+With `"relayed": true`, an empty line follows output that does not end a line,
+as some connections to machines pass on whole lines only. While the connection
+is slow, messages come packed: `{"packed": {"bytes": NUMBER}}` and so many
+bytes, which are messages compressed by zlib, and an empty line.
+
 One client may hold the launch: it gives `holder`, a text of its own, which no
 other client may give from then on. What it has not acknowledged with `ping` is
 kept for it: all events, and as much output as the logs may take. So it can go
 on with another connection at the point that it has come to, and misses
 nothing. With `lease`, a number of seconds, the launch is stopped when nothing
 comes from the holder for so long; so it sends `ping` more often than that.
+The ids of its requests are numbers that increase. The answer to `subscribe`
+has the last of them as `asked`, so that it can send again what was not
+executed, and only that. It may send commands that are not public, and as many
+requests at the same time as it likes.
+
+A part of a launch on a machine has another socket, for its launcher, which
+holds it. Its events are those of :mod:`.event_codec` there, as the launcher
+makes the same events of them.
 
 What happened before `now` comes first. Whoever adds up what came and what was
 missed knows the point to go on from with another connection. Meanwhile the
@@ -99,8 +113,9 @@ from colcon_yamllaunch.engine.state import StateError
 
 #: The version of the protocol.
 VERSION = 1
-#: Bytes of the longest message that a server takes.
+#: Bytes of the longest request that a server reads, and of that of the holder.
 MAXIMUM_REQUEST = 64 * 1024
+MAXIMUM_HOLDER_REQUEST = 64 * 1024 * 1024
 #: Bytes of output that wait for a client that is attached, before some is
 #: skipped.
 MAXIMUM_BACKLOG = 1024 * 1024
@@ -148,6 +163,11 @@ def decode(line: bytes) -> dict[str, Any]:
     if not isinstance(message, dict):
         raise ProtocolError('a message is a JSON object')
     return message
+
+
+def encode_raw(kind: str, fields: Mapping[str, Any], data: bytes) -> bytes:
+    """Return a message as a line, and bytes that follow it as they are."""
+    return encode({kind: {**fields, 'bytes': len(data)}}) + data
 
 
 def request(name: str, **more: Any) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from contextlib import ExitStack
 from contextlib import suppress
 import errno
 import os
+import socket
 
 from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.control.client_connection import Client
@@ -70,51 +71,69 @@ def serve(
     for trouble in address.troubles:
         engine.tell(Warned(f'{trouble}; the socket is in {address.path}'))
     guard.socket(address.place)
-    engine.listen(service.handle)
-    engine.listen(service.journal.handle)
-    server = Server(address, engine.loop, service)
+    listen(engine, service)
+    server = Server(address.socket, engine.loop, service)
     engine.listen(server.handle)
+    stack.callback(address.close)
     stack.callback(server.close)
 
 
-class Server:
-    """Takes clients as they come."""
+def listen(engine: Engine, service: Service) -> None:
+    """Have a service listen to all events of a launch."""
+    engine.listen(service.handle)
+    engine.listen(service.journal.handle)
 
-    def __init__(self, address: Address, loop: Loop, service: Service) -> None:
-        self._address = address
+
+class Server:
+    """
+    Accepts clients.
+
+    :param listener: The socket that they connect to
+    """
+
+    def __init__(
+        self, listener: socket.socket, loop: Loop, service: Service
+    ) -> None:
+        self._listener = listener
         self._loop = loop
+        #: Whether a client has connected.
+        self.was_used = False
         self._service = service
         self._clients: list[Client] = []
         # given up for a moment to turn a client away when no other is left
         self._spare = _null()
-        loop.add_reader(address.socket.fileno(), self._accept)
+        loop.add_reader(listener.fileno(), self._accept)
+
+    @property
+    def is_left(self) -> bool:
+        """Whether all clients have left that have connected."""
+        return self.was_used and not self._clients
 
     def handle(self, event: Event) -> None:
         """Listen to an event, when all others have."""
         if isinstance(event, Ended):
             for client in list(self._clients):
                 client.drain()
-            # so that what was told last finds room before what was written
+            # so that the latest events find room before output
             self._service.journal.drop_output()
             for client in list(self._clients):
                 client.end()
 
     def close(self) -> None:
         """
-        Remove the socket, and send all clients away.
+        Accept no more clients, and disconnect them.
 
-        Only those that have subscribed stay until they are told the end.
+        Those that have subscribed stay until they have received the end.
         """
-        self._loop.remove_reader(self._address.socket.fileno())
+        self._loop.remove_reader(self._listener.fileno())
         for client in list(self._clients):
             if not client.has_subscribed:
                 client.close()
-        self._address.close()
         os.close(self._spare)
 
     def _accept(self) -> None:
         try:
-            connection, _ = self._address.socket.accept()
+            connection, _ = self._listener.accept()
         except OSError as error:
             if error.errno in (errno.EMFILE, errno.ENFILE):
                 self._turn_away()
@@ -122,6 +141,7 @@ class Server:
         if not is_own(connection):
             connection.close()
             return
+        self.was_used = True
         connection.setblocking(False)
         if len(self._clients) >= protocol.MAXIMUM_CLIENTS:
             self._make_room()
@@ -139,7 +159,7 @@ class Server:
         """Take a client and send it away, as it would wait for ever."""
         os.close(self._spare)
         with suppress(OSError):
-            connection, _ = self._address.socket.accept()
+            connection, _ = self._listener.accept()
             connection.close()
         self._spare = _null()
 

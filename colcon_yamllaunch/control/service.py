@@ -16,6 +16,7 @@ from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.control.journal import Cursor
 from colcon_yamllaunch.control.journal import Journal
 from colcon_yamllaunch.control.protocol import ProtocolError
+from colcon_yamllaunch.control.subscribers import Holder
 from colcon_yamllaunch.control.subscribers import Lease
 from colcon_yamllaunch.control.subscribers import Subscribers
 from colcon_yamllaunch.engine import events
@@ -25,8 +26,6 @@ from colcon_yamllaunch.engine.state import to_json
 from colcon_yamllaunch.plan.plan import Process
 
 if TYPE_CHECKING:
-    # most launches have no components, and few are asked for them
-    from colcon_yamllaunch.engine.commands import Command
     from colcon_yamllaunch.engine.commands import Done
 
 #: Takes the answer to a request.
@@ -80,6 +79,7 @@ class Service:
         self,
         message: Mapping[str, Any],
         reply: Reply,
+        connection: Holder,
         cursor: Cursor | None = None,
     ) -> str | Cursor | None:
         """
@@ -88,6 +88,7 @@ class Service:
         Return the label of the process to :meth:`attach` the client to, or
         from where on it is told what happens, or None.
 
+        :param connection: That of the client
         :param cursor: Where the client has come that has subscribed
         :raises ProtocolError: when it has a wrong form
         """
@@ -119,22 +120,47 @@ class Service:
                     answer = protocol.success(
                         launch=to_json(self._state), now=self.journal.point
                     )
+                    if self.subscribers.is_holder(granted):
+                        answer |= self.subscribers.hold(connection)
                 case 'ping':
                     fields = self.subscribers.ping(message, cursor)
                     answer = protocol.success(**fields)
                 case name:
-                    kind = self._engine.dispatcher.kinds.get(str(name))
-                    if kind is None or not kind.is_public:
-                        raise ProtocolError('there is no such request')
-                    self._engine.dispatcher.ask(
-                        command_of(kind, message),
-                        lambda response: reply(_answer(response)),
-                    )
+                    self._execute(str(name), message, reply, cursor)
                     return None
         except RefusedError as error:
             answer = protocol.failure(str(error))
         reply(answer)
         return granted
+
+    def _execute(
+        self,
+        name: str,
+        message: Mapping[str, Any],
+        reply: Reply,
+        cursor: Cursor | None,
+    ) -> None:
+        """
+        Execute a command.
+
+        :raises ProtocolError: when there is none, or it has a wrong form
+        """
+        dispatcher = self._engine.dispatcher
+        kind = dispatcher.kinds.get(name)
+        is_holder = self.subscribers.is_holder(cursor)
+        if kind is None or not (kind.is_public or is_holder):
+            raise ProtocolError('there is no such request')
+        if is_holder and self.subscribers.is_repeated(message.get('id')):
+            # the answer was lost with a connection
+            reply(protocol.success())
+            return
+        # few launches are asked for anything
+        from colcon_yamllaunch.control.command_codec import command_of
+
+        dispatcher.ask(
+            command_of(kind, message),
+            lambda response: reply(_answer(response)),
+        )
 
     def type(self, label: str, keys: bytes) -> None:
         """Type at a process."""
@@ -176,25 +202,6 @@ class Service:
             )
         state = self._state.process(label)
         return label, None if state is None else state.pid
-
-
-def command_of(
-    kind: 'type[Command[Any]]', message: Mapping[str, Any]
-) -> 'Command[Any]':
-    """
-    Return the command that a request stands for.
-
-    :raises ProtocolError: when a field is missing or of another type
-    """
-    from colcon_yamllaunch.common.codec import Codec
-    from colcon_yamllaunch.common.codec import CodecError
-
-    try:
-        # clients of a later version may send more
-        return Codec(accept_unknown=True).from_json(kind, message)
-    except CodecError as error:
-        name, problem = error.path.lstrip('.'), error.problem
-        raise ProtocolError(f"the '{name}' {problem}") from error
 
 
 def _answer(response: object) -> Mapping[str, Any]:

@@ -15,6 +15,7 @@ from collections.abc import Mapping
 import math
 import time
 from typing import Any
+from typing import Protocol
 
 from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.control.journal import Cursor
@@ -29,12 +30,26 @@ _RENEWALS = 8
 _LONGEST_LEASE = 86_400.0
 
 
+class Holder(Protocol):
+    """The connection of the client that holds a launch."""
+
+    def send(self, data: bytes) -> None:
+        """Send messages."""
+
+    def close(self) -> None:
+        """End the connection."""
+
+
 class Subscribers:
     """
     Opens subscriptions, and keeps what the holder has not acknowledged.
 
     :param lease: Stops the launch when it is not renewed
     """
+
+    #: Is called when the holder has another connection, and with None when it
+    #: has lost that.
+    when_held: Callable[[Holder | None], object] = bool
 
     def __init__(
         self,
@@ -46,6 +61,14 @@ class Subscribers:
         self._lease = lease
         self._clock = clock
         self._holder: str | None = None
+        #: The connection of the holder, None while it has none.
+        self.connection: Holder | None = None
+        #: When something came from the holder last, by the clock.
+        self.heard_at = -math.inf
+        #: Whether the holder said that it goes on by another connection.
+        self.is_reconnecting = False
+        # the id of its last request
+        self._asked = 0
         # how the holder reads now, and what it has acknowledged
         self._reads: Cursor | None = None
         self._acknowledged: Cursor | None = None
@@ -53,7 +76,9 @@ class Subscribers:
         self._renewed = -math.inf
 
     def subscribe(
-        self, message: Mapping[str, Any], before: Cursor | None
+        self,
+        message: Mapping[str, Any],
+        before: Cursor | None,
     ) -> Cursor:
         """
         Return the cursor of a client that subscribes.
@@ -82,6 +107,7 @@ class Subscribers:
             is_raw=_flag(message, 'raw', default=False),
             before=before,
         )
+        cursor.is_relayed = _flag(message, 'relayed', default=False)
         if holder is not None:
             self._holder, self._reads = holder, cursor
             self._acknowledge({'events': cursor.events, 'bytes': cursor.bytes})
@@ -90,6 +116,49 @@ class Subscribers:
                 self._lease(None)
             self.heard(cursor)
         return cursor
+
+    def hold(self, connection: Holder) -> dict[str, Any]:
+        """
+        Note the connection of the holder, which has subscribed.
+
+        :return: Fields of the answer
+        """
+        self.is_reconnecting = False
+        self.connection = connection
+        self.when_held(connection)
+        return {'asked': self._asked}
+
+    def left(self, connection: Holder) -> None:
+        """Note that a connection has ended."""
+        if connection is self.connection:
+            self.connection = None
+            self.when_held(None)
+
+    def is_repeated(self, number: object) -> bool:
+        """
+        Return whether the holder has sent a request before.
+
+        :param number: The `id` of the request
+        """
+        if not isinstance(number, int):
+            return False
+        if number <= self._asked:
+            return True
+        self._asked = number
+        return False
+
+    @property
+    def unacknowledged(self) -> int:
+        """How many bytes of output the holder has not acknowledged."""
+        if self._acknowledged is None:
+            return 0
+        return self._journal.bytes_after(self._acknowledged)
+
+    @property
+    def has_all(self) -> bool:
+        """Whether the holder has acknowledged everything."""
+        cursor = self._acknowledged
+        return cursor is not None and self._journal.is_at_end(cursor)
 
     def ping(
         self, message: Mapping[str, Any], cursor: Cursor | None
@@ -107,6 +176,10 @@ class Subscribers:
             if not self.is_holder(cursor):
                 raise RefusedError('another client holds this launch')
             self._acknowledge(acknowledged)
+        if self.is_holder(cursor):
+            self.is_reconnecting = _flag(
+                message, 'reconnecting', default=False
+            )
         return {'clock': time.time()}
 
     def is_holder(self, cursor: Cursor | None) -> bool:
@@ -115,9 +188,11 @@ class Subscribers:
 
     def heard(self, cursor: Cursor) -> None:
         """Renew the lease if something came from the holder."""
-        if self._seconds is None or cursor is not self._reads:
+        if cursor is not self._reads:
             return
-        now = self._clock()
+        self.heard_at = now = self._clock()
+        if self._seconds is None:
+            return
         if now >= self._renewed + self._seconds / _RENEWALS:
             self._renewed = now
             self._lease(self._seconds)

@@ -257,9 +257,9 @@ class Engine:
         if silent is not None:
             self.tell(silent)
 
-    def echo(self, label: str, data: bytes) -> None:
-        """Show who is attached to a process what its terminal echoed."""
-        self._relay.show(label, 'stdout', data)
+    def show(self, label: str, stream: events.Stream, data: bytes) -> None:
+        """Show who is attached to a process what it wrote or echoed."""
+        self._relay.show(label, stream, data)
 
     def accepts(self, key: tuple[str, events.Stream]) -> bool:
         """Tell whether a process may write more to a stream."""
@@ -291,6 +291,14 @@ class Engine:
         """Forget a child process that was reaped by its owner."""
         self.loop.remove_child(pid)
         self._guard.ended(pid)
+
+    def lease(self, seconds: float | None) -> None:
+        """
+        Have the guard stop the launch if this is not renewed in time.
+
+        :param seconds: How long it lasts; None for ever
+        """
+        self._guard.lease(seconds)
 
     def guard_group(self, group: int, number: int | None = None) -> None:
         """

@@ -1072,6 +1072,42 @@ class HostLost(Event):
 
 
 @dataclass(frozen=True, slots=True)
+class Idle(Event):
+    """
+    A part of a launch on a machine has nothing to do now, or has again.
+
+    It is neither shown nor recorded.
+    """
+
+    is_idle: bool
+
+    def lines(self) -> tuple[str, ...]:
+        return ()
+
+    def record(self) -> dict[str, Any]:
+        return {}
+
+
+@dataclass(frozen=True, slots=True)
+class CannotRun(Event):
+    """
+    A part of a launch on a machine cannot run at all.
+
+    :param reason: Why, in one line
+    """
+
+    reason: str
+
+    severity = 'ERROR'
+
+    def lines(self) -> tuple[str, ...]:
+        return (self.reason,)
+
+    def record(self) -> dict[str, Any]:
+        return {}
+
+
+@dataclass(frozen=True, slots=True)
 class FailureReport:
     """
     What is known of a failure.

@@ -32,7 +32,8 @@ class Participant:
     For example, the watcher of `--watch`, the parts on other machines, and
     the worker that runs Python launch files. A participant listens to events,
     executes commands, and can keep the launch running. By default, it does
-    nothing. No method blocks, except :meth:`close`.
+    nothing. No method blocks, except :meth:`failed`, :meth:`finish` and
+    :meth:`close`.
     """
 
     def children(self) -> Collection[int]:
@@ -111,6 +112,12 @@ class Participant:
         if no participant before it is waiting, a participant is asked.
         """
         return False
+
+    def failed(self, error: Exception) -> None:
+        """Report to others that the launch cannot run."""
+
+    def finish(self) -> None:
+        """Report the end of the launch to others, after the last event."""
 
     def close(self) -> None:
         """End the processes that it has started, and wait for that."""

@@ -13,12 +13,15 @@ for a variable that is unset.
 
 from collections import Counter
 import json
+from typing import Any
 
 from colcon_yamllaunch.common.codec import Codec
 from colcon_yamllaunch.common.codec import CodecError
 from colcon_yamllaunch.common.codec import from_json
 from colcon_yamllaunch.common.codec import only
+from colcon_yamllaunch.common.codec import Read
 from colcon_yamllaunch.common.codec import read_float
+from colcon_yamllaunch.common.codec import Write
 from colcon_yamllaunch.plan.plan import ChangeState
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import HostCall
@@ -39,7 +42,8 @@ MAXIMUM_VALUES = 2_000_000
 #: misunderstand the new one.
 VERSION = 1
 
-_TAGS: dict[type, str] = {
+#: The names of the classes that a plan consists of.
+TAGS: dict[type, str] = {
     ChangeState: 'change_state',
     Component: 'component',
     HostCall: 'call',
@@ -117,12 +121,11 @@ def _read_environment(data: object) -> Variables:
     return tuple(sorted(variables.items()))
 
 
-_CODEC = Codec(
-    _TAGS,
-    special={
-        float: (None, _read_seconds),
-        # of any size, as a plan is the user's own
-        int: (None, lambda data: only(int, data)),
-        Variables: (dict, _read_environment),
-    },
-)
+#: How values of some types are written and read.
+SPECIAL: dict[Any, tuple[Write | None, Read]] = {
+    float: (None, _read_seconds),
+    # of any size, as a plan is the user's own
+    int: (None, lambda data: only(int, data)),
+    Variables: (dict, _read_environment),
+}
+_CODEC = Codec(TAGS, special=SPECIAL)

@@ -85,7 +85,8 @@ class Asked:
 
     def asks(self, request: str, **more: Any) -> object:
         message = {'version': protocol.VERSION, 'request': request, **more}
-        return self.service.answer(message, self.answers.append)
+        connection: Any = None
+        return self.service.answer(message, self.answers.append, connection)
 
 
 @pytest.fixture
@@ -98,7 +99,7 @@ def test_the_state_has_all_in_the_order_of_the_plan(asked: Asked) -> None:
     asked.asks('status')
     # what it uses is asked for first
     assert not asked.answers
-    asked.link.answers('usage', usage={'arm│last': [0.5, 4096]})
+    asked.link.answers('measure', usage={'arm│last': [0.5, 4096]})
     (answer,) = asked.answers
     state = from_json(answer['launch'])
     assert [p.label for p in state.processes] == LABELS
@@ -111,15 +112,15 @@ def test_the_state_has_all_in_the_order_of_the_plan(asked: Asked) -> None:
     ]
 
 
-def test_acts_are_answered_by_the_machine(asked: Asked) -> None:
+def test_commands_are_answered_by_the_machine(asked: Asked) -> None:
     asked.asks('stop', process='arm│last')
     assert not asked.answers
-    asked.link.answers('act', error='it has not been started yet')
+    asked.link.answers('stop', error='it has not been started yet')
     asked.asks('stop', process='nobody')
     assert [a['ok'] for a in asked.answers] == [False, False]
     assert asked.answers[0]['error'] == 'it has not been started yet'
     asked.asks('kill', process='arm│last')
-    asked.link.answers('act')
+    asked.link.answers('kill')
     assert asked.answers[-1]['ok']
 
 
@@ -160,7 +161,8 @@ def test_who_attaches_is_shown_what_is_there(asked: Asked) -> None:
     viewer: Any = SimpleNamespace(show=lambda *_: None)
     asked.service.attach('arm│first', viewer)
     asked.service.detach('arm│first', viewer)
-    assert [m['do'] for m in asked.link.sent[-2:]] == ['attach', 'detach']
+    sent = [m['request'] for m in asked.link.sent[-2:]]
+    assert sent == ['show', 'hide']
     assert asked.launch.told[-2:] == [
         events.Attached(FIRST),
         events.Detached(FIRST),

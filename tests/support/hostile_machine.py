@@ -76,9 +76,11 @@ class _HostileMachine:
                 self._say(reply=number, result=result)
             case {'request': _, 'id': number}:
                 self._say(reply=number, result={})
-            case {'resume': _}:
-                self._say(resumed=0)
-                _for_ever(lambda: self._say(clock=0))
+            case {'relay': _}:
+                self._say(relay=True)
+                answer = b'{"ok": true, "id": "subscribed", "asked": 0}\n'
+                os.write(1, answer)
+                _for_ever(lambda: os.write(1, b'{"pong": null}\n'))
 
     def _silent_after(self, what: str) -> None:
         if self._way == f'silent after {what}':

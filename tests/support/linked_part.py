@@ -17,6 +17,9 @@ import uuid
 
 from colcon_yamllaunch.common.process_scan import arguments_of
 from colcon_yamllaunch.common.process_scan import running_processes
+from colcon_yamllaunch.control.command_codec import request_of
+from colcon_yamllaunch.engine.commands import Command
+from colcon_yamllaunch.engine.commands import Shutdown
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.stopping.launch_scan import launcher_of
@@ -25,7 +28,8 @@ from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.remote.deployment.machine import Machine
 from colcon_yamllaunch.remote.link.machine_contact import MachineContact
-from colcon_yamllaunch.remote.wire.part_settings import PartSettings
+from colcon_yamllaunch.remote.part_commands import Finish
+from colcon_yamllaunch.remote.part_settings import PartSettings
 from support.marked_processes import command_of
 from support.marked_processes import kill
 from support.marked_processes import marked
@@ -105,7 +109,7 @@ class LinkedPart:
         self.messages: list[dict[str, Any]] = []
         self.written: dict[tuple[str, str], bytes] = {}
         self.times: list[float] = []
-        self.echoed = b''
+        self.shown = b''
         self.told: list[str] = []
         self.reason = ''
         self.gone_for: str | None = None
@@ -138,9 +142,11 @@ class LinkedPart:
     def message(self, message: dict[str, Any]) -> None:
         """Take a message."""
         self.messages.append(message)
-        kind = next(key for key in message if key != 'time')
+        kind = next(iter(message))
         if kind == 'event':
             kind = message['event']['event']
+        elif kind == 'shown':
+            self.shown += message['shown']['data']
         self.told.append(kind)
 
     def output(
@@ -151,10 +157,6 @@ class LinkedPart:
         self.written[label, stream] = before + data
         self.times.append(seconds)
         self.told.append('output')
-
-    def echo(self, label: str, data: bytes) -> None:
-        """Take what was echoed."""
-        self.echoed += data
 
     def lost(self, reason: str) -> None:
         """Take note of a loss."""
@@ -195,6 +197,15 @@ class LinkedPart:
             assert time.monotonic() < deadline, (self.told, self.gone_for)
             self.turn()
 
+    def events(self, name: str) -> list[dict[str, Any]]:
+        """Return the events of a kind."""
+        found = [m.get('event') or {} for m in self.messages]
+        return [event for event in found if event.get('event') == name]
+
+    def event(self, name: str) -> dict[str, Any]:
+        """Return the first event of a kind."""
+        return self.events(name)[0]
+
     def wait_for_told(self, name: str, count: int = 1) -> None:
         """Have turns until something was told."""
         self.wait_for(lambda: self.told.count(name) >= count)
@@ -203,14 +214,17 @@ class LinkedPart:
         """Return what a process has written."""
         return self.written.get((label, stream), b'').decode()
 
-    def answer(self, what: str, **content: Any) -> dict[str, Any]:
-        """Ask for something, and return the answer."""
-        number = len(self.messages) + 1000
-        self.link.send({'do': what, 'id': number, **content})
+    def send(self, command: Command[Any]) -> int:
+        """Send a command, and return the number of its answer."""
+        return self.link.send(request_of(command))
+
+    def answer(self, command: Command[Any]) -> dict[str, Any]:
+        """Send a command, and return the answer."""
+        number = self.send(command)
         found: list[dict[str, Any]] = []
 
         def has_come() -> bool:
-            found[:] = [m for m in self.messages if m.get('reply') == number]
+            found[:] = [m for m in self.messages if m.get('id') == number]
             return bool(found)
 
         self.wait_for(has_come)
@@ -218,16 +232,8 @@ class LinkedPart:
 
     def finish(self) -> None:
         """Stop all, and wait for the end."""
-        reason = 'interrupted'
-        self.link.send(
-            {
-                'do': 'stop',
-                'reason': reason,
-                'interactive': False,
-                'drop_timers': True,
-            }
-        )
-        self.link.send({'do': 'finish'})
+        self.send(Shutdown('interrupted'))
+        self.send(Finish())
         self.wait_for(lambda: self.gone_for is not None)
 
     @property

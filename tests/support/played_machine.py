@@ -9,6 +9,7 @@ import time
 from types import SimpleNamespace
 from typing import Any
 
+from colcon_yamllaunch.control.event_codec import event_to_json
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.moment import Moment
@@ -20,7 +21,6 @@ from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.remote.deployment.machine import Machine
 from colcon_yamllaunch.remote.link.remote_parts import RemoteParts
-from colcon_yamllaunch.remote.wire.event_codec import event_to_json
 from support.launch_states import ABOUT
 
 #: The size of the terminals of processes.
@@ -53,8 +53,10 @@ class PlayedLink:
     def begin(self, loop: Loop, handler: Any) -> None:
         self.handler = handler
 
-    def send(self, message: Any) -> None:
-        self.sent.append(dict(message))
+    def send(self, request: Any) -> int:
+        request = {k: v for k, v in request.items() if k != 'version'}
+        self.sent.append(request)
+        return len(self.sent)
 
     def advance(self) -> None:
         return
@@ -82,14 +84,19 @@ class PlayedLink:
         """Send a message."""
         self.handler.message(message)
 
-    def asked(self, what: str) -> list[dict[str, Any]]:
-        """Return what was asked for by messages of one kind."""
-        return [m for m in self.sent if m['do'] == what]
+    def asked(self, name: str) -> list[dict[str, Any]]:
+        """Return the requests of one kind."""
+        return [m for m in self.sent if m['request'] == name]
 
-    def answers(self, what: str, **answer: Any) -> None:
-        """Answer the last message of a kind."""
-        number = self.asked(what)[-1]['id']
-        self.handler.message({'reply': number, 'error': None, **answer})
+    def answers(self, name: str, **answer: Any) -> None:
+        """Answer the last request of a kind."""
+        numbers = [
+            number
+            for number, message in enumerate(self.sent, 1)
+            if message['request'] == name
+        ]
+        ok = 'error' not in answer
+        self.handler.message({'ok': ok, 'id': numbers[-1], **answer})
 
 
 class PlayedLaunch:
@@ -109,7 +116,7 @@ class PlayedLaunch:
         self.is_stopping = False
         self.told: list[events.Event] = []
         self.output: list[tuple[str, str, bytes]] = []
-        self.echoed: list[tuple[str, bytes]] = []
+        self.shown: list[tuple[str, str, bytes]] = []
         self.full: set[str] = set()
         self.here: list[Process] = []
         self.times: list[float] = []
@@ -139,8 +146,8 @@ class PlayedLaunch:
     def end_lines(self, label: str) -> None:
         self.output.append((label, 'end', b''))
 
-    def echo(self, label: str, data: bytes) -> None:
-        self.echoed.append((label, data))
+    def show(self, label: str, stream: events.Stream, data: bytes) -> None:
+        self.shown.append((label, stream, data))
 
     def accepts(self, key: tuple[str, events.Stream]) -> bool:
         return key[0] not in self.full

@@ -134,7 +134,8 @@ class Relay:
         if source is None:
             source = self._fed[key] = _Source(-1, process, stream)
         source.process = process
-        self._take_chunk(source, data)
+        # who is attached is shown it before, see `show`
+        self._take_chunk(source, data, is_shown=True)
 
     def resume(self) -> None:
         """Read again what had to wait for the screen."""
@@ -209,9 +210,11 @@ class Relay:
         self._take_chunk(source, chunk)
         return len(chunk)
 
-    def _take_chunk(self, source: _Source, chunk: bytes) -> None:
+    def _take_chunk(
+        self, source: _Source, chunk: bytes, *, is_shown: bool = False
+    ) -> None:
         self._record(source.process, source.stream, chunk)
-        if self.sinks:
+        if self.sinks and not is_shown:
             self.show(source.process.label, source.stream, chunk)
         before = source.buffer.size
         self._pass_on(source, source.buffer.feed(chunk))

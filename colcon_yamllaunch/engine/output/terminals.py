@@ -88,8 +88,6 @@ class Terminals:
         self._followers: set[int] = set()
         #: Is told each descriptor of a keyboard before it is closed.
         self.closing: Callable[[int], object] = bool
-        #: Is told what the terminal of a process, by its label, echoes.
-        self.when_echoed: Callable[[str, bytes], object] | None = None
 
     @contextmanager
     def stdin_of(
@@ -229,8 +227,6 @@ class Terminals:
             self._close(label)
             return
         self._relay.show(label, 'stdout', echo)
-        if self.when_echoed is not None:
-            self.when_echoed(label, echo)
 
     def _write(self, keyboard: int) -> None:
         pending = self._typed.pop(keyboard, b'')

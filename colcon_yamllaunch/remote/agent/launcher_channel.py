@@ -56,6 +56,8 @@ class LauncherChannel:
         self._frames: list[Frame] = []
         self._heard = self._beaten = time.monotonic()
         self._was_asked = False
+        #: Seconds without a word after which the launcher is gone.
+        self.silence = SILENCE
 
     def poll(
         self,
@@ -85,7 +87,7 @@ class LauncherChannel:
         now = time.monotonic()
         if 0 in ready:
             self._read()
-        elif listens and now - self._heard > SILENCE:
+        elif listens and now - self._heard > self.silence:
             raise LauncherGoneError
         if now >= self._beaten + BEAT:
             self._beaten = now
@@ -96,15 +98,6 @@ class LauncherChannel:
         """Return the frames that have come and nobody has taken."""
         taken, self._frames = self._frames, []
         return taken
-
-    @property
-    def unread(self) -> bytes:
-        """What has come and nobody has taken, as it came."""
-        whole = (
-            frames.encode(f.kind, f.body, f.number)
-            for f in self.taken_frames()
-        )
-        return b''.join((*whole, self._reader.rest))
 
     def next_frame(self, idle: Callable[[], None]) -> Frame:
         """

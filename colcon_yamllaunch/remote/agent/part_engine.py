@@ -21,9 +21,9 @@ from colcon_yamllaunch.plan.plan_json import plan_from_json
 from colcon_yamllaunch.plan.plan_json import PlanFormatError
 from colcon_yamllaunch.remote.agent import launcher_channel
 from colcon_yamllaunch.remote.agent.launcher_channel import LauncherChannel
+from colcon_yamllaunch.remote.agent.part import Part
 from colcon_yamllaunch.remote.agent.part_place import PartPlace
-from colcon_yamllaunch.remote.agent.uplink import Uplink
-from colcon_yamllaunch.remote.wire.part_settings import PartSettings
+from colcon_yamllaunch.remote.part_settings import PartSettings
 from colcon_yamllaunch.run import run
 from colcon_yamllaunch.run import RunContext
 from colcon_yamllaunch.workspace.environment.sourcing import source
@@ -108,11 +108,11 @@ def _run(
             text = f'{place.path} cannot be written: {error.strerror}'
             os.write(told, f'failed {text}; make room there'.encode())
             return 1
-        uplink = Uplink(server, settings, log_folder)
+        part = Part(server, settings, log_folder)
         os.write(told, f'ready {identity}'.encode())
         os.close(told)
         return _run_part(
-            plan, settings, environment, log_folder, uplink, identity
+            plan, settings, environment, log_folder, part, identity
         )
     finally:
         if server is not None:
@@ -126,7 +126,7 @@ def _run_part(
     settings: PartSettings,
     environment: Mapping[str, str],
     log_folder: Path | None,
-    uplink: Uplink,
+    part: Part,
     identity: str,
 ) -> int:
     store = None
@@ -142,7 +142,7 @@ def _run_part(
                 log_store=store,
                 tty=settings.tty,
                 identity=identity,
-                participants=(uplink,),
+                participants=(part,),
                 is_hidden=True,
                 about=About(
                     f'part of a launch on {settings.machine} that lost its '
@@ -155,18 +155,9 @@ def _run_part(
                     (settings.columns, settings.rows)
                 ),
             )
-            code = run(plan, context)
-            # the launcher may be away for a while
-            for number in (signal.SIGHUP, signal.SIGINT, signal.SIGTERM):
-                signal.signal(number, signal.SIG_IGN)
-            uplink.over(code)
-            return code
-        except UserError as error:
-            uplink.failed(str(error))
-            return 1
-        except Exception as error:  # noqa: BLE001
-            # a fault of ours, which is told in one line all the same
-            uplink.failed(f'{type(error).__name__}: {error}')
+            return run(plan, context)
+        except Exception:  # noqa: BLE001
+            # the launcher has been sent it, see `Part.failed`
             return 1
 
 

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Passing on what goes between the launcher and the engine of a part."""
+"""The relay between the launcher and the control socket of a part."""
 
 from collections.abc import Mapping
 from contextlib import suppress
@@ -26,6 +26,8 @@ _WAITING = 1024 * 1024
 #: Seconds that the launcher gets to take the last of it.
 _LAST_PATIENCE = 5.0
 _LOOK = 0.5
+#: Seconds that the launcher may take to start its other parts.
+_FIRST_TIMEOUT = 60.0
 
 
 def start(launcher: LauncherChannel, content: Mapping[str, Any]) -> None:
@@ -86,7 +88,8 @@ def _pass_on_and_clear(
 ) -> None:
     with engine:
         try:
-            pass_on(launcher.unread, engine.fileno())
+            _begin(launcher)
+            pass_on(engine.fileno())
         except launcher_channel.LauncherGoneError:
             return
     if _is_alive(identity):
@@ -95,7 +98,25 @@ def _pass_on_and_clear(
     if place.has_record(identity):
         _clear(place, identity)
         with suppress(launcher_channel.LauncherGoneError):
-            launcher_channel.send({'killed': True})
+            launcher_channel.write(b'{"killed":true}\n')
+
+
+def _begin(launcher: LauncherChannel) -> None:
+    """
+    Wait until the launcher speaks with the part.
+
+    Frames end with its request, and ours end with the answer.
+
+    :raises LauncherGoneError: when it does not
+    """
+    launcher.silence = _FIRST_TIMEOUT
+    while 'relay' not in launcher.next_frame(_do_nothing).content():
+        continue
+    launcher_channel.send({'relay': True})
+
+
+def _do_nothing() -> None:
+    """Wait for the launcher without anything else to do."""
 
 
 def _clear(place: PartPlace, identity: str) -> None:
@@ -109,16 +130,15 @@ def _is_alive(identity: str) -> bool:
     return launcher is not None and launcher[1]
 
 
-def pass_on(unread: bytes, engine: int) -> None:
+def pass_on(engine: int) -> None:
     """
     Pass on what comes from either end, until the engine has closed its own.
 
-    :param unread: What the launcher has sent already
     :raises LauncherGoneError: when the launcher is gone
     """
     for descriptor in (0, 1, engine):
         os.set_blocking(descriptor, False)
-    down, up = bytearray(unread), bytearray()
+    down, up = bytearray(), bytearray()
     at_end = False
     deadline = math.inf
     # what nobody takes any more, as in a network that is gone, is given up

@@ -34,11 +34,11 @@ from colcon_yamllaunch.remote.connection.foreground import foreground
 from colcon_yamllaunch.remote.connection.foreground import has_terminal
 from colcon_yamllaunch.remote.connection.program_archive import program_archive
 from colcon_yamllaunch.remote.deployment.machine import Machine
+from colcon_yamllaunch.remote.part_settings import PartSettings
 from colcon_yamllaunch.remote.wire import frames
 from colcon_yamllaunch.remote.wire.frames import Frame
 from colcon_yamllaunch.remote.wire.frames import FrameError
 from colcon_yamllaunch.remote.wire.frames import FrameReader
-from colcon_yamllaunch.remote.wire.part_settings import PartSettings
 
 #: Seconds that a machine may take to answer at first. Who asks the user, or
 #: waits for an allocation, takes as long as that takes.
@@ -269,7 +269,7 @@ class MachineConnection:
                 self.machine, 'it does not tell what it has started'
             )
         self._stop_beats()
-        whole = (frames.encode(f.kind, f.body, f.number) for f in self._frames)
+        whole = (frames.encode(f.kind, f.body) for f in self._frames)
         received = b''.join((*whole, self._reader.rest))
         self._process = None
         return StartedPart(

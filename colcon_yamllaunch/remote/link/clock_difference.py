@@ -30,16 +30,15 @@ class ClockDifference:
         #: How many seconds it is ahead of ours.
         self.ahead = ahead
 
-    def note(self, sent: float, age: float, theirs: float) -> None:
+    def note(self, sent: float, theirs: float) -> None:
         """
         Take the answer to a heartbeat.
 
         :param sent: When that was sent, by our clock
-        :param age: For how many seconds it lay there
         :param theirs: When it was answered, by the other clock
         """
         now = self._now()
-        took = now - sent - age
+        took = now - sent
         if not math.isfinite(took) or not math.isfinite(theirs):
             return
         if took < 0:

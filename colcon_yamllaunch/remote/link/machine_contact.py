@@ -8,7 +8,7 @@ from colcon_yamllaunch.remote.connection.machine_connection import (
     MachineConnection,
 )
 from colcon_yamllaunch.remote.link.machine_link import MachineLink
-from colcon_yamllaunch.remote.wire.part_settings import PartSettings
+from colcon_yamllaunch.remote.part_settings import PartSettings
 
 
 class MachineContact(MachineConnection):

@@ -1,7 +1,13 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""The link to a machine while its part of the launch runs."""
+"""
+The link to a machine while its part of the launch runs.
+
+It is a client of the control socket of the part, and holds it: after a lost
+connection it subscribes from the point that it has come to, and sends again
+the requests that the part has not executed.
+"""
 
 from collections import deque
 from collections.abc import Callable
@@ -15,6 +21,11 @@ from typing import Any
 from typing import Protocol
 
 from colcon_yamllaunch.common.printable import one_line
+from colcon_yamllaunch.control import protocol
+from colcon_yamllaunch.control.command_codec import request_of
+from colcon_yamllaunch.control.messages import MessageReader
+from colcon_yamllaunch.control.protocol import ProtocolError
+from colcon_yamllaunch.engine.commands import Shutdown
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.remote.connection.bootstrap import Bootstrap
@@ -29,14 +40,13 @@ from colcon_yamllaunch.remote.connection.connect_process import ConnectProcess
 from colcon_yamllaunch.remote.connection.machine_connection import StartedPart
 from colcon_yamllaunch.remote.connection.program_archive import program_archive
 from colcon_yamllaunch.remote.link.clock_difference import ClockDifference
+from colcon_yamllaunch.remote.part_commands import Finish
+from colcon_yamllaunch.remote.part_settings import heartbeat_of
+from colcon_yamllaunch.remote.part_settings import LOST_AFTER
 from colcon_yamllaunch.remote.wire import frames
-from colcon_yamllaunch.remote.wire.frames import Frame
 from colcon_yamllaunch.remote.wire.frames import FrameError
 from colcon_yamllaunch.remote.wire.frames import FrameReader
-from colcon_yamllaunch.remote.wire.numbered import Inbox
-from colcon_yamllaunch.remote.wire.numbered import Outbox
-from colcon_yamllaunch.remote.wire.part_settings import heartbeat_of
-from colcon_yamllaunch.remote.wire.part_settings import LOST_AFTER
+from colcon_yamllaunch.remote.wire.frames import read_object
 
 #: Seconds without a word after which a link is lost, at most.
 SILENCE = 4.5
@@ -59,17 +69,22 @@ LAST_PATIENCE = 2.0
 #: Seconds for which the loop may stand still, as when the launch is suspended,
 #: without that being silence of a machine; less where that is short.
 _STANDSTILL = 2.0
-#: Frames of output that are passed on before others get their turn.
+#: Messages that are passed on before others get their turn.
 _PER_TURN = 64
+#: Bytes of output after which they are acknowledged.
+_ACKNOWLEDGED = 512 * 1024
+#: Seconds by which the guard of a part waits longer than its engine, which
+#: says why it stops.
+_GUARD_MARGIN = 5.0
 _READ = 256 * 1024
-_BATCH = 256 * 1024
+_SUBSCRIBED = 'subscribed'
 
 
 class LinkHandler(Protocol):
-    """What is told what comes from a machine, in one order, exactly once."""
+    """Receives what comes from a machine, in order, exactly once."""
 
     def message(self, message: dict[str, Any]) -> None:
-        """Take a message; its `time` is by the clock here."""
+        """Take a message of the control protocol; its `time` is as ours."""
 
     def output(
         self, label: str, stream: str, data: bytes, seconds: float
@@ -80,9 +95,6 @@ class LinkHandler(Protocol):
         :param stream: `stdout` or `stderr`
         :param seconds: When, by the clock here (:func:`time.time`)
         """
-
-    def echo(self, label: str, data: bytes) -> None:
-        """Take what the terminal of a process has echoed."""
 
     def lost(self, reason: str) -> None:
         """Take note that the link is lost; it is tried to get it back."""
@@ -115,18 +127,29 @@ class MachineLink:
         self._lost_after = part.machine.lost_after or LOST_AFTER
         self._silence = min(SILENCE, self._lost_after)
         self._heartbeat = heartbeat_of(self._lost_after)
-        self._outbox = Outbox()
-        self._inbox = Inbox()
-        self._reader = FrameReader()
+        self._frames = FrameReader()
+        # None until the part is at the other end of the connection
+        self._reader: MessageReader | None = None
+        # how many events, and bytes of output, were passed on, and how much
+        # of that the part knows
+        self._events = self._bytes = 0
+        self._acknowledged = 0
+        # the id of the last request, and requests that are not answered
+        self._number = 0
+        self._requests: dict[int, bytes] = {}
+        # when those pings were sent that are not answered
+        self._pings: deque[float] = deque()
+        self._holder = os.urandom(8).hex()
         self._unsent = bytearray()
         self._clock = ClockDifference(part.facts.ahead)
         # what waits for a screen that takes no more
-        self._waiting: deque[Frame] = deque()
+        self._waiting: deque[tuple[dict[str, Any], int]] = deque()
         self._waiting_size = 0
         self._held = False
         # None once the engine there answers
         self._bootstrap: Bootstrap | None = None
-        self._is_resumed = False
+        # whether the part has answered that we have subscribed
+        self._is_subscribed = False
         # the plan of a new part, while one is to be started
         self._plan: Callable[[], str] | None = None
         # the first connection exists already
@@ -171,7 +194,7 @@ class MachineLink:
         process.leave_to_guard()
         self._heard = self._since = time.monotonic()
         self._watch(process)
-        self._resume()
+        self._put(frames.message({'relay': True}))
         self._feed(self._part.received)
 
     @property
@@ -191,8 +214,10 @@ class MachineLink:
         now = time.monotonic()
         if self.is_gone:
             self.is_gone = self._is_over = self._held = False
-            self._outbox.close()
-            self._outbox, self._inbox = Outbox(), Inbox()
+            self._events = self._bytes = self._acknowledged = 0
+            self._number = 0
+            self._requests.clear()
+            self._holder = os.urandom(8).hex()
             self._waiting.clear()
             self._waiting_size = 0
             self._lost_at = now
@@ -202,10 +227,18 @@ class MachineLink:
         if at_once:
             self._retry_at = now
 
-    def send(self, message: Mapping[str, Any]) -> None:
-        """Have a message arrive there, exactly once."""
-        self._outbox.add(frames.MESSAGE, frames.json_body(dict(message)))
-        self._flush()
+    def send(self, request: Mapping[str, Any]) -> int:
+        """
+        Have a request arrive there, exactly once.
+
+        :return: The `id` that its answer will have
+        """
+        self._number += 1
+        data = protocol.encode({**request, 'id': self._number})
+        self._requests[self._number] = data
+        if self._is_subscribed:
+            self._put(data)
+        return self._number
 
     def hold(self, held: bool) -> None:
         """Pass on no output, and nothing behind it, or go on."""
@@ -225,18 +258,19 @@ class MachineLink:
         self._pass_on()
         if self._process is None:
             self._mind_loss(now)
-        elif self._bootstrap is not None or not self._is_resumed:
+        elif not self._is_subscribed:
             if now - self._since > self._patience:
                 self._lose('it does not answer')
         elif now - self._heard > self._silence:
             # the end of this connection is not to stop its part
-            self._put(frames.message({'coming_back': True}))
+            self._ping(reconnecting=True)
             self._lose(f'nothing was heard of it for {self._silence:g} s')
-        if self._is_resumed:
-            is_due = now - self._beaten >= self._heartbeat
-            if is_due or self._inbox.is_due():
-                self._beat(now)
-            self._flush()
+        if self._is_subscribed and (
+            now - self._beaten >= self._heartbeat
+            or self._bytes - self._acknowledged >= _ACKNOWLEDGED
+        ):
+            self._beaten = now
+            self._ping()
 
     def seconds_to_wait(self) -> float | None:
         """Return the seconds until :meth:`advance` is to be called again."""
@@ -246,7 +280,7 @@ class MachineLink:
             if self._waiting and not self._held:
                 return 0.0
             # no heartbeat is sent while the connection is lost
-            beaten = self._beaten if self._is_resumed else now
+            beaten = self._beaten if self._is_subscribed else now
             waits.append(beaten + self._heartbeat - now)
             if self._process is None:
                 waits.append(self._retry_at - now)
@@ -277,17 +311,15 @@ class MachineLink:
 
         What still runs there is stopped, unless it is to be kept.
         """
-        if self._is_resumed and self.machine.on_lost != 'keep':
-            stop = {'do': 'stop', 'reason': 'the launch has ended'}
-            for message in (stop, {'do': 'finish'}):
-                self.send({**message, 'drop_timers': True})
+        if self._is_subscribed and self.machine.on_lost != 'keep':
+            self.send(request_of(Shutdown('the launch has ended')))
+            self.send(request_of(Finish()))
         if self._process is not None:
             self._part_with(self._process)
         deadline = time.monotonic() + LAST_PATIENCE
         for process, _ in self._ending.values():
             process.close(max(0.0, deadline - time.monotonic()))
         self._ending.clear()
-        self._outbox.close()
         self.is_gone = True
 
     # the connection
@@ -304,10 +336,6 @@ class MachineLink:
         if process is not None and not process.read_messages():
             assert self._loop is not None
             self._loop.remove(process.stderr)
-
-    def _ready(self) -> None:
-        self._write()
-        self._flush()
 
     def _receive(self) -> None:
         process = self._process
@@ -330,26 +358,24 @@ class MachineLink:
     def _feed(self, data: bytes) -> None:
         process = self._process
         try:
-            for frame in self._reader.feed(data):
-                self._frame(frame)
+            if self._reader is None:
+                for frame in self._frames.feed(data):
+                    self._heard = time.monotonic()
+                    if frame.kind == frames.CONTROL:
+                        self._take_reply(frame.content())
+                    if self._process is not process or process is None:
+                        return
+                return
+            for message in self._reader.feed(data):
+                self._heard = time.monotonic()
+                self._take(message)
                 if self._process is not process or process is None:
                     return
-        except FrameError as error:
+        except (FrameError, ProtocolError) as error:
             self._give_up(f'the connection is damaged: {error}')
 
-    def _frame(self, frame: Frame) -> None:
-        self._heard = time.monotonic()
-        if frame.kind == frames.CONTROL:
-            self._control(frame.content())
-        elif not self._is_resumed:
-            raise FrameError('a frame came too early')
-        elif self._inbox.is_new(frame):
-            self._waiting.append(frame)
-            self._waiting_size += len(frame.body)
-            if self._waiting_size > MAXIMUM_HELD:
-                raise FrameError('it sends more than it may')
-
-    def _control(self, content: Mapping[str, Any]) -> None:
+    def _take_reply(self, content: Mapping[str, Any]) -> None:
+        """Take what the program there says before the part does."""
         match content:
             case {'reply': _, 'error': str(error)}:
                 if self._plan is None:
@@ -362,33 +388,99 @@ class MachineLink:
             } if self._plan is not None:
                 self._plan = None
                 self._part = replace(self._part, identity=identity, boot=boot)
-                self._resume()
+                self._put(frames.message({'relay': True}))
             case {'reply': _} if self._plan is not None:
                 self._give_up('it does not say which part it has started')
             case {'reply': _}:
-                # the engine there is at the other end now
-                self._resume()
-            case {'resumed': int(number)}:
-                self._outbox.resume(number)
-                self._is_resumed = True
-                self._found_again()
-            case {'killed': True}:
-                self._give_up(
-                    'its launcher there was killed, and its processes were '
-                    'stopped'
-                )
-        match content:
-            case {'ack': int(number)}:
-                self._outbox.acknowledged(number)
-        match content:
-            case {
-                'clock': int() | float() as theirs,
-                'echo': int() | float() as sent,
-                'age': int() | float() as age,
-            }:
-                self._clock.note(float(sent), float(age), float(theirs))
+                self._put(frames.message({'relay': True}))
+            case {'relay': _}:
+                self._subscribe()
 
-    def _found_again(self) -> None:
+    def _subscribe(self) -> None:
+        """Have the part send what has not come."""
+        self._reader = MessageReader(_read_object)
+        self._pings.clear()
+        keeps = self.machine.on_lost == 'keep'
+        lease = None if keeps else self._lost_after + _GUARD_MARGIN
+        request = protocol.request(
+            'subscribe',
+            id=_SUBSCRIBED,
+            since={'events': self._events, 'bytes': self._bytes},
+            raw=True,
+            relayed=True,
+            holder=self._holder,
+            lease=lease,
+        )
+        self._put(protocol.encode(request))
+
+    def _take(self, message: dict[str, Any]) -> None:
+        """
+        Take a message of the part.
+
+        :raises ProtocolError: when it makes no sense
+        """
+        number = message.get('id')
+        if 'ok' in message and not isinstance(number, int):
+            if message['ok'] is not True:
+                raise ProtocolError(one_line(str(message.get('error'))))
+            if number == _SUBSCRIBED:
+                self._resume(message.get('asked'))
+            else:
+                self._note_clock(message.get('clock'))
+        elif 'killed' in message:
+            self._give_up(
+                'its launcher there was killed, and its processes were stopped'
+            )
+        elif not self._is_subscribed:
+            raise ProtocolError('a message came too early')
+        else:
+            self._queue(message)
+
+    def _note_clock(self, clock: object) -> None:
+        """
+        Take the answer to a ping.
+
+        :raises ProtocolError: when it makes no sense
+        """
+        if not self._pings or not isinstance(clock, int | float):
+            raise ProtocolError('it answers what nobody asked')
+        self._clock.note(self._pings.popleft(), float(clock))
+
+    def _queue(self, message: dict[str, Any]) -> None:
+        """
+        Have a message passed on.
+
+        :raises ProtocolError: when too many wait already
+        """
+        number = message.get('id')
+        if isinstance(number, int):
+            self._requests.pop(number, None)
+        size = 0
+        for kind in ('output', 'shown'):
+            fields = message.get(kind)
+            if isinstance(fields, dict):
+                size = len(fields.get('data', b''))
+        self._waiting.append((message, size))
+        self._waiting_size += size
+        if self._waiting_size > MAXIMUM_HELD:
+            raise ProtocolError('it sends more than it may')
+
+    def _resume(self, asked: object) -> None:
+        """
+        Go on with the part.
+
+        :param asked: The last request that it has executed
+        :raises ProtocolError: when it was not asked for that
+        """
+        if not isinstance(asked, int) or not 0 <= asked <= self._number:
+            raise ProtocolError('it has executed more than it was asked for')
+        self._is_subscribed = True
+        self._requests = {
+            number: data
+            for number, data in self._requests.items()
+            if number > asked
+        }
+        self._put(b''.join(self._requests.values()))
         if self._lost_at is not None:
             seconds = time.monotonic() - self._lost_at
             self._lost_at = None
@@ -396,26 +488,19 @@ class MachineLink:
             assert self._handler is not None
             self._handler.back(seconds)
 
-    def _resume(self) -> None:
-        """Have the engine there send what has not come."""
-        self._is_resumed = False
-        now = time.time()
-        content = {'resume': self._inbox.last, 'beat': now}
-        self._put(frames.message(content))
-
-    def _beat(self, now: float) -> None:
-        self._beaten = now
-        # what waits here is not taken yet
-        number = self._inbox.last - len(self._waiting)
-        self._put(frames.message({'beat': time.time(), 'ack': number}))
+    def _ping(self, *, reconnecting: bool = False) -> None:
+        """Acknowledge what was passed on, and ask for a sign of life."""
+        self._acknowledged = self._bytes
+        self._pings.append(time.time())
+        point = {'events': self._events, 'bytes': self._bytes}
+        request = protocol.request(
+            'ping', ack=point, reconnecting=reconnecting
+        )
+        self._put(protocol.encode(request))
 
     def _put(self, data: bytes) -> None:
         self._unsent += data
         self._write()
-
-    def _flush(self) -> None:
-        while self._is_resumed and not self._unsent and self._outbox.has_more:
-            self._put(self._outbox.take(_BATCH))
 
     def _write(self) -> None:
         process = self._process
@@ -432,45 +517,60 @@ class MachineLink:
                 self._unsent.clear()
         assert self._loop is not None
         if self._unsent:
-            self._loop.add_writer(process.stdin, self._ready)
+            self._loop.add_writer(process.stdin, self._write)
         else:
             self._loop.remove_writer(process.stdin)
 
     def _pass_on(self) -> None:
-        """Tell what has come, for a turn."""
+        """Pass on what has come, for a turn."""
+        try:
+            for _ in range(_PER_TURN):
+                if self._held or not self._waiting:
+                    return
+                message, size = self._waiting.popleft()
+                self._waiting_size -= size
+                self._pass_on_message(message)
+        except ProtocolError as error:
+            self._give_up(f'the connection is damaged: {error}')
+
+    def _pass_on_message(self, message: dict[str, Any]) -> None:
+        """
+        Pass on one message.
+
+        :raises ProtocolError: when it makes no sense
+        """
         handler = self._handler
         assert handler is not None
-        for _ in range(_PER_TURN):
-            if self._held or not self._waiting:
+        match message:
+            case {
+                'output': {
+                    'process': str(label),
+                    'stream': 'stdout' | 'stderr' as stream,
+                    'time': int() | float() as seconds,
+                    'at': int(before),
+                    'data': bytes(data),
+                }
+            }:
+                self._bytes = before + len(data)
+                here = self._clock.here(float(seconds))
+                handler.output(label, stream, data, here)
                 return
-            frame = self._waiting.popleft()
-            self._waiting_size -= len(frame.body)
-            try:
-                if frame.kind == frames.MESSAGE:
-                    handler.message(self._with_time(frame.content()))
-                    if self._is_over:
-                        # it waits for that
-                        self._beat(time.monotonic())
-                else:
-                    label, stream, data, seconds = frames.read_output(
-                        frame.body
-                    )
-                    if frame.kind == frames.ECHO:
-                        handler.echo(label, data)
-                    else:
-                        here = self._clock.here(seconds)
-                        handler.output(label, stream, data, here)
-            except FrameError as error:
-                self._give_up(f'the connection is damaged: {error}')
-                return
-
-    def _with_time(self, message: dict[str, Any]) -> dict[str, Any]:
-        seconds = message.get('time')
-        if isinstance(seconds, int | float):
-            message['time'] = self._clock.here(seconds)
-        if 'ended' in message:
-            self._is_over = True
-        return message
+            case {'output': _}:
+                raise ProtocolError('output has a wrong form')
+            case {'event': dict(event)}:
+                self._events += 1
+                there = event.pop('time', None)
+                if isinstance(there, int | float):
+                    message['time'] = self._clock.here(float(there))
+                if event.get('event') == 'Ended':
+                    self._is_over = True
+            case {'missed': {'events': int(events), 'bytes': int(size)}}:
+                self._events += events
+                self._bytes += size
+        handler.message(message)
+        if self._is_over and self._is_subscribed:
+            # it waits for that
+            self._ping()
 
     # loss
 
@@ -480,7 +580,7 @@ class MachineLink:
         now = time.monotonic()
         if process is not None:
             self._part_with(process)
-        while self._waiting and self._is_over_next():
+        while self._waiting and not self._held:
             self._pass_on()
         if self._is_over:
             self._finish('it has ended')
@@ -498,9 +598,6 @@ class MachineLink:
             self._give_up(reason)
         elif not self.can_start_again:
             self._give_up(f'{reason}; its allocation has ended')
-
-    def _is_over_next(self) -> bool:
-        return not self._held
 
     def _mind_loss(self, now: float) -> None:
         if self._lost_at is None:
@@ -529,9 +626,10 @@ class MachineLink:
             self._lose(str(error.strerror))
             return
         self._process = process
-        self._reader = FrameReader()
+        self._frames = FrameReader()
+        self._reader = None
         self._unsent.clear()
-        self._is_resumed = False
+        self._is_subscribed = False
         self._bootstrap = Bootstrap(program_archive(), self.machine.python)
         self._watch(process)
         self._put(self._bootstrap.script())
@@ -565,7 +663,7 @@ class MachineLink:
         """Have a connection end, which is reaped later."""
         self._process = None
         self._bootstrap = None
-        self._is_resumed = False
+        self._is_subscribed = False
         self._unsent.clear()
         if self._loop is not None:
             for descriptor in (process.stdin, process.stdout, process.stderr):
@@ -595,6 +693,18 @@ class MachineLink:
             self._plan = self._lost_at = None
             assert self._handler is not None
             self._handler.gone(reason)
+
+
+def _read_object(line: bytes) -> dict[str, Any]:
+    """
+    Return the object on a line; its numbers are finite.
+
+    :raises ProtocolError: when it is none
+    """
+    try:
+        return read_object(line)
+    except FrameError as error:
+        raise ProtocolError(str(error)) from error
 
 
 def _last_line(text: str) -> str:

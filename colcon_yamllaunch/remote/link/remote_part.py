@@ -4,10 +4,8 @@
 """
 The part of a launch that runs on one machine, as the launcher sees it.
 
-What comes from there is re-told here, so that screen, logs and reports have
-it as if it had happened here. What is done there is asked for by messages:
-objects whose field `do` says what. Those with an `id` are answered by one
-with the same `reply`, and an `error` or what was asked for.
+Its events and output are emitted here, so that screen, logs and reports have
+them as if it ran here. What is to be done there is sent as commands.
 """
 
 from collections.abc import Callable
@@ -18,23 +16,32 @@ from collections.abc import Mapping
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import count
 import math
 import os
+from pathlib import Path
 import signal
 import termios
 import time
 from typing import Any
-from typing import Protocol
 
 from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.common.printable import printable
 from colcon_yamllaunch.common.table import decimal_size
+from colcon_yamllaunch.control.command_codec import request_of
+from colcon_yamllaunch.control.event_codec import EventError
+from colcon_yamllaunch.control.event_codec import EventReader
+from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine.commands import Command
+from colcon_yamllaunch.engine.commands import DONE
+from colcon_yamllaunch.engine.commands import Done
+from colcon_yamllaunch.engine.commands import PartCommand
+from colcon_yamllaunch.engine.commands import Refused
 from colcon_yamllaunch.engine.engine import Engine
-from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.state import LinkState
+from colcon_yamllaunch.engine.state import PartState
+from colcon_yamllaunch.engine.state import ProcessState
 from colcon_yamllaunch.engine.stopping.launch_stop import timeouts_of
 from colcon_yamllaunch.engine.stopping.launch_stop import UNATTRIBUTED
 from colcon_yamllaunch.plan.plan import Component
@@ -44,13 +51,10 @@ from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.plan import Timer
 from colcon_yamllaunch.plan.plan_json import plan_to_json
 from colcon_yamllaunch.remote.deployment.machine import Machine
-from colcon_yamllaunch.remote.link.part_states import PartStates
-from colcon_yamllaunch.remote.link.part_states import StateError
-from colcon_yamllaunch.remote.wire.event_codec import EventError
-from colcon_yamllaunch.remote.wire.event_codec import EventReader
-
-#: Takes None when something has been done or begun, or else why it was not.
-Done = Callable[[str | None], None]
+from colcon_yamllaunch.remote.link.machine_link import MachineLink
+from colcon_yamllaunch.remote.part_commands import Finish
+from colcon_yamllaunch.remote.part_commands import Measure
+from colcon_yamllaunch.remote.part_settings import LINK_LOST
 
 #: Seconds after which something comes late, and has the time at which it was.
 LATE = 1.0
@@ -62,47 +66,6 @@ MAXIMUM_REQUESTS = 1000
 
 # what asks for the next start of a process or component
 _STARTS = ('restart', 'debug')
-
-
-class Link(Protocol):
-    """What leads to a machine while the launch runs; see `MachineLink`."""
-
-    machine: Machine
-
-    @property
-    def pids(self) -> frozenset[int]:
-        """The processes that connect, children of ours."""
-
-    def begin(self, loop: Loop, handler: 'RemotePart') -> None:
-        """Take what comes from there from now on."""
-
-    def send(self, message: Mapping[str, Any]) -> None:
-        """Send a message, as soon as the link is there."""
-
-    def advance(self) -> None:
-        """Do what is due."""
-
-    def seconds_to_wait(self) -> float | None:
-        """Return the seconds until :meth:`advance` is to be called again."""
-
-    @property
-    def can_start_again(self) -> bool:
-        """Whether a new part may be started after this one."""
-
-    def start_again(self, plan: Callable[[], str], *, at_once: bool) -> None:
-        """Start a new part on a machine that is gone."""
-
-    def hold(self, held: bool) -> None:
-        """Take no output, or take it again."""
-
-    def ended(self, pid: int, outcome: Outcome) -> None:
-        """Take into account that the process of the link ended."""
-
-    def disown(self) -> None:
-        """Have nothing to do with it, in a fork of this process."""
-
-    def close(self) -> None:
-        """End it; what still runs there is stopped, but for `keep`."""
 
 
 class RemotePart:
@@ -117,7 +80,7 @@ class RemotePart:
 
     def __init__(
         self,
-        link: Link,
+        link: MachineLink,
         plan: Plan,
         localised: Callable[[Plan], Plan] = lambda plan: plan,
         clock: Callable[[], float] = time.monotonic,
@@ -133,8 +96,6 @@ class RemotePart:
         self._parts: dict[str, Process | Component] = {}
         self._successors: dict[str, Process | Component] = {}
         self._by_name: dict[str, str] = {}
-        #: The states that it tells.
-        self.states = PartStates(clock)
         # whether its end may wait for timers
         self._has_timers = False
         # all that was planned, as it was planned first
@@ -145,12 +106,14 @@ class RemotePart:
         # new part does not have
         self._is_again = self._is_whole = False
         self._asked: set[str] = set()
-        self._waiting: list[Done] = []
+        self._waiting: list[Callable[[Any], object]] = []
         self._missing: set[str] = set()
         # why its part has ended though the launch goes on
         self._ended_for = ''
+        # whether it stopped by itself, as the link was lost
+        self._is_stopped_as_lost = False
         self._size = os.terminal_size((80, 24))
-        self._ids = count(1)
+        # who waits for the answer to a request, by its number
         self._requests: dict[int, Callable[[Mapping[str, Any]], None]] = {}
         #: What has become of the link.
         self.state: LinkState = 'up'
@@ -188,7 +151,7 @@ class RemotePart:
         return not self.is_over and bool(self._requests or not self._is_idle)
 
     @property
-    def link(self) -> Link:
+    def link(self) -> MachineLink:
         """What leads there."""
         return self._link
 
@@ -206,7 +169,7 @@ class RemotePart:
     def resize(self, size: os.terminal_size) -> None:
         """Give all terminals another size."""
         self._size = size
-        self.send('resize', rows=size.lines, columns=size.columns)
+        self.send(commands.Resize(size.columns, size.lines))
 
     def advance(self) -> None:
         """Do what is due."""
@@ -224,30 +187,28 @@ class RemotePart:
             self._give_up('it does not end, though it was told to')
         self._mind_guard()
 
-    def send(self, what: str, **content: Any) -> None:
-        """Have something done there."""
+    def send(self, command: Command[Any]) -> None:
+        """Send a command whose answer is of no interest."""
         if not self.is_over:
-            self._link.send({'do': what, **content})
+            self._link.send(request_of(command))
 
     def ask(
         self,
-        what: str,
+        command: Command[Any],
         done: Callable[[Mapping[str, Any]], None],
-        **content: Any,
     ) -> None:
         """
-        Have something done there that is answered.
+        Send a command.
 
-        :param done: Takes the answer, with an `error` if it has not been done
-        :raises RefusedError: when it cannot be asked for now
+        :param done: Takes the answer, with an `error` if it was refused
+        :raises RefusedError: when it cannot be sent now
         """
         if self.state != 'up':
             raise RefusedError(self._why_not())
         if len(self._requests) >= MAXIMUM_REQUESTS:
             raise RefusedError(f'{self.machine.name} does not answer')
-        number = next(self._ids)
+        number = self._link.send(request_of(command))
         self._requests[number] = done
-        self.send(what, id=number, **content)
 
     def stop(
         self, reason: str, *, interactive: bool, drop_timers: bool
@@ -260,12 +221,7 @@ class RemotePart:
             self._tell(events.Warned(f'{self.machine.name}: {self._waits()}'))
         if drop_timers or not self._has_timers:
             self._mind_end()
-        self.send(
-            'stop',
-            reason=reason,
-            interactive=interactive,
-            drop_timers=drop_timers,
-        )
+        self.send(commands.Shutdown(reason, interactive, drop_timers))
 
     def hurry(self) -> None:
         """Take the next step of stopping at once."""
@@ -277,17 +233,16 @@ class RemotePart:
             self._give_up(f'{self.reason}; {what}')
         if self._ends_by == math.inf:
             self._mind_end()
-        self.send('hurry')
+        self.send(commands.Escalate())
 
     def suspend(self, is_suspended: bool) -> None:
         """Hold all processes, or let them go on."""
         if is_suspended:
             # told when the launch goes on, as it hears nothing meanwhile
-            labels = (process.label for process in self.processes())
-            self._suspended |= set(filter(self.states.runs, labels))
+            self._suspended |= {process.label for process in self._running()}
         elif self._ends_by < math.inf:
             self._mind_end()
-        self.send('suspend' if is_suspended else 'continue')
+        self.send(commands.Hold(is_suspended))
 
     def finish(self) -> None:
         """Have it end, as the launch is over."""
@@ -295,7 +250,7 @@ class RemotePart:
             self._is_finishing = True
             if self._ends_by == math.inf and not self._has_timers:
                 self._mind_end()
-            self.send('finish')
+            self.send(Finish())
 
     def close(self) -> None:
         """End the link."""
@@ -308,7 +263,7 @@ class RemotePart:
         """Return the label of a process or component by one of its names."""
         if name in self._parts:
             return name
-        return self._by_name.get(name) or self.states.label_of_node(name)
+        return self._by_name.get(name) or self._label_of_node(name)
 
     def part(self, label: str) -> Process | Component:
         """Return a process or component as it is planned now."""
@@ -340,7 +295,7 @@ class RemotePart:
             return False
         has_own = part.emulate_tty or label in self._debugged
         is_terminal = self._tty or has_own
-        return is_terminal and self.states.runs(label)
+        return is_terminal and self._pid_of(label) is not None
 
     def input_modes(self, label: str) -> int | None:
         """Return the local modes of a terminal as it was told last."""
@@ -356,7 +311,7 @@ class RemotePart:
         """
         self._learn(plan.entries)
         self._is_idle = False
-        self.send('extend', entries=self._written(plan))
+        self.send(commands.Extend(self._localised(plan).entries))
 
     def revise(self, part: Process | Component, *, at_once: bool) -> None:
         """Have a part of it be another one from its next start on."""
@@ -364,18 +319,17 @@ class RemotePart:
             self._take(part)
         else:
             self._successors[part.label] = part
-        if part.label in self._missing:
-            return
-        self.send('revise', plan=self._written(Plan((part,))), at_once=at_once)
+        if part.label not in self._missing:
+            self.send(commands.Revise(self._part_there(part), at_once))
 
     def restart(self, labels: Collection[str]) -> tuple[str, ...]:
         """Start and load parts anew after a change; return their labels."""
         mine = [label for label in self._parts if label in labels]
-        begun = [label for label in mine if self.states.may_restart(label)]
+        begun = tuple(label for label in mine if self._may_restart(label))
         if begun and self.state == 'up':
             self._give(self._missing.intersection(begun))
-            self.ask('restart_changed', self._tell_refusal, labels=begun)
-            return tuple(begun)
+            self.ask(commands.RestartChanged(begun), self._tell_refusal)
+            return begun
         return ()
 
     def drop(self, label: str) -> None:
@@ -384,77 +338,79 @@ class RemotePart:
             self._tell(events.Dropped(self._parts[label]))
             self._forget(label)
             return
-        self.send('drop', label=label)
+        self.send(commands.Drop(label))
 
     def forget(self, plan: Plan) -> None:
         """Do not do what has not been done yet."""
         self._entries = [e for e in self._entries if e not in plan.entries]
-        self.send('forget', plan=self._written(plan))
+        self.send(commands.Forget(self._localised(plan).entries))
 
     # what users ask for
 
-    def act(self, action: events.Action, label: str, done: Done) -> None:
-        """
-        Have something done with a process or component.
-
-        :raises RefusedError: when it cannot be asked for now
-        """
-        if self._launch is not None and self._launch.is_stopping:
-            raise RefusedError('the whole launch is being stopped')
-
-        def answered(answer: Mapping[str, Any]) -> None:
-            if action == 'debug' and answer.get('error') is not None:
-                self._debugged.discard(label)
-            done(_error_of(answer))
-
-        if action == 'restart' and (self.state == 'gone' or self._is_again):
-            self._restart_gone(label, done)
-            return
-        if label in self._missing and self.state == 'up':
-            if action != 'restart':
-                raise RefusedError(f'{label} does not run')
-            self._give({label})
-            done(None)
-            return
-        if action in _STARTS:
-            self._debugged.discard(label)
-        if action == 'debug':
-            self._debugged.add(label)
-        self.ask('act', answered, action=action, name=label)
-
-    def describe(
-        self, label: str, done: Callable[[Mapping[str, Any] | str], None]
+    def execute(
+        self, command: PartCommand[Any], reply: Callable[[Any], object]
     ) -> None:
         """
-        Ask for the attributes of a `Description`.
+        Execute a command about a process or component.
 
-        :raises RefusedError: when it cannot be asked for now
+        :param command: Its `process` is a label
+        :param reply: Takes the response
+        :raises RefusedError: when it cannot be sent now
         """
+        label = command.process
 
         def answered(answer: Mapping[str, Any]) -> None:
-            error = _error_of(answer)
-            description = answer.get('description')
-            if error is not None:
-                done(error)
-            elif isinstance(description, Mapping):
-                done(description)
-            else:
-                done(f'{self.machine.name} does not describe it')
+            reply(self._response(command, answer))
 
-        self.ask('describe', answered, name=label)
+        match command:
+            case commands.Type():
+                self.send(command)
+                reply(DONE)
+                return
+            case commands.Describe() | commands.ChangeState():
+                self.ask(command, answered)
+                return
+        if self._launch is not None and self._launch.is_stopping:
+            raise RefusedError('the whole launch is being stopped')
+        is_restart = isinstance(command, commands.Restart)
+        if is_restart and (self.state == 'gone' or self._is_again):
+            self._restart_gone(label, reply)
+            return
+        if label in self._missing and self.state == 'up':
+            if not is_restart:
+                raise RefusedError(f'{label} does not run')
+            self._give({label})
+            reply(DONE)
+            return
+        if is_restart:
+            self._debugged.discard(label)
+        self.ask(command, answered)
+        if isinstance(command, commands.Debug):
+            self._debugged.add(label)
 
-    def change_state(self, name: str, transition: str, done: Done) -> None:
-        """
-        Ask a lifecycle node for a transition.
+    def _response(
+        self, command: PartCommand[Any], answer: Mapping[str, Any]
+    ) -> Any:
+        """Return the response to a command that an answer stands for."""
+        error = _error_of(answer)
+        if isinstance(command, commands.Debug) and error is not None:
+            self._debugged.discard(command.process)
+        if error is not None:
+            return Refused(error)
+        if not isinstance(command, commands.Describe):
+            return DONE
+        # few ask for that
+        from colcon_yamllaunch.engine.description import told_description
 
-        :raises RefusedError: when it cannot be asked for now
-        """
-        self.ask(
-            'change_state',
-            lambda answer: done(_error_of(answer)),
-            name=name,
-            transition=transition,
+        told = answer.get('description')
+        if not isinstance(told, Mapping) or self._launch is None:
+            return Refused(f'{self.machine.name} does not describe it')
+        part = self.part(command.process)
+        log = self._launch.state.log_files.get(part.label)
+        described = told_description(
+            part, told, self._launch.blocks, Path(log) if log else None
         )
+        return commands.Described(described)
 
     def measure(self, done: Callable[[], None]) -> None:
         """
@@ -465,12 +421,22 @@ class RemotePart:
         """
 
         def answered(answer: Mapping[str, Any]) -> None:
-            self.states.take_usage(answer.get('usage'), self._parts)
-            usage = self.states.usage()
+            usage = _usage(answer.get('usage'), self._parts)
             self._tell(events.Measured(self.machine.name, usage))
             done()
 
-        self.ask('usage', answered)
+        self.ask(Measure(), answered)
+
+    def cpu_shares(self) -> dict[str, float]:
+        """Return the shares of a processor by label, as far as known."""
+        launch = self._launch
+        if launch is None:
+            return {}
+        return {
+            state.label: state.cpu
+            for state in launch.state.processes
+            if state.cpu is not None and state.label in self._parts
+        }
 
     # what comes from there; see `machine_link.LinkHandler`
 
@@ -482,7 +448,7 @@ class RemotePart:
         moment.past = _past(message.get('time'))
         try:
             self._take_message(message)
-        except (EventError, StateError) as error:
+        except EventError as error:
             moment.past = None
             self._give_up(f'what comes from it makes no sense: {error}')
         finally:
@@ -512,11 +478,6 @@ class RemotePart:
                 self._link.hold(True)
             self._held.add(key)
 
-    def echo(self, label: str, data: bytes) -> None:
-        """Take what the terminal of a process echoed."""
-        if label in self._parts and self._launch is not None:
-            self._launch.echo(label, data)
-
     def lost(self, reason: str) -> None:
         """Take into account that nothing is heard of the machine."""
         if self.state == 'up':
@@ -539,7 +500,7 @@ class RemotePart:
                 self._is_again = False
                 self.resize(self._size)
                 self._give(self._missing & self._asked)
-                self._answer_waiting(None)
+                self._answer_waiting(DONE)
 
     def gone(self, reason: str) -> None:
         """Take into account that it is not heard of any more."""
@@ -561,7 +522,9 @@ class RemotePart:
             and not launch.is_stopping
         )
 
-    def _restart_gone(self, label: str, done: Done) -> None:
+    def _restart_gone(
+        self, label: str, reply: Callable[[Any], object]
+    ) -> None:
         """
         Start something on a machine that is gone, if it is there again.
 
@@ -570,7 +533,7 @@ class RemotePart:
         if not self._link.can_start_again:
             raise RefusedError(self._why_not())
         self._asked.add(label)
-        self._waiting.append(done)
+        self._waiting.append(reply)
         self._start_again(at_once=True)
 
     def _start_again(self, *, at_once: bool) -> None:
@@ -587,11 +550,12 @@ class RemotePart:
             plan = self._plan_of(self._asked)
         self._missing = {*self._parts} - self._expect(plan)
         self._ended_for = ''
+        self._is_stopped_as_lost = False
         self._modes.clear()
         self._debugged.clear()
         self._suspended.clear()
         self._held.clear()
-        return self._written(plan)
+        return plan_to_json(self._localised(plan))
 
     def _give(self, labels: Collection[str]) -> None:
         """Have the part run what it does not have."""
@@ -600,7 +564,7 @@ class RemotePart:
         plan = self._plan_of(labels)
         self._missing -= self._expect(plan)
         self._is_idle = False
-        self.send('extend', entries=self._written(plan))
+        self.send(commands.Extend(self._localised(plan).entries))
 
     def _plan_of(self, labels: Collection[str]) -> Plan:
         """Return some of the parts, with what is in containers of these."""
@@ -622,7 +586,7 @@ class RemotePart:
                 yield entry
             elif entry.label in self._asked or (
                 entry.label in self._parts
-                and not self.states.is_kept_stopped(entry.label)
+                and not self._is_kept_stopped(entry.label)
             ):
                 yield self.part(entry.label)
 
@@ -632,25 +596,24 @@ class RemotePart:
         for part in parts:
             self._take(part)
             self._successors.pop(part.label, None)
-            self.states.begin_again(part.label)
             self._tell(events.PartChanged(part, 'waiting'))
         return {part.label for part in parts}
 
-    def _answer_waiting(self, why_not: str | None) -> None:
+    def _answer_waiting(self, response: Done | Refused) -> None:
         waiting, self._waiting = self._waiting, []
         self._asked.clear()
         self._is_whole = False
-        for done in waiting:
-            done(why_not)
+        for reply in waiting:
+            reply(response)
 
     def _end(self, reason: str) -> None:
         was_gone, self._is_again = self._is_again, False
         self.reason = printable(reason)
         self._enter('gone')
         if was_gone:
-            self._answer_waiting(self._why_not())
+            self._answer_waiting(Refused(self._why_not()))
             return
-        running = [p for p in self.processes() if self.states.runs(p.label)]
+        running = [*self._running()]
         labels = tuple(process.label for process in running)
         name = self.machine.name
         self._tell(events.MachineGone(name, self.reason, labels))
@@ -660,14 +623,15 @@ class RemotePart:
             return
         for process in running:
             launch.end_lines(process.label)
-            pid, seconds = self.states.run_of(process.label)
+            state = launch.state.by_label[process.label]
+            seconds = launch.state.seconds_of(state)
+            pid = self._pid_of(process.label) or 0
             asked = launch.is_stopping
             lost = Outcome(lost=name)
             delay = 0.0 if self._restarts else None
             launch.tell(
                 events.Exited(process, pid, lost, seconds, asked, True, delay)
             )
-            self.states.lost(process.label, name)
         is_needed = any(process.on_exit_shutdown for process in running)
         if is_needed and not self._restarts:
             launch.shut_down(f'{name} is gone')
@@ -677,42 +641,40 @@ class RemotePart:
         Take a message.
 
         :raises EventError: when it makes no sense
-        :raises StateError: likewise
         """
         if 'event' in message:
             self._take_event(self._reader.read(message['event']))
-        elif 'states' in message:
-            self.states.take(message['states'], self._parts)
-        elif 'idle' in message:
-            self._is_idle = message['idle'] is True
-        elif 'reply' in message:
-            number = message['reply']
-            done = None
-            if isinstance(number, int):
-                done = self._requests.pop(number, None)
+        elif 'ok' in message:
+            done = self._requests.pop(message['id'], None)
             if done is not None:
                 done(message)
+        elif 'shown' in message:
+            self._take_shown(message['shown'])
         elif 'modes' in message:
             self._take_modes(message['modes'])
-        elif 'dropped' in message:
-            self._take_dropped(message['dropped'])
-        elif 'failed' in message:
-            self._give_up(printable(str(message['failed'])))
-        elif 'ended' in message:
-            # what failed has been told
-            is_stopping = self._launch and self._launch.is_stopping
-            if message.get('lost') is True and not is_stopping:
-                # its end follows
-                self._ended_for = 'it stopped its part as the link was lost'
-                return
-            self._enter('done')
-            self._refuse_all(f'{self.machine.name} is done')
+        elif 'missed' in message:
+            self._take_missed(message['missed'])
         else:
             raise EventError('a message is of no known kind')
 
     def _take_event(self, event: events.Event) -> None:
         assert self._launch is not None
         match event:
+            case events.Idle(is_idle=is_idle):
+                self._is_idle = is_idle
+                return
+            case events.CannotRun(reason=reason):
+                self._give_up(reason)
+                return
+            case events.Ended():
+                self._take_end()
+                return
+            case events.ShuttingDown(reason=reason) if reason.startswith(
+                LINK_LOST
+            ):
+                # the rest of the launch goes on
+                self._is_stopped_as_lost = True
+                return
             case events.ShuttingDown():
                 # ours are told first, and stop what runs there; else
                 # something that ended there is to end everything
@@ -740,7 +702,6 @@ class RemotePart:
                 self._launch.end_lines(event.process.label)
             case _:
                 pass
-        self.states.handle(event)
         self._launch.tell(event)
         # a failure ends the launch before the next event undoes it
         self._launch.check_conditions()
@@ -755,22 +716,51 @@ class RemotePart:
             self._suspended.discard(label)
         return is_ours
 
-    def _take_dropped(self, size: object) -> None:
+    def _take_end(self) -> None:
+        """Take note that the part has ended; what failed was emitted."""
+        is_stopping = self._launch and self._launch.is_stopping
+        if self._is_stopped_as_lost and not is_stopping:
+            # its end follows
+            self._ended_for = 'it stopped its part as the link was lost'
+            return
+        self._enter('done')
+        self._refuse_all(f'{self.machine.name} is done')
+
+    def _take_missed(self, missed: object) -> None:
         """
-        Say that output is missing.
+        Warn that output is missing.
 
         :raises EventError: when it is not said how much
         """
-        if type(size) is not int or size < 0:
-            raise EventError('it is not told how much output is missing')
-        name = self.machine.name
-        self._tell(
-            events.Warned(
-                f'{name}: {decimal_size(size)} of output are missing: they '
-                'came while the link was lost, and did not fit within the '
-                'limit of the logs (--log-limit)'
-            )
-        )
+        match missed:
+            case {'bytes': int(size)} if size >= 0:
+                name = self.machine.name
+                self._tell(
+                    events.Warned(
+                        f'{name}: {decimal_size(size)} of output are missing: '
+                        'they came while the link was lost, and did not fit '
+                        'within the limit of the logs (--log-limit)'
+                    )
+                )
+            case _:
+                raise EventError('it is not told how much output is missing')
+
+    def _take_shown(self, shown: object) -> None:
+        """
+        Show who is attached to a process what that writes.
+
+        :raises EventError: when it makes no sense
+        """
+        match shown:
+            case {
+                'process': str(label),
+                'stream': 'stdout' | 'stderr' as stream,
+                'data': bytes(data),
+            } if label in self._parts:
+                if self._launch is not None:
+                    self._launch.show(label, stream, data)
+            case _:
+                raise EventError('what a process shows has a wrong form')
 
     def _take_modes(self, modes: object) -> None:
         """
@@ -780,7 +770,7 @@ class RemotePart:
         """
         match modes:
             case {
-                'label': str(label),
+                'process': str(label),
                 'lines': bool(lines),
                 'echo': bool(echo),
             } if label in self._parts:
@@ -827,10 +817,47 @@ class RemotePart:
             self._by_name.pop(part.ros_name, None)
         self._successors.pop(label, None)
         self._missing.discard(label)
-        self.states.forget(label)
 
-    def _written(self, plan: Plan) -> str:
-        return plan_to_json(self._localised(plan))
+    def _part_there(self, part: Process | Component) -> Process | Component:
+        """Return a part with the paths of its machine."""
+        (there,) = self._localised(Plan((part,))).entries
+        assert isinstance(there, Process | Component)
+        return there
+
+    # what the state of the launch says
+
+    def _state_of(self, label: str) -> PartState | None:
+        launch = self._launch
+        return None if launch is None else launch.state.by_label.get(label)
+
+    def _pid_of(self, label: str) -> int | None:
+        state = self._state_of(label)
+        return state.pid if isinstance(state, ProcessState) else None
+
+    def _running(self) -> Iterator[Process]:
+        """Iterate over the processes that run, as far as that is known."""
+        for process in self.processes():
+            if self._pid_of(process.label) is not None:
+                yield process
+
+    def _is_kept_stopped(self, label: str) -> bool:
+        state = self._state_of(label)
+        return state is not None and state.is_kept_stopped
+
+    def _may_restart(self, label: str) -> bool:
+        """Return whether a change restarts a part; see `Supervisor`."""
+        state = self._state_of(label)
+        return (
+            state is not None and state.is_begun and not state.is_kept_stopped
+        )
+
+    def _label_of_node(self, name: str) -> str | None:
+        """Return the label of the component whose node has a full name."""
+        for label, part in self._parts.items():
+            state = self._state_of(label)
+            if isinstance(part, Component) and state and state.node == name:
+                return label
+        return None
 
     def _enter(self, state: LinkState) -> None:
         self.state = state
@@ -928,3 +955,24 @@ def _has_lasting_timers(entries: Iterable[Entry]) -> bool:
 def _error_of(answer: Mapping[str, Any]) -> str | None:
     error = answer.get('error')
     return None if error is None else printable(str(error))
+
+
+def _usage(
+    told: object, labels: Collection[str]
+) -> dict[str, tuple[float, int]]:
+    """
+    Return what processes use, as far as it makes sense.
+
+    :param told: By label the share of a processor, and bytes of memory
+    :param labels: The labels that there are
+    """
+    found: dict[str, tuple[float, int]] = {}
+    for label, usage in told.items() if isinstance(told, Mapping) else ():
+        match usage:
+            case [float() | int() as cpu, int(memory)] if (
+                label in labels and cpu >= 0 and memory >= 0
+            ):
+                found[label] = float(cpu), memory
+            case _:
+                continue
+    return found

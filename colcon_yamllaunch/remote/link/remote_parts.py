@@ -6,14 +6,12 @@
 from collections.abc import Callable
 from collections.abc import Collection
 from collections.abc import Iterable
-from collections.abc import Mapping
+from dataclasses import replace
 from functools import partial
 from itertools import chain
 import os
-from pathlib import Path
 import time
 from typing import Any
-from typing import cast
 
 from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.engine import commands
@@ -28,8 +26,10 @@ from colcon_yamllaunch.plan.plan import Entry
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.remote.deployment.placement import Placed
-from colcon_yamllaunch.remote.link.remote_part import Link
+from colcon_yamllaunch.remote.link.machine_link import MachineLink
 from colcon_yamllaunch.remote.link.remote_part import RemotePart
+from colcon_yamllaunch.remote.part_commands import Hide
+from colcon_yamllaunch.remote.part_commands import Show
 
 #: Seconds that figures of machines are waited for, by who asks for the state.
 MEASURING = 1.0
@@ -59,7 +59,7 @@ class RemoteParts(Participant, Keyboards):
 
     def __init__(
         self,
-        links: Iterable[Link],
+        links: Iterable[MachineLink],
         placed: Placed,
         place_more: Place | None = None,
         localise: Localise = lambda _, plan: plan,
@@ -188,8 +188,7 @@ class RemoteParts(Participant, Keyboards):
             self.measure(lambda: None)
         shares: dict[str, float] = {}
         for part in self.parts:
-            usage = part.states.usage()
-            shares |= {label: cpu for label, (cpu, _) in usage.items()}
+            shares |= part.cpu_shares()
         return shares
 
     def measure(self, done: Callable[[], None]) -> None:
@@ -317,39 +316,7 @@ class RemoteParts(Participant, Keyboards):
         reply: Reply,
     ) -> None:
         """Execute a command about a process or component of a machine."""
-
-        def done(error: str | None) -> None:
-            refused = commands.Refused(error or '')
-            reply(commands.DONE if error is None else refused)
-
-        match command:
-            case commands.Describe():
-
-                def described(answer: Mapping[str, Any] | str) -> None:
-                    reply(self._described(part.part(label), answer))
-
-                part.describe(label, described)
-            case commands.ChangeState(transition=transition):
-                part.change_state(label, transition, done)
-            case commands.Type(keys=keys):
-                self.type(label, keys)
-                reply(commands.DONE)
-            case _:
-                part.act(cast('events.Action', command.name), label, done)
-
-    def _described(
-        self, part: Process | Component, answer: Mapping[str, Any] | str
-    ) -> commands.Described | commands.Refused:
-        from colcon_yamllaunch.engine.description import told_description
-
-        if isinstance(answer, str):
-            return commands.Refused(answer)
-        assert self._launch is not None
-        log = self._launch.state.log_files.get(part.label)
-        described = told_description(
-            part, answer, self._launch.blocks, Path(log) if log else None
-        )
-        return commands.Described(described)
+        part.execute(replace(command, process=label), reply)
 
     # keyboards
 
@@ -365,18 +332,15 @@ class RemoteParts(Participant, Keyboards):
 
     def attach(self, label: str) -> None:
         """Have its terminal watched, as somebody is attached to it."""
-        self._send(label, 'attach')
+        self._send(Show(label))
 
     def detach(self, label: str) -> None:
         """Have it watched no more."""
-        self._send(label, 'detach')
+        self._send(Hide(label))
 
     def type(self, label: str, keys: bytes) -> None:
         """Type at a process."""
-        # late, as few are typed at
-        from base64 import b64encode
-
-        self._send(label, 'type', keys=b64encode(keys).decode())
+        self._send(commands.Type(label, keys))
 
     def _mind_measuring(self) -> None:
         now = self._clock()
@@ -387,10 +351,10 @@ class RemoteParts(Participant, Keyboards):
             else:
                 done()
 
-    def _send(self, label: str, what: str, **content: Any) -> None:
-        found = self._found(label)
+    def _send(self, command: commands.PartCommand[Any]) -> None:
+        found = self._found(command.process)
         if found is not None:
-            found[0].send(what, label=label, **content)
+            found[0].send(command)
 
     def _found(self, name: str) -> tuple[RemotePart, str] | None:
         for part in self.parts:

@@ -2,14 +2,12 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-The frames that go through a connection, in both directions.
+The frames that go through a connection before the launch, both ways.
 
-A frame is a header of 20 bytes and a body. The header has what it is, how
-long its body is, its number, and a checksum of that, so that noise in between
-(a shell that prints something) is not taken for a length. No body is longer
-than 16 MiB, packed or not. Numbers count what must arrive exactly once;
-what has none has the number 0. Behind each body stands an end of line, as
-`srun` passes on lines only.
+A frame is a header of 12 bytes and a body. The header has what it is, how long
+its body is, and a checksum of that, so that noise in between (a shell that
+prints something) is not taken for a length. No body is longer than 16 MiB.
+Behind each body stands an end of line, as `srun` passes on lines only.
 """
 
 from collections.abc import Iterator
@@ -24,36 +22,20 @@ from colcon_yamllaunch.common.frozen import dataclass
 #: Bytes of the longest body.
 MAXIMUM_BODY = 16 * 1024 * 1024
 
-# Kinds that have a number while a launch runs.
-#: A message, an object in JSON.
-MESSAGE = 1
-#: What a process has written; see :func:`output_body`.
-OUTPUT = 2
-#: What the terminal of a process that somebody types at has echoed; likewise.
-ECHO = 3
-
-# Kinds without a number.
-#: A message between the two ends of a connection, an object in JSON: the
-#: greeting, heartbeats with what has arrived, and requests before the launch.
+#: A message, an object in JSON: a request or an answer, or a sign of life.
 CONTROL = 8
 #: Bytes to and from a program that runs there; empty at their end.
 STREAM = 9
 
-_KINDS = frozenset((MESSAGE, OUTPUT, ECHO, CONTROL, STREAM))
+_KINDS = frozenset((CONTROL, STREAM))
 _MAGIC = b'cl'
-# magic, kind, flags, length, number; then their checksum
-_FIELDS = struct.Struct('>2sBBIQ')
+# magic, kind, nothing, length; then their checksum
+_FIELDS = struct.Struct('>2sBBI')
 _CHECKSUM = struct.Struct('>I')
 _HEADER = _FIELDS.size + _CHECKSUM.size
 _END = b'\n'
-_PACKED = 1
-# below that nothing is gained
-_WORTH_PACKING = 512
-_STREAMS = ('stdout', 'stderr')
 # no number that is meant is larger, and each that is not can be a float
 _DIGITS = 19
-# time, stream, length of the label
-_OUTPUT = struct.Struct('>dBH')
 
 
 class FrameError(Exception):
@@ -62,14 +44,9 @@ class FrameError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """
-    What came at once.
-
-    :param number: Which it is among those that must arrive; 0 for the others
-    """
+    """What came at once."""
 
     kind: int
-    number: int
     body: bytes
 
     def content(self) -> dict[str, Any]:
@@ -78,71 +55,36 @@ class Frame:
 
         :raises FrameError: when it is none
         """
-        try:
-            content = _READER.decode(self.body.decode())
-        except (ValueError, RecursionError):
-            content = None
-        if not isinstance(content, dict):
-            raise FrameError(
-                'a message is no object in JSON, or a number in it too large'
-            )
-        return content
+        return read_object(self.body)
 
 
-def encode(
-    kind: int, body: bytes, number: int = 0, *, packed: bool = False
-) -> bytes:
-    """
-    Return a frame as it is sent.
-
-    :param packed: Whether its body is compressed, if that makes it shorter
-    """
-    flags = 0
-    if packed and len(body) >= _WORTH_PACKING:
-        short = zlib.compress(body, 1)
-        if len(short) < len(body):
-            flags, body = _PACKED, short
-    fields = _FIELDS.pack(_MAGIC, kind, flags, len(body), number)
+def encode(kind: int, body: bytes) -> bytes:
+    """Return a frame as it is sent."""
+    fields = _FIELDS.pack(_MAGIC, kind, 0, len(body))
     return b''.join((fields, _CHECKSUM.pack(zlib.crc32(fields)), body, _END))
 
 
-def message(content: object, kind: int = CONTROL, number: int = 0) -> bytes:
+def message(content: object) -> bytes:
     """Return a message as it is sent."""
-    return encode(kind, json_body(content), number)
+    body = json.dumps(content, separators=(',', ':')).encode()
+    return encode(CONTROL, body)
 
 
-def json_body(content: object) -> bytes:
-    """Return the body of a message."""
-    return json.dumps(content, separators=(',', ':')).encode()
-
-
-def output_body(label: str, stream: str, data: bytes, seconds: float) -> bytes:
+def read_object(data: bytes) -> dict[str, Any]:
     """
-    Return the body of a frame with output.
-
-    :param seconds: When it was read, by the clock of that machine
-    """
-    name = label.encode('utf-8', 'surrogateescape')[: (1 << 16) - 1]
-    head = _OUTPUT.pack(seconds, _STREAMS.index(stream), len(name))
-    return b''.join((head, name, data))
-
-
-def read_output(body: bytes) -> tuple[str, str, bytes, float]:
-    """
-    Return label, stream, data and time of a frame with output.
+    Return the JSON object in some bytes; its numbers are finite.
 
     :raises FrameError: when it is none
     """
     try:
-        seconds, stream, length = _OUTPUT.unpack_from(body)
-        start = _OUTPUT.size
-        label = body[start : start + length]
-        if len(label) != length:
-            raise FrameError('output is cut off')
-        name = label.decode('utf-8', 'surrogateescape')
-        return name, _STREAMS[stream], body[start + length :], seconds
-    except (struct.error, IndexError) as error:
-        raise FrameError('output has a wrong form') from error
+        content = _READER.decode(data.decode())
+    except (ValueError, RecursionError):
+        content = None
+    if not isinstance(content, dict):
+        raise FrameError(
+            'a message is no object in JSON, or a number in it too large'
+        )
+    return content
 
 
 class FrameReader:
@@ -179,17 +121,17 @@ class FrameReader:
             return None
         fields = bytes(self._data[begin : begin + _FIELDS.size])
         (checksum,) = _CHECKSUM.unpack_from(self._data, begin + _FIELDS.size)
-        magic, kind, flags, length, number = _FIELDS.unpack(fields)
+        magic, kind, reserved, length = _FIELDS.unpack(fields)
         if magic != _MAGIC or checksum != zlib.crc32(fields):
             raise FrameError('what came is not what colcon launch sends')
-        if kind not in _KINDS or flags & ~_PACKED or length > MAXIMUM_BODY:
+        if kind not in _KINDS or reserved or length > MAXIMUM_BODY:
             raise FrameError('a frame has a wrong kind or length')
         end = body + length
         if len(self._data) < end + len(_END):
             return None
         content = bytes(memoryview(self._data)[body:end])
         self._at = end + len(_END)
-        return Frame(kind, number, _unpacked(content, flags))
+        return Frame(kind, content)
 
 
 def _integer(digits: str) -> int:
@@ -208,17 +150,3 @@ def _float(text: str) -> float:
 _READER = json.JSONDecoder(
     parse_int=_integer, parse_float=_float, parse_constant=_float
 )
-
-
-def _unpacked(body: bytes, flags: int) -> bytes:
-    if not flags & _PACKED:
-        return body
-    unpacker = zlib.decompressobj()
-    try:
-        # so that a few bytes do not become gigabytes
-        content = unpacker.decompress(body, MAXIMUM_BODY)
-    except zlib.error as error:
-        raise FrameError('a packed frame is damaged') from error
-    if not unpacker.eof:
-        raise FrameError('a packed frame is damaged or too long')
-    return content

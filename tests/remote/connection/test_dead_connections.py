@@ -14,7 +14,7 @@ from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.remote.connection import machine_connection
 from colcon_yamllaunch.remote.connection.connection_errors import ConnectError
 from colcon_yamllaunch.remote.link.machine_contact import MachineContact
-from colcon_yamllaunch.remote.wire.part_settings import PartSettings
+from colcon_yamllaunch.remote.part_settings import PartSettings
 import pytest
 from support.hostile_machine import hostile_machine
 from support.linked_part import PlainMachine

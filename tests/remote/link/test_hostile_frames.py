@@ -6,8 +6,13 @@
 import json
 import os
 from typing import Any
+import zlib
 
+from colcon_yamllaunch.control import messages
+from colcon_yamllaunch.control import protocol
+from colcon_yamllaunch.control.event_codec import FROM_MACHINES
 from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine.commands import Describe
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.state import to_json
 from colcon_yamllaunch.remote.connection.machine_connection import Facts
@@ -15,9 +20,8 @@ from colcon_yamllaunch.remote.connection.machine_connection import StartedPart
 from colcon_yamllaunch.remote.deployment.machine import Machine
 from colcon_yamllaunch.remote.link.machine_link import MachineLink
 from colcon_yamllaunch.remote.link.remote_part import RemotePart
+from colcon_yamllaunch.remote.part_settings import PartSettings
 from colcon_yamllaunch.remote.wire import frames
-from colcon_yamllaunch.remote.wire.event_codec import FROM_MACHINES
-from colcon_yamllaunch.remote.wire.part_settings import PartSettings
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
@@ -26,10 +30,9 @@ from support.played_machine import PlayedLaunch
 
 LABEL = 'arm│driver'
 FACTS = Facts('3.12', '', '', '', '', '/', None, False, 0.0)
-CONTROL = ('ack', 'resumed', 'clock', 'echo', 'age', 'killed', 'reply')
-MESSAGE = (
-    *('event', 'states', 'idle', 'reply', 'error', 'usage', 'description'),
-    *('modes', 'dropped', 'failed', 'ended', 'time'),
+KEYS = (
+    *('event', 'ok', 'id', 'error', 'usage', 'description', 'time', 'asked'),
+    *('modes', 'missed', 'output', 'shown', 'packed', 'killed', 'clock'),
 )
 _HUGE = st.integers(-(10**400), 10**400)
 _SMALL = st.one_of(
@@ -44,6 +47,7 @@ _SMALL = st.one_of(
 _FIELDS = st.sampled_from(
     (
         *('event', 'process', 'pid', 'outcome', 'seconds', 'asked', 'failed'),
+        *('bytes', 'events', 'at', 'stream', 'time', 'data', 'exit_code'),
         *('respawn_delay', 'signal', 'label', 'phase', 'lines', 'echo', 'ros'),
         *('processes', 'components', 'environment', 'argv', 'text', LABEL),
     )
@@ -58,21 +62,21 @@ _VALUES = st.recursive(
 )
 
 
-def _contents(keys: tuple[str, ...]) -> st.SearchStrategy[dict[str, Any]]:
-    return st.dictionaries(st.sampled_from(keys), _VALUES, max_size=3)
-
-
-_OUTPUT = st.one_of(
-    st.binary(max_size=30),
-    st.floats().map(
-        lambda time: frames.output_body(LABEL, 'stdout', b'x\n', time)
-    ),
+_OUTPUT = st.floats().map(
+    lambda time: protocol.encode_raw(
+        'output',
+        {'process': LABEL, 'stream': 'stdout', 'time': time, 'at': 0},
+        b'x\n',
+    )
 )
 SENT = st.one_of(
-    st.tuples(st.just(frames.CONTROL), _contents(CONTROL)),
-    st.tuples(st.just(frames.MESSAGE), _contents(MESSAGE)),
-    st.tuples(st.sampled_from([frames.OUTPUT, frames.ECHO]), _OUTPUT),
+    st.dictionaries(st.sampled_from(KEYS), _VALUES, max_size=3).map(
+        lambda content: json.dumps(content).encode() + b'\n'
+    ),
+    st.binary(max_size=30),
+    _OUTPUT,
 )
+ANSWER = {'ok': True, 'id': 'subscribed', 'asked': 0}
 
 
 class _Process:
@@ -106,7 +110,9 @@ class _Launch(PlayedLaunch):
         super().tell(event)
 
 
-def _sent(sent: list[tuple[int, Any]]) -> tuple[RemotePart, _Launch]:
+def _sent(
+    sent: list[bytes], answer: Any = ANSWER
+) -> tuple[RemotePart, _Launch]:
     """Return what became of a part whose machine has sent something."""
     # an allocation is not connected with again
     machine = Machine('arm', 'slurm', ())
@@ -118,24 +124,20 @@ def _sent(sent: list[tuple[int, Any]]) -> tuple[RemotePart, _Launch]:
     launch = _Launch()
     launch.loop = Loop()
     try:
-        part.begin(launch, os.terminal_size((80, 24)))
+        part.join(launch)
+        part.begin(os.terminal_size((80, 24)))
         for _ in range(2):
             part.measure(bool)
-            part.describe(LABEL, bool)
-        link._feed(frames.message({'resumed': 0}))
-        number = 0
-        for kind, content in sent:
+            part.ask(Describe(LABEL), bool)
+        link._feed(frames.message({'relay': True}))
+        link._feed(protocol.encode(answer))
+        for data in sent:
             if part.is_over:
                 break
-            number += kind != frames.CONTROL
-            body = content
-            if not isinstance(content, bytes):
-                body = frames.json_body(content)
-            at = 0 if kind == frames.CONTROL else number
-            link._feed(frames.encode(kind, body, at))
+            link._feed(data)
             part.advance()
             to_json(launch.state)
-            part.states.usage()
+            part.cpu_shares()
         return part, launch
     finally:
         part.close()
@@ -144,9 +146,7 @@ def _sent(sent: list[tuple[int, Any]]) -> tuple[RemotePart, _Launch]:
 
 @pytest.mark.hostile
 @given(st.lists(SENT, max_size=5))
-def test_any_frames_of_a_machine_harm_no_launch(
-    sent: list[tuple[int, Any]],
-) -> None:
+def test_any_messages_of_a_machine_harm_no_launch(sent: list[bytes]) -> None:
     part, launch = _sent(sent)
     gone = [e for e in launch.told if isinstance(e, events.MachineGone)]
     assert len(gone) <= 1
@@ -154,39 +154,50 @@ def test_any_frames_of_a_machine_harm_no_launch(
     assert part.is_over == bool(gone) or part.state == 'done'
 
 
+EXITED = {
+    'event': 'Exited',
+    'process': LABEL,
+    'pid': 1,
+    'outcome': [None, 0, False],
+    'seconds': 1.0,
+    'asked': False,
+    'failed': True,
+}
+
+
 @pytest.mark.hostile
 @pytest.mark.parametrize(
-    'kind, content, reason',
+    'message, reason',
     [
-        (frames.CONTROL, {'ack': 10**60}, 'no object in JSON'),
-        (frames.CONTROL, {'ack': 10**18}, 'more than it was sent'),
-        (frames.CONTROL, {'ack': -1}, 'more than it was sent'),
-        (frames.CONTROL, {'resumed': 10**60}, 'no object in JSON'),
-        (frames.CONTROL, {'resumed': 10**18}, 'more than it was sent'),
-        (frames.CONTROL, {'clock': 10**400}, 'no object in JSON'),
-        (frames.CONTROL, {'clock': 1, 'echo': 10**400}, 'no object in JSON'),
-        (frames.MESSAGE, {'time': 10**400, 'idle': True}, 'no object in JSO'),
-        (frames.MESSAGE, {'time': float('inf'), 'idle': True}, 'no object'),
-        (
-            frames.MESSAGE,
-            {
-                'event': {
-                    'event': 'Exited',
-                    'process': LABEL,
-                    'pid': 1,
-                    'outcome': [None, 0, False],
-                    'seconds': 1.0,
-                    'asked': False,
-                    'failed': True,
-                }
-            },
-            "'outcome' of the event Exited is not what it should be",
-        ),
+        ({'clock': 10**400, 'ok': True}, 'no object in JSON'),
+        ({'clock': 1.0, 'ok': True}, 'answers what nobody asked'),
+        ({'event': {'time': 10**400}}, 'no object in JSON'),
+        ({'event': {'time': float('inf')}}, 'no object in JSON'),
+        ({'output': {'process': LABEL}}, 'output has a wrong form'),
+        ({'output': {'bytes': 1 << 40}}, 'wrong number of bytes'),
+        ({'packed': 1}, 'has no bytes'),
+        ({'event': EXITED}, "'outcome' of the event Exited is not what"),
+        ({'something': 'else'}, 'a message is of no known kind'),
     ],
 )
 def test_a_machine_that_sends_nonsense_is_dropped(
-    kind: int, content: dict[str, Any], reason: str
+    message: dict[str, Any], reason: str
 ) -> None:
-    part, _ = _sent([(kind, content)])
+    part, _ = _sent([json.dumps(message).encode() + b'\n'])
     assert part.state == 'gone'
     assert reason in part.reason
+
+
+@pytest.mark.hostile
+@pytest.mark.parametrize('asked', [-1, 10**18, 10**60, 'a', None])
+def test_a_machine_that_executed_too_much_is_dropped(asked: Any) -> None:
+    part, _ = _sent([], {**ANSWER, 'asked': asked})
+    assert part.state == 'gone'
+
+
+@pytest.mark.hostile
+def test_few_bytes_do_not_become_many() -> None:
+    data = zlib.compress(bytes(messages.MAXIMUM_MESSAGE + 1), 9)
+    part, _ = _sent([protocol.encode_raw('packed', {}, data)])
+    assert part.state == 'gone'
+    assert 'too long' in part.reason

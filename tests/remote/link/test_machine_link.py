@@ -3,7 +3,6 @@
 
 """A part runs, and the launcher has all of it, whatever the link does."""
 
-import base64
 from collections.abc import Iterator
 import contextlib
 import os
@@ -14,11 +13,19 @@ import time
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.control.client import LaunchEndedError
 from colcon_yamllaunch.control.client import running_launches
+from colcon_yamllaunch.engine.commands import Describe
+from colcon_yamllaunch.engine.commands import Kill
+from colcon_yamllaunch.engine.commands import Restart
+from colcon_yamllaunch.engine.commands import Type
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan_json import plan_to_json
 from colcon_yamllaunch.remote.connection import bootstrap
 from colcon_yamllaunch.remote.connection.connection_errors import ConnectError
 from colcon_yamllaunch.remote.link import machine_link
+from colcon_yamllaunch.remote.part_commands import Finish
+from colcon_yamllaunch.remote.part_commands import Measure
+from colcon_yamllaunch.remote.part_commands import Show
+from colcon_yamllaunch.remote.part_settings import LINK_LOST
 import pytest
 from support.linked_part import LinkedPart
 from support.linked_part import PlainMachine
@@ -55,7 +62,7 @@ def test_a_part_runs_and_is_stopped(plain: PlainMachine) -> None:
         assert part.told.index('Started') < part.told.index('output')
         part.finish()
         assert part.gone_for == 'it has ended'
-        assert {'Signalled', 'Exited', 'ended'} <= set(part.told)
+        assert {'Signalled', 'Exited', 'Ended'} <= set(part.told)
     plain.wait_until_empty()
     logs = plain.home / '.ros' / 'log' / 'launch_test'
     assert 'hello' in (logs / 'launch.log').read_text()
@@ -64,11 +71,11 @@ def test_a_part_runs_and_is_stopped(plain: PlainMachine) -> None:
 def test_a_part_waits_until_its_launch_is_over(plain: PlainMachine) -> None:
     with LinkedPart(plain.machine(), [process('arm│a', 'exit 3')]) as part:
         part.wait_for_told('Exited')
-        part.wait_for(lambda: any(m.get('idle') for m in part.messages))
-        exited = part.messages[part.told.index('Exited')]['event']
+        part.wait_for_told('Idle')
+        exited = part.event('Exited')
         assert exited['outcome'][0] == 3
-        part.link.send({'do': 'finish'})
-        part.wait_for_told('ended')
+        part.send(Finish())
+        part.wait_for_told('Ended')
     plain.wait_until_empty()
 
 
@@ -106,22 +113,18 @@ def test_a_workspace_without_a_setup_script_is_told(
     plain.wait_until_empty()
 
 
-def test_acts_are_done_and_answered(plain: PlainMachine) -> None:
+def test_commands_are_executed_and_answered(plain: PlainMachine) -> None:
     script = 'echo begun; sleep 1000'
     with LinkedPart(plain.machine(), [process('arm│a', script)]) as part:
         part.wait_for(part.out)
-        usage = part.answer('usage')
+        usage = part.answer(Measure())
         assert usage['usage']['arm│a'][1] > 0
-        described = part.answer('describe', name='arm│a')['description']
+        described = part.answer(Describe('arm│a'))['description']
         assert described['label'] == 'arm│a'
-        refused = part.answer('act', action='kill', name='nobody')
+        refused = part.answer(Kill('nobody'))
         assert refused['error'] == "there is no process 'nobody'"
-        assert part.answer('nonsense')['error']
-        assert not part.answer('act', action='restart', name='arm│a')['error']
+        assert part.answer(Restart('arm│a'))['ok']
         part.wait_for(lambda: part.out() == 'begun\nbegun\n')
-        states = [m['states'] for m in part.messages if 'states' in m]
-        rows = [r for s in states for r in s.get('processes', ())]
-        assert {'running', 'stopping'} <= {row['phase'] for row in rows}
         part.finish()
     plain.wait_until_empty()
 
@@ -131,13 +134,11 @@ def test_somebody_types_at_a_process(plain: PlainMachine) -> None:
     one = process('arm│a', script, emulate_tty=True)
     with LinkedPart(plain.machine(), [one], rows=30, columns=90) as part:
         part.wait_for_told('Started')
-        part.link.send({'do': 'attach', 'label': 'arm│a'})
+        part.send(Show('arm│a'))
         part.wait_for(lambda: _modes(part)[:1] == [(True, True)])
-        keys = base64.b64encode(b'me\n').decode()
-        part.link.send({'do': 'type', 'label': 'arm│a', 'keys': keys})
+        part.send(Type('arm│a', b'me\n'))
         part.wait_for(lambda: 'got me' in part.out())
-        part.wait_for(lambda: part.echoed)
-        assert b'me' in part.echoed
+        part.wait_for(lambda: b'me' in part.shown)
         part.wait_for(lambda: (True, False) in _modes(part))
         part.finish()
 
@@ -220,9 +221,8 @@ def test_part_stopped_for_a_lost_link_says_so(plain: PlainMachine) -> None:
         part.cut()
         part.wait_for_told('gone')
         # what ends it is not the end of the launch
-        assert 'ShuttingDown' not in part.told
-        ends = [m for m in part.messages if 'ended' in m]
-        assert all(end['lost'] for end in ends)
+        reasons = [e['reason'] for e in part.events('ShuttingDown')]
+        assert all(reason.startswith(LINK_LOST) for reason in reasons)
     plain.wait_until_empty()
 
 
@@ -366,28 +366,22 @@ def test_a_part_that_was_never_begun_ends(plain: PlainMachine) -> None:
 
 
 HOSTILE = {
-    'noise': "os.write(1, b'x' * 100_000)",
-    'length': "os.write(1, frames._FIELDS.pack(b'cl', 1, 0, 1 << 31, 1))",
-    'too long': (
-        "fields = frames._FIELDS.pack(b'cl', 1, 0, 1 << 31, 1)\n"
-        'os.write(1, fields + zlib.crc32(fields).to_bytes(4, "big"))'
-    ),
+    'noise': "launcher_channel.write(b'x\\n' * 100_000)",
+    'length': """launcher_channel.write(b'{"packed": {"bytes": -1}}\\n')""",
     'bomb': (
-        "body = zlib.compress(b'0' * (1 << 25), 1)\n"
-        "fields = frames._FIELDS.pack(b'cl', 1, 1, len(body), 1)\n"
-        "c = zlib.crc32(fields).to_bytes(4, 'big')\n"
-        "launcher_channel.write(fields + c + body + b'\\n')"
+        "body = zlib.compress(b'0' * (1 << 27), 1)\n"
+        "launcher_channel.write(protocol.encode_raw('packed', {}, body))"
     ),
-    'missing': "os.write(1, frames.message({'a': 1}, frames.MESSAGE, 7))",
-    'no object': 'os.write(1, frames.message([1], frames.MESSAGE, 1))',
-    'deep': "os.write(1, frames.encode(frames.MESSAGE, b'[' * 99999, 1))",
-    'output': "os.write(1, frames.encode(frames.OUTPUT, b'abc', 1))",
+    'no object': "launcher_channel.write(b'[1]\\n')",
+    'deep': "launcher_channel.write(b'[' * 99999 + b'\\n')",
+    'output': """launcher_channel.write(b'{"output": "abc"}\\n')""",
     'flood': (
-        'n = 0\n'
+        'at = 0\n'
         'while True:\n'
-        '    n += 1\n'
-        "    body = frames.output_body('arm│a', 'stdout', bytes(1 << 20), 0)\n"
-        '    data = frames.encode(frames.OUTPUT, body, n)\n'
+        "    fields = {'process': 'arm│a', 'stream': 'stdout', 'time': 0.0}\n"
+        "    fields['at'] = at\n"
+        '    at += 1 << 20\n'
+        "    data = protocol.encode_raw('output', fields, bytes(1 << 20))\n"
         '    launcher_channel.write(data)'
     ),
 }
@@ -402,10 +396,10 @@ def test_a_machine_that_sends_anything_is_given_up(
     code = f"""
 import os, zlib
 from colcon_yamllaunch.remote.agent import launcher_channel
-from colcon_yamllaunch.remote.wire import frames
+from colcon_yamllaunch.control import protocol
 
-def pass_on(unread, engine):
-    os.write(1, frames.message({{'resumed': 0}}))
+def pass_on(engine):
+    os.write(1, b'{{"ok": true, "id": "subscribed", "asked": 0}}\\n')
 {''.join(f'    {line}{chr(10)}' for line in HOSTILE[name].splitlines())}
     os.read(0, 1 << 16)
     while os.read(0, 1 << 16):
@@ -432,9 +426,6 @@ def pass_on(unread, engine):
     with linked as part:
         if name == 'flood':
             part.link.hold(True)
-        if name == 'length':
-            part.wait_for_told('lost')
-        else:
-            part.wait_for_told('gone')
-            assert part.gone_for is not None
-            assert part.gone_for.startswith('the connection is damaged: ')
+        part.wait_for_told('gone')
+        assert part.gone_for is not None
+        assert part.gone_for.startswith('the connection is damaged: ')

@@ -1,7 +1,6 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-import base64
 from dataclasses import replace
 import signal
 import termios
@@ -20,6 +19,7 @@ from colcon_yamllaunch.remote.deployment.placement import Placed
 from colcon_yamllaunch.remote.link.remote_part import END_PATIENCE
 from colcon_yamllaunch.remote.link.remote_parts import MEASURING
 from colcon_yamllaunch.remote.link.remote_parts import RemoteParts
+from colcon_yamllaunch.remote.part_settings import LINK_LOST
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
@@ -100,8 +100,8 @@ def test_what_happens_there_is_told_here(played):
     event = events.Started(DRIVER, 77)
     played.link.tells(event)
     assert played.launch.told == [event]
-    assert played.link.asked('resize') == [
-        {'do': 'resize', 'rows': 40, 'columns': 120}
+    assert played.link.sent == [
+        {'request': 'resize', 'lines': 40, 'columns': 120}
     ]
 
 
@@ -159,8 +159,9 @@ def test_a_full_screen_holds_nobody_while_all_is_stopped(played):
 
 
 def test_echo_goes_to_who_is_attached(played):
-    played.link.handler.echo(LABEL, b'keys')
-    assert played.launch.echoed == [(LABEL, b'keys')]
+    shown = {'process': LABEL, 'stream': 'stdout', 'data': b'keys'}
+    played.link.says(shown=shown)
+    assert played.launch.shown == [(LABEL, 'stdout', b'keys')]
     assert not played.launch.output
 
 
@@ -171,14 +172,14 @@ def test_ctrl_c_once_twice_and_sigterm(played):
     played.do(commands.Shutdown(drop_timers=True))
     assert played.link.sent[1:] == [
         {
-            'do': 'stop',
+            'request': 'shutdown',
             'reason': 'interrupted',
             'interactive': True,
             'drop_timers': False,
         },
-        {'do': 'hurry'},
+        {'request': 'escalate'},
         {
-            'do': 'stop',
+            'request': 'shutdown',
             'reason': '',
             'interactive': False,
             'drop_timers': True,
@@ -190,19 +191,19 @@ def test_a_shutdown_there_ends_everything_once(played):
     played.link.tells(events.ShuttingDown('arm│driver ended'))
     played.link.tells(events.ShuttingDown('arm│driver ended'))
     assert played.launch.told == [events.ShuttingDown('arm│driver ended')]
-    assert len(played.link.asked('stop')) == 1
+    assert len(played.link.asked('shutdown')) == 1
 
 
 def test_the_launch_waits_until_each_machine_is_done(played):
     assert played.parts.is_waiting()
-    played.link.says(idle=True)
+    played.link.tells(events.Idle(True))
     assert not played.parts.is_waiting()
     assert not played.link.asked('finish')
     played.launch.is_stopping = True
     assert played.parts.is_waiting()
     assert played.parts.is_waiting()
     assert len(played.link.asked('finish')) == 1
-    played.link.says(ended=0)
+    played.link.tells(events.Ended(0))
     assert not played.parts.is_waiting()
     # the end of its link is no loss
     played.link.handler.gone('it has ended')
@@ -210,19 +211,18 @@ def test_the_launch_waits_until_each_machine_is_done(played):
 
 
 def test_what_is_asked_for_has_to_be_answered_first(played):
-    played.link.says(idle=True)
+    played.link.tells(events.Idle(True))
     act(played.parts, 'restart', 'driver-1', lambda _: None)
     assert played.parts.is_waiting()
-    played.link.answers('act')
+    played.link.answers('restart')
     assert not played.parts.is_waiting()
 
 
 def test_acts_are_answered(played):
     answers = []
     act(played.parts, 'stop', LABEL, answers.append)
-    (asked,) = played.link.asked('act')
-    assert (asked['action'], asked['name']) == ('stop', LABEL)
-    played.link.answers('act', error='it has \x1b[1mnot been started yet')
+    assert played.link.asked('stop') == [{'request': 'stop', 'process': LABEL}]
+    played.link.answers('stop', error='it has \x1b[1mnot been started yet')
     assert answers == ['it has not been started yet']
     # another one is this machine's
     played.do(commands.Stop('other'))
@@ -258,11 +258,10 @@ def test_states_follow_what_happens(played):
     [
         {'event': {'event': 'Started', 'process': 'nobody', 'pid': 1}},
         {'event': 7},
-        {'states': 'none'},
-        {'states': {'processes': [{'label': LABEL, 'phase': 'odd'}]}},
-        {'states': {'processes': [7]}},
-        {'modes': {'label': LABEL}},
-        {'dropped': 'much'},
+        {'event': {'event': 'Ended', 'exit_code': 'none'}},
+        {'modes': {'process': LABEL}},
+        {'shown': {'process': 'nobody', 'stream': 'stdout', 'data': b'x'}},
+        {'missed': 'much'},
         {'something': 'else'},
         {},
     ],
@@ -283,7 +282,7 @@ _JSON = st.recursive(
         st.integers(),
         st.floats(),
         st.text(),
-        st.sampled_from([LABEL, 'running', 'Started', 'reply']),
+        st.sampled_from([LABEL, 'running', 'Started', 'Ended']),
     ),
     lambda inner: st.one_of(
         st.lists(inner, max_size=3),
@@ -305,8 +304,8 @@ _JSON = st.recursive(
     st.dictionaries(
         st.sampled_from(
             [
-                *('event', 'states', 'idle', 'reply', 'modes', 'dropped'),
-                *('failed', 'ended', 'time', 'error', 'usage', 'description'),
+                *('event', 'ok', 'modes', 'missed', 'shown', 'killed'),
+                *('time', 'error', 'usage', 'description'),
             ]
         ),
         _JSON,
@@ -315,7 +314,7 @@ _JSON = st.recursive(
 def test_whatever_a_machine_says_is_taken_or_refused(message):
     played = Played()
     act(played.parts, 'stop', LABEL, lambda _: None)
-    message['reply'] = message.get('reply') and 1
+    message['id'] = 2
     played.link.handler.message(message)
     for event in played.launch.told:
         assert all('\x1b' not in line for line in event.lines())
@@ -385,7 +384,8 @@ def test_processes_of_a_lost_machine_are_unknown(played):
 @pytest.mark.parametrize('is_stopping', [False, True])
 def test_part_that_stopped_for_a_lost_link_is_gone(played, is_stopping):
     played.launch.is_stopping = is_stopping
-    played.link.says(ended=0, lost=True)
+    played.link.tells(events.ShuttingDown(f'{LINK_LOST}: silence'))
+    played.link.tells(events.Ended(0))
     played.link.handler.gone('it has ended')
     gone = [e for e in played.launch.told if isinstance(e, events.MachineGone)]
     assert bool(gone) == (not is_stopping)
@@ -411,8 +411,6 @@ def test_restart_brings_back_a_machine_that_is_gone(played):
     assert again(played) == [LABEL]
     assert answers == [None]
     played.link.tells(events.Started(DRIVER, 5))
-    row = {'label': LABEL, 'phase': 'running', 'pid': 5, 'seconds': 0.1}
-    played.link.says(states={'processes': [row]})
     state = played.states()[LABEL]
     assert (state.phase, state.pid, state.restarts) == ('running', 5, 1)
     # what it was not asked for follows when that is
@@ -420,7 +418,7 @@ def test_restart_brings_back_a_machine_that_is_gone(played):
         act(played.parts, 'stop', HELPER.label, answers.append)
     act(played.parts, 'restart', HELPER.label, answers.append)
     (asked,) = played.link.asked('extend')
-    assert plan_from_json(asked['entries']).entries == (HELPER,)
+    assert [part['label'] for part in asked['entries']] == [HELPER.label]
     assert answers == [None, None]
 
 
@@ -519,7 +517,7 @@ def test_figures_are_waited_for_but_not_for_long():
     known = []
     played.link.tells(events.Started(DRIVER, 77))
     played.parts.measure(lambda: known.append(True))
-    played.link.answers('usage', usage={LABEL: [0.5, 1000], 'odd': 3})
+    played.link.answers('measure', usage={LABEL: [0.5, 1000], 'odd': 3})
     assert not known
     played.now += MEASURING
     played.parts.end_turn()
@@ -532,7 +530,7 @@ def test_figures_are_waited_for_but_not_for_long():
 def test_figures_that_all_have_told_are_there_at_once(played):
     known = []
     played.parts.measure(lambda: known.append(True))
-    played.link.answers('usage', usage={})
+    played.link.answers('measure', usage={})
     assert known == [True]
 
 
@@ -542,20 +540,20 @@ def test_keys_and_modes(played):
     played.link.tells(events.Started(HELPER, 77))
     assert played.parts.has_keyboard(label)
     assert played.parts.input_modes(label) is None
-    played.link.says(modes={'label': label, 'lines': False, 'echo': True})
+    played.link.says(modes={'process': label, 'lines': False, 'echo': True})
     assert played.parts.input_modes(label) == termios.ECHO
     played.parts.type(label, b'\x1b[A')
     (typed,) = played.link.asked('type')
-    assert base64.b64decode(typed['keys']) == b'\x1b[A'
+    assert typed['keys'] == '\x1b[A'
     played.parts.attach(label)
     played.parts.detach(label)
-    assert played.link.asked('attach') == [{'do': 'attach', 'label': label}]
-    assert played.link.asked('detach') == [{'do': 'detach', 'label': label}]
+    assert played.link.asked('show') == [{'request': 'show', 'process': label}]
+    assert played.link.asked('hide') == [{'request': 'hide', 'process': label}]
 
 
 def test_a_process_under_a_debugger_has_a_keyboard(played):
     act(played.parts, 'debug', LABEL, lambda _: None)
-    played.link.answers('act')
+    played.link.answers('debug')
     played.link.tells(events.Started(DRIVER, 77))
     assert played.parts.has_keyboard(LABEL)
 
@@ -566,11 +564,12 @@ def test_suspend_and_size_go_to_all():
     played.do(commands.Hold(False))
     played.do(commands.Resize(80, 24))
     for link in (played.link, *played.others):
-        assert [m['do'] for m in link.sent[1:]] == [
-            'suspend',
-            'continue',
+        assert [m['request'] for m in link.sent[1:]] == [
+            'hold',
+            'hold',
             'resize',
         ]
+        assert [m.get('is_held') for m in link.sent[1:]] == [True, False, None]
 
 
 def test_who_suspends_the_launch_is_not_told_of_each_process(played):
@@ -613,7 +612,7 @@ def test_more_of_the_plan_goes_to_its_machine():
     played.do(commands.Extend((more, here)))
     assert played.rest == [commands.Extend((here,))]
     (asked,) = played.link.asked('extend')
-    assert plan_from_json(asked['entries']).entries == (more,)
+    assert [part['label'] for part in asked['entries']] == [more.label]
     assert played.parts.find('arm│more') == more
     with pytest.raises(RefusedError, match='already'):
         played.do(commands.Extend((more,)))
@@ -623,7 +622,7 @@ def test_changes_of_the_plan_are_routed_by_label(played):
     changed = process(LABEL, name='driver-1', respawn=True)
     played.do(commands.Revise(changed))
     (asked,) = played.link.asked('revise')
-    assert plan_from_json(asked['plan']).entries == (changed,)
+    assert asked['part']['respawn'] is True
     assert played.parts.find(LABEL) == changed
     restart = commands.RestartChanged((LABEL, 'here'))
     assert played.do(restart).labels == ()
@@ -645,7 +644,7 @@ def test_what_is_kept_stopped_is_not_restarted_by_a_change(played):
 
 
 def test_output_that_did_not_fit_is_told(played):
-    played.link.says(dropped=3_000_000)
+    played.link.says(missed={'events': 0, 'bytes': 3_000_000})
     (event,) = played.launch.told
     assert 'arm: 3 MB of output are missing' in event.text
 
@@ -656,7 +655,7 @@ def test_machine_that_does_not_end_is_dropped(played):
     played.launch.shut_down('interrupted')
     # whatever it says meanwhile
     played.now += 5 + 5 + END_PATIENCE - 1
-    played.link.says(idle=False)
+    played.link.tells(events.Idle(False))
     played.parts.end_turn()
     assert played.parts.is_waiting()
     played.now += 2

@@ -33,7 +33,7 @@ from colcon_yamllaunch.verb.launching.workspace_session import WorkspaceSession
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.remote.link.remote_parts import RemoteParts
-    from colcon_yamllaunch.remote.wire.part_settings import PartSettings
+    from colcon_yamllaunch.remote.part_settings import PartSettings
     from colcon_yamllaunch.verb.launching.steps.machines_there import (
         MachinesThere,
     )
@@ -241,7 +241,7 @@ class DeployedLaunch:
 
     def _settings(self) -> 'PartSettings':
         """Return what is the same for the parts on all machines."""
-        from colcon_yamllaunch.remote.wire.part_settings import PartSettings
+        from colcon_yamllaunch.remote.part_settings import PartSettings
 
         settings = PartSettings(
             '', log_limit=self._options.log_limit, tty=self._options.tty

@@ -36,10 +36,10 @@ from colcon_yamllaunch.remote.deployment.remote_paths import variables_along
 from colcon_yamllaunch.remote.link.machine_contact import MachineContact
 from colcon_yamllaunch.remote.link.machine_link import MachineLink
 from colcon_yamllaunch.remote.link.remote_parts import RemoteParts
+from colcon_yamllaunch.remote.part_settings import PartSettings
 from colcon_yamllaunch.remote.sync.code_sync import Code
 from colcon_yamllaunch.remote.sync.code_sync import sync_code
 from colcon_yamllaunch.remote.sync.code_sync import Synced
-from colcon_yamllaunch.remote.wire.part_settings import PartSettings
 from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.launching.steps.errands import Errands
 from colcon_yamllaunch.verb.launching.steps.machine_paths import PathsThere

@@ -16,7 +16,7 @@ from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.remote.deployment.deployment import Deployment
 from colcon_yamllaunch.remote.deployment.deployment import Rule
 from colcon_yamllaunch.remote.deployment.machine import Machine
-from colcon_yamllaunch.remote.wire.part_settings import PartSettings
+from colcon_yamllaunch.remote.part_settings import PartSettings
 from colcon_yamllaunch.verb.launching.steps import machines_there
 import pytest
 

@@ -17,6 +17,8 @@ LOST_AFTER = 10.0
 #: are due before a link is lost.
 HEARTBEAT = 1.0
 _BEATS = 5
+#: Why a part stops without its launcher; more of it follows.
+LINK_LOST = 'the link to the launcher is lost'
 
 
 def heartbeat_of(lost_after: float) -> float:

@@ -2,7 +2,7 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-Events of a part on another machine, as JSON and back.
+Events of a launch as JSON and back, for a launcher of the same version.
 
 An event is an object with the name of its class, and its fields by their
 names. Processes and components are their labels, as the launcher knows what
@@ -24,8 +24,8 @@ from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Process
 
-#: The events of a machine; all others are those of the launcher itself, and
-#: output is sent in another way.
+#: The events that a launcher gets of a part on a machine, besides `Ended`; all
+#: others are its own, and output is sent in another way.
 FROM_MACHINES: tuple[type[events.Event], ...] = (
     events.Planned,
     events.Dropped,
@@ -49,11 +49,15 @@ FROM_MACHINES: tuple[type[events.Event], ...] = (
     events.TransitionFailed,
     events.PartChanged,
     events.RosLost,
+    events.Idle,
+    events.CannotRun,
 )
 #: Returns the process or component with a label, None if there is none.
 PartOf = Callable[[str], Process | Component | None]
 
 _KIND = 'event'
+_ENDED = events.Ended.__name__
+_LARGEST_CODE = 255
 _BY_NAME = {kind.__name__: kind for kind in FROM_MACHINES}
 # JSON keeps smaller numbers exactly, whoever reads it
 _LARGEST = 1 << 53
@@ -88,6 +92,11 @@ class EventReader:
         :raises EventError: when it is none
         """
         name = data.get(_KIND) if isinstance(data, dict) else None
+        if name == _ENDED and isinstance(data, dict):
+            code = data.get('exit_code')
+            if type(code) is not int or not 0 <= code <= _LARGEST_CODE:
+                raise EventError('the end has no exit code')
+            return events.Ended(code)
         if not isinstance(name, str) or name not in _BY_NAME:
             raise EventError('an event is of no known kind')
         try:
@@ -107,10 +116,13 @@ class EventReader:
         return event
 
 
-def event_to_json(event: events.Event) -> dict[str, Any] | None:
-    """Return an event as an object for JSON, None if it is not for others."""
+def event_to_json(event: events.Event) -> dict[str, Any]:
+    """Return an event as an object for JSON; empty if it is not for others."""
+    if isinstance(event, events.Ended):
+        # a launcher has its own failures and verdicts
+        return {_KIND: _ENDED, 'exit_code': event.exit_code}
     if type(event) not in FROM_MACHINES:
-        return None
+        return {}
     data: dict[str, Any] = _WRITER.to_json(event)
     return data
 

@@ -7,15 +7,15 @@ import signal
 import types
 import typing
 
+from colcon_yamllaunch.control.event_codec import event_to_json
+from colcon_yamllaunch.control.event_codec import EventError
+from colcon_yamllaunch.control.event_codec import EventReader
+from colcon_yamllaunch.control.event_codec import FROM_MACHINES
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.remote.wire.event_codec import event_to_json
-from colcon_yamllaunch.remote.wire.event_codec import EventError
-from colcon_yamllaunch.remote.wire.event_codec import EventReader
-from colcon_yamllaunch.remote.wire.event_codec import FROM_MACHINES
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
@@ -112,8 +112,8 @@ def test_other_json_is_refused(data):
 
 
 def test_what_the_launcher_alone_tells_is_not_passed_on():
-    assert event_to_json(events.Ended(0)) is None
-    assert event_to_json(events.Output(DRIVER, 'stdout', b'text\n')) is None
+    assert event_to_json(events.Attached(DRIVER)) == {}
+    assert event_to_json(events.Output(DRIVER, 'stdout', b'text\n')) == {}
     for kind in ('Ended', 'Output', 'MachineGone', 'Event', '__class__'):
         with pytest.raises(EventError):
             READER.read({'event': kind})

@@ -1,0 +1,51 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Commands as requests of the control protocol, and back."""
+
+from collections.abc import Mapping
+from typing import Any
+from typing import TypeVar
+
+from colcon_yamllaunch.common.codec import Codec
+from colcon_yamllaunch.common.codec import CodecError
+from colcon_yamllaunch.control import protocol
+from colcon_yamllaunch.control.protocol import ProtocolError
+from colcon_yamllaunch.engine.commands import Command
+from colcon_yamllaunch.plan.plan_json import SPECIAL
+from colcon_yamllaunch.plan.plan_json import TAGS
+
+_T = TypeVar('_T', bound=Command[Any])
+
+
+def command_of(kind: type[_T], message: Mapping[str, Any]) -> _T:
+    """
+    Return the command that a request stands for.
+
+    :raises ProtocolError: when a field is missing or of another type
+    """
+    try:
+        return _CODEC.from_json(kind, message)
+    except CodecError as error:
+        name, problem = error.path.lstrip('.'), error.problem
+        raise ProtocolError(f"the '{name}' {problem}") from error
+
+
+def request_of(command: Command[Any]) -> dict[str, Any]:
+    """Return the request that asks for a command."""
+    return protocol.request(command.name, **_CODEC.to_json(command))
+
+
+def _read_bytes(data: object) -> bytes:
+    try:
+        return protocol.bytes_of(data)
+    except ProtocolError as error:
+        raise CodecError('is not a text with a byte a character') from error
+
+
+_CODEC = Codec(
+    TAGS,
+    special={**SPECIAL, bytes: (protocol.text_of, _read_bytes)},
+    # clients of a later version may send more
+    accept_unknown=True,
+)
