@@ -29,6 +29,7 @@ from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.commands import Command
 from colcon_yamllaunch.engine.commands import DONE
+from colcon_yamllaunch.engine.commands import Done
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.loop import TimerHandle
 from colcon_yamllaunch.engine.participants import Execute
@@ -83,8 +84,6 @@ class Part(Participant):
         self._heartbeat = heartbeat_of(settings.lost_after)
         self._standstill = min(_STANDSTILL, settings.lost_after / 2)
         self._is_finished = self._is_lost = self._is_held = False
-        # whether other terminals of this machine see the part
-        self._is_shown = False
         # whether nothing runs, and what the launcher knows of that
         self._is_idle = self._told_idle = False
         self._checked_at = time.monotonic()
@@ -100,6 +99,11 @@ class Part(Participant):
         self._subscribers.when_held = self._holder_changed
         self._server = Server(self._listener, engine.loop, service)
         listen(engine, service)
+        dispatcher = engine.dispatcher
+        dispatcher.add(Finish, self._finish)
+        dispatcher.add(Measure, self._measure)
+        dispatcher.add(Show, self._show)
+        dispatcher.add(Hide, self._hide)
 
     def begin(self) -> None:
         """
@@ -212,10 +216,8 @@ class Part(Participant):
         """Stop the part, unless it is to be kept or has been stopped."""
         if self._is_lost or self._is_finished:
             return
-        if not self._is_shown:
-            # nobody else can show it now
-            self._is_shown = True
-            self._engine.serve()
+        # nobody else can show it now
+        self._engine.serve()
         if not self._keeps:
             self._is_lost = True
             shutdown = commands.Shutdown(f'{LINK_LOST}: {reason}')
@@ -226,25 +228,16 @@ class Part(Participant):
     def execute(
         self, command: Command[Any], reply: Reply, proceed: Execute
     ) -> Any:
-        """Execute what only the launcher may ask for."""
-        match command:
-            case Finish():
-                self._is_finished = True
-            case Measure():
-                self._measure(reply)
-                return None
-            case Show():
-                self._show(command.process)
-            case Hide():
-                self._hide(command.process)
-            case commands.Hold():
-                self._is_held = command.is_held
-                return proceed(command, reply)
-            case _:
-                return proceed(command, reply)
+        """Note that the whole launch is suspended, or goes on."""
+        if isinstance(command, commands.Hold):
+            self._is_held = command.is_held
+        return proceed(command, reply)
+
+    def _finish(self, _: Finish, _reply: Reply) -> Done:
+        self._is_finished = True
         return DONE
 
-    def _measure(self, reply: Reply) -> None:
+    def _measure(self, _: Measure, reply: Reply) -> None:
         groups = dict(self._engine.groups())
         before = resource_usage.look(groups.values())
 
@@ -263,19 +256,22 @@ class Part(Participant):
 
         self._loop.call_later(resource_usage.INTERVAL, measured)
 
-    def _show(self, label: str) -> None:
+    def _show(self, command: Show, _: Reply) -> Done:
+        label = command.process
         if label not in self._shown:
             shown = _Shown(self._engine, label)
             shown.connection = self._connection
             self._shown[label] = shown
             self._engine.terminals.add_sink(label, shown.show)
             shown.send_modes()
+        return DONE
 
-    def _hide(self, label: str) -> None:
-        shown = self._shown.pop(label, None)
+    def _hide(self, command: Hide, _: Reply) -> Done:
+        shown = self._shown.pop(command.process, None)
         if shown is not None:
-            self._engine.terminals.remove_sink(label, shown.show)
+            self._engine.terminals.remove_sink(command.process, shown.show)
             shown.close()
+        return DONE
 
 
 class _Shown:

@@ -64,9 +64,6 @@ END_PATIENCE = 15.0
 #: How many requests to a machine may wait for their answers.
 MAXIMUM_REQUESTS = 1000
 
-# what asks for the next start of a process or component
-_STARTS = ('restart', 'debug')
-
 
 class RemotePart:
     """
@@ -75,7 +72,6 @@ class RemotePart:
     :param plan: It, with the paths of this computer
     :param localised: Returns a plan with the paths of that machine
     :param clock: Returns seconds that never go back
-    :param tty: Whether each process gets a terminal
     """
 
     def __init__(
@@ -84,15 +80,11 @@ class RemotePart:
         plan: Plan,
         localised: Callable[[Plan], Plan] = lambda plan: plan,
         clock: Callable[[], float] = time.monotonic,
-        *,
-        tty: bool = False,
     ) -> None:
         self._link = link
-        self._tty = tty
         self._clock = clock
         self._localised = localised
-        self._reader = EventReader(self._told_part)
-        self._launch: Engine | None = None
+        self._reader = EventReader(self._part_of_event)
         self._parts: dict[str, Process | Component] = {}
         self._successors: dict[str, Process | Component] = {}
         self._by_name: dict[str, str] = {}
@@ -100,18 +92,16 @@ class RemotePart:
         self._has_timers = False
         # all that was planned, as it was planned first
         self._entries: list[Entry] = []
-        self._learn(plan.entries)
+        self._add(plan.entries)
         # of a machine that is gone: whether its part is being started again,
         # whole or only what was asked for, who waits for that, and what the
         # new part does not have
-        self._is_again = self._is_whole = False
-        self._asked: set[str] = set()
-        self._waiting: list[Callable[[Any], object]] = []
+        self._is_restarting = self._restarts_all = False
+        self._wanted: set[str] = set()
+        self._waiting_replies: list[Callable[[Any], object]] = []
         self._missing: set[str] = set()
-        # why its part has ended though the launch goes on
-        self._ended_for = ''
-        # whether it stopped by itself, as the link was lost
-        self._is_stopped_as_lost = False
+        # why its part stops by itself though the launch goes on
+        self._stopped_for = ''
         self._size = os.terminal_size((80, 24))
         # who waits for the answer to a request, by its number
         self._requests: dict[int, Callable[[Mapping[str, Any]], None]] = {}
@@ -131,7 +121,6 @@ class RemotePart:
         self._held: set[tuple[str, events.Stream]] = set()
         # by label, what to say of the terminal that it reads from
         self._modes: dict[str, int] = {}
-        self._debugged: set[str] = set()
         # the processes of the link that the guard knows
         self._guarded: frozenset[int] = frozenset()
 
@@ -158,11 +147,10 @@ class RemotePart:
     def join(self, launch: Engine) -> None:
         """Take part in a launch from now on."""
         self._launch = launch
-        self._mind_guard()
+        self._guard_link()
 
     def begin(self, size: os.terminal_size) -> None:
         """Run from now on, with terminals of a size."""
-        assert self._launch is not None
         self._link.begin(self._launch.loop, self)
         self.resize(size)
 
@@ -173,7 +161,7 @@ class RemotePart:
 
     def advance(self) -> None:
         """Do what is due."""
-        if self._held and self._launch is not None:
+        if self._held:
             # while all is stopped, there is not much that may still come
             is_stopping = self._launch.is_stopping
             accepts = self._launch.accepts
@@ -185,7 +173,7 @@ class RemotePart:
         self._link.advance()
         if self.state == 'up' and self._clock() > self._ends_by:
             self._give_up('it does not end, though it was told to')
-        self._mind_guard()
+        self._guard_link()
 
     def send(self, command: Command[Any]) -> None:
         """Send a command whose answer is of no interest."""
@@ -214,16 +202,18 @@ class RemotePart:
         self, reason: str, *, interactive: bool, drop_timers: bool
     ) -> None:
         """Begin to end all of it."""
-        if self._is_again:
+        if self._is_restarting:
             self._give_up(self.reason)
         if self.state == 'lost' and not self._is_waited_for:
             self._is_waited_for = True
-            self._tell(events.Warned(f'{self.machine.name}: {self._waits()}'))
+            self._emit(
+                events.Warned(f'{self.machine.name}: {self._pending_text()}')
+            )
         if drop_timers or not self._has_timers:
-            self._mind_end()
+            self._limit_end()
         self.send(commands.Shutdown(reason, interactive, drop_timers))
 
-    def hurry(self) -> None:
+    def escalate(self) -> None:
         """Take the next step of stopping at once."""
         if self.state == 'lost':
             # who asks twice does not wait until it is back
@@ -232,7 +222,7 @@ class RemotePart:
                 what = 'its processes run on there (on_lost: keep)'
             self._give_up(f'{self.reason}; {what}')
         if self._ends_by == math.inf:
-            self._mind_end()
+            self._limit_end()
         self.send(commands.Escalate())
 
     def suspend(self, is_suspended: bool) -> None:
@@ -241,7 +231,7 @@ class RemotePart:
             # told when the launch goes on, as it hears nothing meanwhile
             self._suspended |= {process.label for process in self._running()}
         elif self._ends_by < math.inf:
-            self._mind_end()
+            self._limit_end()
         self.send(commands.Hold(is_suspended))
 
     def finish(self) -> None:
@@ -249,13 +239,13 @@ class RemotePart:
         if not self._is_finishing:
             self._is_finishing = True
             if self._ends_by == math.inf and not self._has_timers:
-                self._mind_end()
+                self._limit_end()
             self.send(Finish())
 
     def close(self) -> None:
         """End the link."""
         self._link.close()
-        self._mind_guard()
+        self._guard_link()
 
     # what it consists of
 
@@ -289,13 +279,11 @@ class RemotePart:
     # keyboards
 
     def has_keyboard(self, label: str) -> bool:
-        """Tell whether keys can be typed at a process now."""
-        part = self._parts.get(label)
-        if self.state != 'up' or not isinstance(part, Process):
+        """Return whether keys can be typed at a process now."""
+        if self.state != 'up' or label not in self._parts:
             return False
-        has_own = part.emulate_tty or label in self._debugged
-        is_terminal = self._tty or has_own
-        return is_terminal and self._pid_of(label) is not None
+        state = self._launch.state.process(label)
+        return state is not None and state.terminal
 
     def input_modes(self, label: str) -> int | None:
         """Return the local modes of a terminal as it was told last."""
@@ -309,14 +297,14 @@ class RemotePart:
 
         :raises ValueError: when a label is taken
         """
-        self._learn(plan.entries)
+        self._add(plan.entries)
         self._is_idle = False
         self.send(commands.Extend(self._localised(plan).entries))
 
     def revise(self, part: Process | Component, *, at_once: bool) -> None:
         """Have a part of it be another one from its next start on."""
         if at_once:
-            self._take(part)
+            self._plan_part(part)
         else:
             self._successors[part.label] = part
         if part.label not in self._missing:
@@ -327,15 +315,15 @@ class RemotePart:
         mine = [label for label in self._parts if label in labels]
         begun = tuple(label for label in mine if self._may_restart(label))
         if begun and self.state == 'up':
-            self._give(self._missing.intersection(begun))
-            self.ask(commands.RestartChanged(begun), self._tell_refusal)
+            self._send_missing(self._missing.intersection(begun))
+            self.ask(commands.RestartChanged(begun), self._warn_refused)
             return begun
         return ()
 
     def drop(self, label: str) -> None:
         """Stop or unload a part, and forget it then."""
         if label in self._missing:
-            self._tell(events.Dropped(self._parts[label]))
+            self._emit(events.Dropped(self._parts[label]))
             self._forget(label)
             return
         self.send(commands.Drop(label))
@@ -370,31 +358,25 @@ class RemotePart:
             case commands.Describe() | commands.ChangeState():
                 self.ask(command, answered)
                 return
-        if self._launch is not None and self._launch.is_stopping:
+        if self._launch.is_stopping:
             raise RefusedError('the whole launch is being stopped')
         is_restart = isinstance(command, commands.Restart)
-        if is_restart and (self.state == 'gone' or self._is_again):
+        if is_restart and (self.state == 'gone' or self._is_restarting):
             self._restart_gone(label, reply)
             return
         if label in self._missing and self.state == 'up':
             if not is_restart:
                 raise RefusedError(f'{label} does not run')
-            self._give({label})
+            self._send_missing({label})
             reply(DONE)
             return
-        if is_restart:
-            self._debugged.discard(label)
         self.ask(command, answered)
-        if isinstance(command, commands.Debug):
-            self._debugged.add(label)
 
     def _response(
         self, command: PartCommand[Any], answer: Mapping[str, Any]
     ) -> Any:
         """Return the response to a command that an answer stands for."""
         error = _error_of(answer)
-        if isinstance(command, commands.Debug) and error is not None:
-            self._debugged.discard(command.process)
         if error is not None:
             return Refused(error)
         if not isinstance(command, commands.Describe):
@@ -403,7 +385,7 @@ class RemotePart:
         from colcon_yamllaunch.engine.description import told_description
 
         told = answer.get('description')
-        if not isinstance(told, Mapping) or self._launch is None:
+        if not isinstance(told, Mapping):
             return Refused(f'{self.machine.name} does not describe it')
         part = self.part(command.process)
         log = self._launch.state.log_files.get(part.label)
@@ -422,19 +404,16 @@ class RemotePart:
 
         def answered(answer: Mapping[str, Any]) -> None:
             usage = _usage(answer.get('usage'), self._parts)
-            self._tell(events.Measured(self.machine.name, usage))
+            self._emit(events.Measured(self.machine.name, usage))
             done()
 
         self.ask(Measure(), answered)
 
     def cpu_shares(self) -> dict[str, float]:
         """Return the shares of a processor by label, as far as known."""
-        launch = self._launch
-        if launch is None:
-            return {}
         return {
             state.label: state.cpu
-            for state in launch.state.processes
+            for state in self._launch.state.processes
             if state.cpu is not None and state.label in self._parts
         }
 
@@ -442,7 +421,7 @@ class RemotePart:
 
     def message(self, message: Mapping[str, Any]) -> None:
         """Take a message."""
-        if self.is_over or self._launch is None:
+        if self.is_over:
             return
         moment = self._launch.moment
         moment.past = _past(message.get('time'))
@@ -459,7 +438,7 @@ class RemotePart:
     ) -> None:
         """Take what a process wrote."""
         process = self._parts.get(label)
-        if self.is_over or self._launch is None:
+        if self.is_over:
             return
         if not isinstance(process, Process):
             self._give_up('what comes from it makes no sense: whose output?')
@@ -485,7 +464,7 @@ class RemotePart:
             self.reason = printable(reason)
             is_kept = self.machine.on_lost == 'keep'
             name = self.machine.name
-            self._tell(events.LinkLost(name, self.reason, is_kept))
+            self._emit(events.LinkLost(name, self.reason, is_kept))
             self._refuse_all(self._why_not())
 
     def back(self, seconds: float) -> None:
@@ -494,32 +473,30 @@ class RemotePart:
             self.state = 'up'
             self.reason = ''
             if self._ends_by < math.inf:
-                self._mind_end()
-            self._tell(events.LinkBack(self.machine.name, seconds))
-            if self._is_again:
-                self._is_again = False
+                self._limit_end()
+            self._emit(events.LinkBack(self.machine.name, seconds))
+            if self._is_restarting:
+                self._is_restarting = False
                 self.resize(self._size)
-                self._give(self._missing & self._asked)
+                self._send_missing(self._missing & self._wanted)
                 self._answer_waiting(DONE)
 
     def gone(self, reason: str) -> None:
         """Take into account that it is not heard of any more."""
         if self.is_over:
             return
-        self._end(self._ended_for or reason)
+        self._end(self._stopped_for or reason)
         if self._restarts:
-            self._is_whole = True
+            self._restarts_all = True
             self._start_again(at_once=False)
 
     @property
     def _restarts(self) -> bool:
         """Whether a part that is gone is started again by itself."""
-        launch = self._launch
         return (
             self.machine.on_lost == 'restart'
             and self._link.can_start_again
-            and launch is not None
-            and not launch.is_stopping
+            and not self._launch.is_stopping
         )
 
     def _restart_gone(
@@ -532,32 +509,30 @@ class RemotePart:
         """
         if not self._link.can_start_again:
             raise RefusedError(self._why_not())
-        self._asked.add(label)
-        self._waiting.append(reply)
+        self._wanted.add(label)
+        self._waiting_replies.append(reply)
         self._start_again(at_once=True)
 
     def _start_again(self, *, at_once: bool) -> None:
         self._enter('lost')
-        self._is_again = True
+        self._is_restarting = True
         self._is_idle = False
         self._link.start_again(self._plan_again, at_once=at_once)
 
     def _plan_again(self) -> str:
         """Return what a new part is to run, in JSON."""
-        if self._is_whole:
+        if self._restarts_all:
             plan = Plan(tuple(self._not_stopped(self._entries)))
         else:
-            plan = self._plan_of(self._asked)
+            plan = self._plan_of(self._wanted)
         self._missing = {*self._parts} - self._expect(plan)
-        self._ended_for = ''
-        self._is_stopped_as_lost = False
+        self._stopped_for = ''
         self._modes.clear()
-        self._debugged.clear()
         self._suspended.clear()
         self._held.clear()
         return plan_to_json(self._localised(plan))
 
-    def _give(self, labels: Collection[str]) -> None:
+    def _send_missing(self, labels: Collection[str]) -> None:
         """Have the part run what it does not have."""
         if not labels:
             return
@@ -584,7 +559,7 @@ class RemotePart:
                 yield replace(entry, entries=inner)
             elif not isinstance(entry, Process | Component):
                 yield entry
-            elif entry.label in self._asked or (
+            elif entry.label in self._wanted or (
                 entry.label in self._parts
                 and not self._is_kept_stopped(entry.label)
             ):
@@ -594,20 +569,20 @@ class RemotePart:
         """Take into account that all of a plan is started anew."""
         parts = _parts_of(plan)
         for part in parts:
-            self._take(part)
+            self._plan_part(part)
             self._successors.pop(part.label, None)
-            self._tell(events.PartChanged(part, 'waiting'))
+            self._emit(events.PartChanged(part, 'waiting'))
         return {part.label for part in parts}
 
     def _answer_waiting(self, response: Done | Refused) -> None:
-        waiting, self._waiting = self._waiting, []
-        self._asked.clear()
-        self._is_whole = False
+        waiting, self._waiting_replies = self._waiting_replies, []
+        self._wanted.clear()
+        self._restarts_all = False
         for reply in waiting:
             reply(response)
 
     def _end(self, reason: str) -> None:
-        was_gone, self._is_again = self._is_again, False
+        was_gone, self._is_restarting = self._is_restarting, False
         self.reason = printable(reason)
         self._enter('gone')
         if was_gone:
@@ -616,11 +591,9 @@ class RemotePart:
         running = [*self._running()]
         labels = tuple(process.label for process in running)
         name = self.machine.name
-        self._tell(events.MachineGone(name, self.reason, labels))
+        self._emit(events.MachineGone(name, self.reason, labels))
         self._refuse_all(self._why_not())
         launch = self._launch
-        if launch is None:
-            return
         for process in running:
             launch.end_lines(process.label)
             state = launch.state.by_label[process.label]
@@ -658,7 +631,6 @@ class RemotePart:
             raise EventError('a message is of no known kind')
 
     def _take_event(self, event: events.Event) -> None:
-        assert self._launch is not None
         match event:
             case events.Idle(is_idle=is_idle):
                 self._is_idle = is_idle
@@ -673,7 +645,7 @@ class RemotePart:
                 LINK_LOST
             ):
                 # the rest of the launch goes on
-                self._is_stopped_as_lost = True
+                self._stopped_for = 'it stopped its part as the link was lost'
                 return
             case events.ShuttingDown():
                 # ours are told first, and stop what runs there; else
@@ -684,7 +656,7 @@ class RemotePart:
             case events.Planned():
                 labels = [part.label for part in event.parts]
                 for label in labels:
-                    self._take(self.part(label))
+                    self._plan_part(self.part(label))
                     self._successors.pop(label, None)
                 parts = tuple(self._parts[label] for label in labels)
                 event = events.Planned(parts)
@@ -718,10 +690,8 @@ class RemotePart:
 
     def _take_end(self) -> None:
         """Take note that the part has ended; what failed was emitted."""
-        is_stopping = self._launch and self._launch.is_stopping
-        if self._is_stopped_as_lost and not is_stopping:
-            # its end follows
-            self._ended_for = 'it stopped its part as the link was lost'
+        if self._stopped_for and not self._launch.is_stopping:
+            # the end of the link follows, and is a loss
             return
         self._enter('done')
         self._refuse_all(f'{self.machine.name} is done')
@@ -735,7 +705,7 @@ class RemotePart:
         match missed:
             case {'bytes': int(size)} if size >= 0:
                 name = self.machine.name
-                self._tell(
+                self._emit(
                     events.Warned(
                         f'{name}: {decimal_size(size)} of output are missing: '
                         'they came while the link was lost, and did not fit '
@@ -757,8 +727,7 @@ class RemotePart:
                 'stream': 'stdout' | 'stderr' as stream,
                 'data': bytes(data),
             } if label in self._parts:
-                if self._launch is not None:
-                    self._launch.show(label, stream, data)
+                self._launch.show(label, stream, data)
             case _:
                 raise EventError('what a process shows has a wrong form')
 
@@ -779,7 +748,7 @@ class RemotePart:
             case _:
                 raise EventError('the modes of a terminal are not told')
 
-    def _told_part(self, label: str) -> Process | Component | None:
+    def _part_of_event(self, label: str) -> Process | Component | None:
         """Return what a machine means that tells a label."""
         part = self._parts.get(label)
         if part is None and label == UNATTRIBUTED:
@@ -789,7 +758,7 @@ class RemotePart:
                 return replace(process, label=name)
         return part
 
-    def _learn(self, entries: Sequence[Entry]) -> None:
+    def _add(self, entries: Sequence[Entry]) -> None:
         """
         Take what stands in a plan.
 
@@ -800,11 +769,11 @@ class RemotePart:
             if part.label in self._parts:
                 raise ValueError(f'there is a process {part.label} already')
         for part in more:
-            self._take(part)
+            self._plan_part(part)
         self._has_timers |= _has_lasting_timers(entries)
         self._entries += entries
 
-    def _take(self, part: Process | Component) -> None:
+    def _plan_part(self, part: Process | Component) -> None:
         before = self._parts.get(part.label)
         if before is not None:
             self._by_name.pop(before.ros_name, None)
@@ -827,8 +796,7 @@ class RemotePart:
     # what the state of the launch says
 
     def _state_of(self, label: str) -> PartState | None:
-        launch = self._launch
-        return None if launch is None else launch.state.by_label.get(label)
+        return self._launch.state.by_label.get(label)
 
     def _pid_of(self, label: str) -> int | None:
         state = self._state_of(label)
@@ -862,16 +830,15 @@ class RemotePart:
     def _enter(self, state: LinkState) -> None:
         self.state = state
         name = self.machine.name
-        self._tell(events.LinkChanged(name, state, self.reason))
+        self._emit(events.LinkChanged(name, state, self.reason))
 
-    def _tell(self, event: events.Event) -> None:
-        if self._launch is not None:
-            self._launch.tell(event)
+    def _emit(self, event: events.Event) -> None:
+        self._launch.tell(event)
 
-    def _tell_refusal(self, answer: Mapping[str, Any]) -> None:
+    def _warn_refused(self, answer: Mapping[str, Any]) -> None:
         error = _error_of(answer)
         if error is not None:
-            self._tell(events.Warned(f'{self.machine.name}: {error}'))
+            self._emit(events.Warned(f'{self.machine.name}: {error}'))
 
     def _why_not(self) -> str:
         name = self.machine.name
@@ -881,7 +848,7 @@ class RemotePart:
             return f'{name} is gone: {self.reason}'
         return f'the link to {name} is lost: {self.reason}'
 
-    def _waits(self) -> str:
+    def _pending_text(self) -> str:
         """Say what a launch that stops waits for while the link is lost."""
         if self.machine.on_lost == 'keep':
             return (
@@ -893,7 +860,7 @@ class RemotePart:
             'stopped there by themselves; Ctrl-C again does not wait'
         )
 
-    def _mind_end(self) -> None:
+    def _limit_end(self) -> None:
         """Have it end within the time that what is there takes for that."""
         timeouts = map(timeouts_of, self.processes())
         longest = max((t.sigterm + t.sigkill for t in timeouts), default=0.0)
@@ -910,10 +877,10 @@ class RemotePart:
             self._end(reason)
         self._link.close()
 
-    def _mind_guard(self) -> None:
+    def _guard_link(self) -> None:
         """Have the processes of the link end with the launcher."""
         pids = self._link.pids
-        if self._launch is None or pids == self._guarded:
+        if pids == self._guarded:
             return
         for pid in self._guarded - pids:
             self._launch.remove_helper(pid)
@@ -923,11 +890,7 @@ class RemotePart:
 
     def _reaped(self, pid: int, status: int) -> None:
         self._link.ended(pid, Outcome.from_status(status))
-        self._mind_guard()
-
-    def seconds_to_wait(self) -> float | None:
-        """Return the seconds until :meth:`advance` is to be called again."""
-        return self._link.seconds_to_wait()
+        self._guard_link()
 
 
 def _parts_of(plan: Plan) -> list[Process | Component]:

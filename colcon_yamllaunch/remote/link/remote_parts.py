@@ -54,7 +54,6 @@ class RemoteParts(Participant, Keyboards):
       here
     :param localise: Returns a plan with the paths of a machine
     :param clock: Returns seconds that never go back
-    :param tty: Whether each process gets a terminal
     """
 
     def __init__(
@@ -64,8 +63,6 @@ class RemoteParts(Participant, Keyboards):
         place_more: Place | None = None,
         localise: Localise = lambda _, plan: plan,
         clock: Callable[[], float] = time.monotonic,
-        *,
-        tty: bool = False,
     ) -> None:
         self._placed = placed
         self._place_more = place_more
@@ -84,7 +81,6 @@ class RemoteParts(Participant, Keyboards):
                 placed.parts.get(name, Plan()),
                 partial(localise, name),
                 clock,
-                tty=tty,
             )
         # those who wait for figures: until when, and how many machines
         self._measured = -FRESH
@@ -140,7 +136,7 @@ class RemoteParts(Participant, Keyboards):
     def due(self) -> float | None:
         """Return when :meth:`end_turn` is to be called again."""
         now = self._clock()
-        waits = (part.seconds_to_wait() for part in self.parts)
+        waits = (part.link.seconds_to_wait() for part in self.parts)
         dues = [now + wait for wait in waits if wait is not None]
         dues += (due for due, _, _ in self._measuring)
         return min(dues, default=None)
@@ -254,7 +250,7 @@ class RemoteParts(Participant, Keyboards):
                     part.stop('', interactive=False, drop_timers=True)
             case commands.Escalate():
                 for part in self.parts:
-                    part.hurry()
+                    part.escalate()
             case commands.Hold(is_held=is_held):
                 # before this machine is suspended
                 for part in self.parts:

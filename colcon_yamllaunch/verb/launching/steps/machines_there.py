@@ -353,7 +353,6 @@ class MachinesThere:
             placed,
             self._placer.place_more,
             self.localised,
-            tty=settings.tty,
         )
 
     def close(self) -> None:
