@@ -29,12 +29,12 @@ from typing import Any
 import colcon_yamllaunch
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.remote.sync.lock import hold
-from colcon_yamllaunch.remote.sync.manifest import changed_places
-from colcon_yamllaunch.remote.sync.manifest import prepared_root
+from colcon_yamllaunch.remote.sync.manifest import Manifest
 from colcon_yamllaunch.remote.sync.manifest import record_build
 from colcon_yamllaunch.remote.sync.system import login_shell_line
 from colcon_yamllaunch.remote.sync.system import system
 from colcon_yamllaunch.workspace.building.orphan_builds import BuildProcesses
+from colcon_yamllaunch.workspace.packages.trust import Trust
 
 Say = Callable[[str], None]
 
@@ -72,9 +72,11 @@ def begin(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:
     :func:`build` returns if nothing is changed; and with underlays those that
     are `missing`, and what :func:`system` returns, as `system`.
     """
-    root = prepared_root(str(arguments['workspace']), say)
+    root = _prepared_root(str(arguments['workspace']), say)
     holder = hold(root, arguments, say)
-    changed = changed_places(root, arguments['origin'], arguments['states'])
+    changed = Manifest(root).changed_places(
+        arguments['origin'], arguments['states']
+    )
     answer: dict[str, Any] = {
         'root': root,
         'changed': changed,
@@ -145,6 +147,32 @@ def build(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:
     if 'error' in answer:
         raise UserError(str(answer['error']))
     return answer
+
+
+def _prepared_root(workspace: str, say: Say) -> str:
+    """
+    Return the root of the workspace, which is created if necessary.
+
+    :raises UserError: when it cannot be created
+    """
+    root = Path(os.path.realpath(Path(workspace).expanduser()))
+    if root.is_dir():
+        Trust(os.environ).check(root)
+        return str(root)
+    try:
+        root.mkdir()
+    except FileNotFoundError:
+        raise UserError(
+            f'there is no folder {root.parent} to make the workspace '
+            f'{root.name} in: make it, or name another `workspace:`'
+        ) from None
+    except OSError as e:
+        raise UserError(
+            f'cannot make the workspace {root}: {e.strerror}. Make it, or '
+            'name another `workspace:`'
+        ) from e
+    say(f'made the workspace {root}')
+    return str(root)
 
 
 def colcon_python() -> list[str]:

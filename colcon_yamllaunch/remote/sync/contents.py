@@ -5,15 +5,12 @@
 How the launcher and a machine describe files to each other.
 
 A *content* is a text that differs where two files do: `f DIGEST`, `xf DIGEST`
-for one that its owner may run, `l TARGET` for a symbolic link, `d` for a
-folder, and an empty text where there is nothing. A *token* is what a content
-depends on here, found out without reading: `f` with size and times, else the
-content itself. Names that are no UTF-8 are as Python has them (`os.fsdecode`),
-which JSON keeps.
+for one that its owner may execute, `l TARGET` for a symbolic link, `d` for a
+folder, and an empty text where there is nothing. Names that are not UTF-8 are
+as Python has them (`os.fsdecode`), which JSON keeps.
 """
 
 import base64
-from collections.abc import Mapping
 import json
 import os
 from pathlib import Path
@@ -24,16 +21,12 @@ import zlib
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.fingerprint import content_digest
-from colcon_yamllaunch.common.fingerprint import digest
-from colcon_yamllaunch.common.fingerprint import Fingerprint
 
-#: The content and the token of a folder.
+#: The content of a folder.
 FOLDER = 'd'
-#: The token of a file that may change without another one.
-UNSETTLED = 'f'
-#: How much is unpacked at most (bytes).
+#: The size limit of unpacked values (bytes).
 _MAXIMUM_SIZE = 512 * 1024 * 1024
-#: Files of any size are read (bytes).
+#: Read files of any size (bytes).
 _ANY_SIZE = 2**62
 _INSTALL_COMMANDS = (
     *('apt install', 'dnf install', 'zypper install'),
@@ -43,7 +36,7 @@ _INSTALL_COMMANDS = (
 
 def content_at(path: str, *, follows_links: bool = False) -> str:
     """
-    Return the content of what is at `path`.
+    Return the content of the file at `path`.
 
     :raises UserError: when it cannot be read
     """
@@ -71,45 +64,26 @@ def file_content(digest_of_file: str, *, is_executable: bool) -> str:
 
 
 def is_executable(status: os.stat_result) -> bool:
-    """Return whether the owner of a file may run it."""
+    """Return whether the owner of a file may execute it."""
     return bool(status.st_mode & stat.S_IXUSR)
 
 
 def have_same_data(one: str, other: str) -> bool:
-    """Return whether two contents differ at most in who may run them."""
+    """Return whether two contents differ at most in who may execute them."""
     return one.removeprefix('x') == other.removeprefix('x')
 
 
-def file_token(status: os.stat_result) -> str:
-    """Return the token of a file."""
-    now = Fingerprint.of(status)
-    if not now.is_settled:
-        return UNSETTLED
-    return f'f {now.size} {now.mtime} {now.ctime} {now.inode}'
-
-
-def tree_state(tokens: Mapping[str, str]) -> str:
-    """
-    Return what a folder depends on; empty if it may change without that.
-
-    :param tokens: Those of all that is in it, by paths relative to it
-    """
-    if UNSETTLED in tokens.values():
-        return ''
-    return digest(json.dumps(sorted(tokens.items())).encode())
-
-
 def packed(values: Any) -> str:
-    """Return values as a text that takes little room in a message."""
+    """Return values as a compressed text for a message."""
     text = json.dumps(values, separators=(',', ':')).encode()
     return base64.b85encode(zlib.compress(text, 1)).decode()
 
 
 def unpacked(text: str) -> Any:
     """
-    Return what :func:`packed` was given.
+    Return the values that :func:`packed` received.
 
-    :raises ValueError: when it is damaged, or endless
+    :raises ValueError: when the text is damaged, or too long
     """
     unpacker = zlib.decompressobj()
     try:
@@ -122,7 +96,7 @@ def unpacked(text: str) -> Any:
 
 
 def shown(path: str) -> str:
-    """Return a path fit to be shown in a line."""
+    """Return a path for a message, in one line."""
     text = os.fsencode(path).decode(errors='replace')
     return ''.join(c if c.isprintable() else '?' for c in text)
 

@@ -77,8 +77,8 @@ def install_trees(
         trees.append(top)
     for tree in trees:
         for inner in [i for i in tree.sources if i.endswith(_EGG_LINK)]:
-            link = Path(tree.sources[inner])
-            tree.drop(inner)
+            del tree.tokens[inner]
+            link = Path(tree.sources.pop(inner))
             _add_developed(tree, os.path.dirname(inner), link)
     return trees
 

@@ -2,28 +2,30 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-The files that a machine is to have, and their tokens.
+The files that a machine needs.
 
-What belongs to a source is found out as for builds here: without what version
-control, editors, caches and colcon itself put there, and without virtual
-environments, which work in one place only. A symbolic link stays one where
-what it leads to comes along, or where it leads nowhere; else what it leads to
-comes in its place.
+The sources of a package are the same files as for builds here: none of version
+control, editors, caches and colcon itself, and no virtual environments, which
+work in one place only. A symbolic link stays a link if its target is sent too,
+or if it is dangling; otherwise its target is sent in its place.
 """
 
 from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Mapping
 from collections.abc import Sequence
+from functools import cache
 from itertools import pairwise
+import json
 import os
 from pathlib import Path
 import stat
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.remote.sync.contents import file_token
+from colcon_yamllaunch.common.fingerprint import digest
+from colcon_yamllaunch.common.fingerprint import Fingerprint
+from colcon_yamllaunch.remote.sync.contents import content_at
 from colcon_yamllaunch.remote.sync.contents import FOLDER
-from colcon_yamllaunch.remote.sync.contents import tree_state
 from colcon_yamllaunch.remote.sync.contents import unreadable
 from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.source_files import is_skipped_file
@@ -34,6 +36,8 @@ from colcon_yamllaunch.workspace.packages.workspace_root import (
 
 #: Beside the packages: how they are built (colcon-metadata).
 _SETTINGS = ('colcon.meta',)
+#: The token of a file that may change without changing its times.
+_UNSETTLED = 'f'
 
 _Parents = tuple[tuple[int, int], ...]
 
@@ -47,26 +51,57 @@ class FileTree:
 
     def __init__(self, place: str) -> None:
         self.place = place
-        #: The tokens of all that is to be in it, by paths relative to it.
+        #: What the contents depend on, by paths relative to the folder: size
+        #: and times of a file, and the contents of links and folders.
         self.tokens: dict[str, str] = {}
-        #: Where the files are here.
+        #: The paths of the files here.
         self.sources: dict[str, str] = {}
 
     @property
     def state(self) -> str:
-        """What tells whether something in it has changed."""
-        return tree_state(self.tokens)
+        """
+        A digest that changes with the files, which are not read for it.
+
+        It is empty if a file may change without changing its times.
+        """
+        if _UNSETTLED in self.tokens.values():
+            return ''
+        return digest(json.dumps(sorted(self.tokens.items())).encode())
+
+    def contents(self) -> dict[str, str]:
+        """
+        Return the contents of files, links and folders, by their paths.
+
+        :raises UserError: when a file cannot be read
+        """
+        contents = dict(self.tokens)
+        for inner, source in self.sources.items():
+            contents[inner] = _content(source, self.tokens[inner])
+            if not contents[inner]:
+                # it is gone meanwhile
+                del contents[inner]
+        return contents
 
     def add_file(
         self, inner: str, source: str, status: os.stat_result
     ) -> None:
         """Add a file."""
-        self.tokens[inner] = file_token(status)
+        now = Fingerprint.of(status)
+        times = f'f {now.size} {now.mtime} {now.ctime} {now.inode}'
+        self.tokens[inner] = times if now.is_settled else _UNSETTLED
         self.sources[inner] = source
 
-    def drop(self, inner: str) -> None:
-        """Leave a file out, which is gone meanwhile."""
-        del self.tokens[inner], self.sources[inner]
+
+def _content(source: str, token: str) -> str:
+    if token == _UNSETTLED:
+        return content_at(source, follows_links=True)
+    return _settled_content(source, token)
+
+
+@cache
+def _settled_content(source: str, _token: str) -> str:
+    # several machines, and each change while watching, need the same contents
+    return content_at(source, follows_links=True)
 
 
 def place_of(package: Package, root: Path) -> str:

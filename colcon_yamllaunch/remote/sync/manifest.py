@@ -4,12 +4,13 @@
 """
 The manifest of a workspace: what launches have sent there.
 
-Only what is in the manifest, and is as it was sent, is replaced or deleted.
-What others made, or edited since, is neither. rsync does the rest. This runs
-on the machine.
+Only a file that is in the manifest, and is as it was sent, is replaced or
+deleted. What others made, or edited since, is neither. rsync does the rest.
+This module runs on the machine.
 """
 
 from collections.abc import Callable
+from collections.abc import Collection
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -30,34 +31,33 @@ from colcon_yamllaunch.remote.sync.contents import FOLDER
 from colcon_yamllaunch.remote.sync.contents import have_same_data
 from colcon_yamllaunch.remote.sync.contents import packed
 from colcon_yamllaunch.remote.sync.contents import shown
-from colcon_yamllaunch.remote.sync.contents import tree_state
 from colcon_yamllaunch.remote.sync.contents import unpacked
-from colcon_yamllaunch.remote.sync.contents import UNSETTLED
-from colcon_yamllaunch.workspace.packages.trust import Trust
 
 Say = Callable[[str], None]
 
 #: The name of the file, below the workspace.
 MANIFEST_NAME = '.colcon_launch.synced.json'
-#: To be raised when what is in it changes.
-_VERSION = 2
+#: Raise it when the format of the file changes.
+_VERSION = 3
 #: How long a file system's clock takes at most to move on (seconds); see
 #: `fingerprint.TICK`.
 _SETTLED = 0.03
+#: How many of the files that are in the way an error names.
+_SHOWN = 5
 
 
 class Sent(NamedTuple):
     """
     A file, link or folder as it is after a launch has sent it.
 
-    :param token: Its token at the launcher
+    :param sent: Its content at the launcher
     :param content: Its content here, which a build may have changed since
     :param status: Its size and times here; empty if they prove nothing
     :param was_here: Whether it was here before any launch sent it, so that it
       is never deleted
     """
 
-    token: str
+    sent: str
     content: str
     status: list[int]
     was_here: bool = False
@@ -69,20 +69,22 @@ class Folder:
     What was sent to one folder of the workspace.
 
     :param origin: The workspace that it comes from
-    :param state: The state of its tokens, empty while it is being sent
+    :param state: The state of its files at the launcher
     :param files: What is here, by paths relative to it
-    :param coming: Token and content of what a transfer brings
+    :param coming: The contents that a transfer sends, until it has finished
     """
 
-    origin: str
+    origin: str = ''
     state: str = ''
     files: dict[str, Sent] = field(default_factory=dict)
-    coming: dict[str, list[str]] = field(default_factory=dict)
+    coming: dict[str, str] = field(default_factory=dict)
 
-    def contents_sent(self, inner: str) -> list[str]:
-        """Return the contents that launches have sent to a path."""
-        found = [self.files[inner].content] if inner in self.files else []
-        return found + self.coming.get(inner, [])[1:]
+    def has_sent(self, inner: str, content: str) -> bool:
+        """Return whether a launch has sent a content to a path."""
+        sent = self.files.get(inner)
+        return content == self.coming.get(inner) or (
+            sent is not None and sent.content == content
+        )
 
 
 class Manifest:
@@ -132,126 +134,104 @@ class Manifest:
             raise _not_written(e, str(self._path)) from e
 
     def path(self, place: str, inner: str) -> str:
-        """Return the path of what is in a folder."""
+        """Return the path of a file in a folder."""
         return '/'.join(filter(None, (self._root, place, inner)))
 
-    def is_as_sent(self, place: str, origin: str, state: str) -> bool:
-        """Return whether a folder has what the launcher has."""
-        folder = self.folders.get(place)
+    def changed_places(
+        self, origin: str, states: Mapping[str, str]
+    ) -> list[str]:
+        """
+        Return the places whose folders differ from those of the launcher.
+
+        :param states: The states of the folders at the launcher, by place
+        """
+        return [
+            place
+            for place, state in states.items()
+            if not self._is_as_sent(place, origin, state)
+        ]
+
+    def _is_as_sent(self, place: str, origin: str, state: str) -> bool:
+        folder = self.folders.get(place, Folder())
         return (
-            folder is not None
-            and folder.origin == origin
+            folder.origin == origin
             and folder.state == state != ''
+            and not folder.coming
             and all(
-                is_unchanged(self.path(place, inner), sent)
+                _is_unchanged(self.path(place, inner), sent)
                 for inner, sent in folder.files.items()
             )
         )
 
 
-def changed_places(
-    root: str, origin: str, states: Mapping[str, str]
-) -> list[str]:
-    """
-    Return the places whose folders are not as the launcher has them.
-
-    :param states: The states of the folders at the launcher, by place
-    """
-    manifest = Manifest(root)
-    return [
-        place
-        for place, state in states.items()
-        if not manifest.is_as_sent(place, origin, state)
-    ]
-
-
 def prepare(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:
     """
-    Find out what rsync is to send, and delete what is gone at the launcher.
+    Compare folders with the launcher's; delete what is gone there.
 
-    The arguments are `root`, the workspace; `origin`, what it comes from;
-    `tokens` by place and path, packed; `contents` of files likewise, as far
-    as they were asked for; and `places`, those of all packages at the origin,
-    or None: what it sent elsewhere is deleted.
+    The arguments are `root`, the workspace; `origin`, the workspace that the
+    files come from; `contents` by place and path, packed; `states` by place;
+    and `places`, those of all packages at the origin, or None: what it sent
+    elsewhere is deleted.
 
-    Return, packed, by place: the paths whose contents are `needed` to go on,
-    with which nothing was done yet; else the paths that are `in_the_way`, with
-    which nothing was done either; else those that are to be sent as others
-    have no such `data`, or only to have another `mode`; and how many were
-    `deleted`.
+    Return how many files were `deleted`, and the paths to `send` by rsync, by
+    place and packed.
+
+    :raises UserError: when files of others are in the way; then nothing was
+      done
     """
     root, origin = str(arguments['root']), str(arguments['origin'])
+    places, states = arguments['places'], arguments['states']
     manifest = Manifest(root)
-    trees: dict[str, dict[str, str]] = unpacked(arguments['tokens'])
-    contents = unpacked(arguments['contents'])
-    if arguments['places'] is not None:
+    wanted: dict[str, dict[str, str]] = unpacked(arguments['contents'])
+    if places is not None:
         for place, folder in manifest.folders.items():
-            if folder.origin == origin and place not in arguments['places']:
-                trees.setdefault(place, {})
-    changes = {
-        place: _Changes(manifest, place, origin, tokens, contents.get(place))
-        for place, tokens in trees.items()
-    }
-
-    def by_place(name: str) -> dict[str, list[str]]:
-        found = {p: list(getattr(c, name)) for p, c in changes.items()}
-        return {place: paths for place, paths in found.items() if paths}
-
-    for name in ('needed', 'in_the_way'):
-        if found := by_place(name):
-            return {name: packed(found)}
-    for change in changes.values():
-        for note in change.notes:
-            say(note)
-        if change.data or change.mode:
-            check_rsync('there')
-        change.record()
-    # before anything is done, as who is interrupted goes on from there
-    manifest.write()
+            if folder.origin == origin and place not in places:
+                wanted.setdefault(place, {})
+    changes = {p: _Changes(manifest, p, c) for p, c in wanted.items()}
+    in_the_way = [p for c in changes.values() for p in c.in_the_way]
+    if in_the_way:
+        raise UserError(_in_the_way(root, in_the_way))
+    coming = {p: list(c.coming) for p, c in changes.items() if c.coming}
+    if coming:
+        check_rsync('there')
+    deleted = 0
     try:
-        deleted = sum(change.delete() for change in changes.values())
+        for place, change in changes.items():
+            for note in change.notes:
+                say(note)
+            deleted += change.apply(origin, states.get(place, ''))
     except OSError as e:
         raise _not_written(e, str(e.filename)) from e
-    for place in by_place('tokens').keys() - by_place('coming').keys():
-        folder = manifest.folders[place]
-        folder.state = tree_state(trees[place])
+    # a transfer that is interrupted now goes on from there
     manifest.write()
-    return {
-        'data': packed(by_place('data')),
-        'mode': packed(by_place('mode')),
-        'deleted': deleted,
-    }
+    return {'send': packed(coming), 'deleted': deleted}
 
 
 def finish(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:  # noqa: ARG001
     """
-    Record what has come.
+    Record the files that rsync has sent.
 
     The arguments are `root` and `places`, those of the folders. Return the
-    paths that `differ`, packed, as files were changed at the launcher
-    meanwhile.
+    paths that `differ`, as files were changed at the launcher meanwhile.
     """
     manifest = Manifest(str(arguments['root']))
     differ = []
-    # so that a change of what is here now will show in its times
+    # so that the times of a file show that it was changed after this
     time.sleep(_SETTLED)
     for place in arguments['places']:
         folder = manifest.folders[place]
-        for inner, (token, content) in list(folder.coming.items()):
+        for inner, content in folder.coming.items():
             path = manifest.path(place, inner)
-            found, status = _look(path, token)
+            found, status = _look(path, content)
             if not have_same_data(found, content):
                 differ.append(path)
+                folder.state = ''
             before = folder.files.get(inner)
             was_here = before is not None and before.was_here
-            folder.files[inner] = Sent(token, found, status, was_here)
+            folder.files[inner] = Sent(content, found, status, was_here)
         folder.coming = {}
-        if not differ:
-            folder.state = tree_state(
-                {inner: sent.token for inner, sent in folder.files.items()}
-            )
     manifest.write()
-    return {'differ': packed(differ)}
+    return {'differ': differ}
 
 
 def record_build(root: str, begin: float) -> None:
@@ -267,11 +247,11 @@ def record_build(root: str, begin: float) -> None:
             path = manifest.path(place, inner)
             with suppress(OSError, UserError):
                 if (
-                    not is_unchanged(path, sent)
+                    not _is_unchanged(path, sent)
                     and os.path.isfile(path)
                     and os.lstat(path).st_mtime >= begin
                 ):
-                    found, status = _look(path, sent.token)
+                    found, status = _look(path, sent.sent)
                     folder.files[inner] = sent._replace(
                         content=found, status=status
                     )
@@ -282,131 +262,123 @@ def record_build(root: str, begin: float) -> None:
 
 class _Changes:
     """
-    What differs between a folder and the launcher's.
+    The differences between a folder and the launcher's.
 
-    :param tokens: What the launcher has
-    :param contents: The contents of these files, as far as they are known
+    :param wanted: The contents at the launcher, by paths
     """
 
     def __init__(
-        self,
-        manifest: Manifest,
-        place: str,
-        origin: str,
-        tokens: Mapping[str, str],
-        contents: Mapping[str, str] | None,
+        self, manifest: Manifest, place: str, wanted: Mapping[str, str]
     ) -> None:
         self._manifest = manifest
         self._place = place
-        self._origin = origin
-        self._contents = contents or {}
-        self._folder = manifest.folders.get(place) or Folder('')
+        self._wanted = wanted
+        self._folder = manifest.folders.get(place, Folder())
         self._same: dict[str, Sent] = {}
-        self._lost: list[str] = []
         self._gone: dict[str, str] = {}
-        self.tokens = tokens
-        self.needed: list[str] = []
-        self.in_the_way: list[str] = []
+        #: Lines for the user.
         self.notes: list[str] = []
-        #: Token and content of what is to be sent, by paths.
-        self.data: dict[str, list[str]] = {}
-        self.mode: dict[str, list[str]] = {}
+        #: Paths below the workspace that hold something of others.
+        self.in_the_way: list[str] = []
+        #: The contents that rsync has to send, by paths.
+        self.coming: dict[str, str] = {}
         for inner in {**self._folder.files, **self._folder.coming}:
-            if inner not in tokens:
+            if inner not in wanted:
                 self._compare_gone(inner)
-        for inner, token in tokens.items():
-            self._compare(inner, token)
+        for inner, content in wanted.items():
+            self._compare(inner, content)
 
-    @property
-    def coming(self) -> dict[str, list[str]]:
-        """What is sent."""
-        return self.data | self.mode
+    def apply(self, origin: str, state: str) -> int:
+        """
+        Delete what is gone at the launcher, and record the rest.
 
-    def record(self) -> None:
-        """Record what is about to be done."""
-        if not self.tokens:
+        :param origin: The workspace that the files come from
+        :param state: The state of the folder there
+        :return: How many files were deleted
+        """
+        deleted = self._delete()
+        if not self._wanted:
             self._manifest.folders.pop(self._place, None)
-            return
-        folder = self._folder
-        for inner in (*self._gone, *self._lost):
-            folder.files.pop(inner, None)
-        folder.files |= self._same
-        for inner in self.data.keys() & folder.files.keys():
-            folder.files[inner] = folder.files[inner]._replace(was_here=False)
-        folder.origin, folder.state = self._origin, ''
-        folder.coming = self.coming
-        self._manifest.folders[self._place] = folder
+            return deleted
+        # rsync would replace a file by a folder
+        os.makedirs(os.path.dirname(self._path('')), exist_ok=True)
+        files = {
+            inner: sent._replace(was_here=False)
+            if inner in self.coming
+            else sent
+            for inner, sent in self._folder.files.items()
+            if inner in self._wanted
+        }
+        for inner, sent in self._same.items():
+            if sent.content != sent.sent:
+                path = self._path(inner)
+                _set_executable(path, self._wanted[inner].startswith('x'))
+                found, status = _look(path, sent.sent)
+                sent = sent._replace(content=found, status=status)
+            files[inner] = sent
+        self._manifest.folders[self._place] = Folder(
+            origin, state, files, self.coming
+        )
+        return deleted
 
-    def delete(self) -> int:
-        """Delete what is gone, and return how many files these were."""
+    def _delete(self) -> int:
+        """Delete what is gone; return how many files that were."""
         count = 0
-        # what is inside of a folder before that
+        # first what is inside of a folder
         for inner in sorted(self._gone, reverse=True):
             path = self._path(inner)
             if self._gone[inner] == FOLDER:
                 with suppress(OSError):
-                    # what others have made in it is left
+                    # others may have made something in it
                     os.rmdir(path)
             else:
                 os.unlink(path)
                 count += 1
-        parent = os.path.dirname(self._path(''))
-        if self.tokens:
-            # rsync would replace a file by it
-            os.makedirs(parent, exist_ok=True)
-        else:
+        if not self._wanted:
             with suppress(OSError):
-                os.removedirs(parent)
+                os.removedirs(os.path.dirname(self._path('')))
         return count
 
     def _compare_gone(self, inner: str) -> None:
-        path = self._path(inner)
-        found = content_at(path)
+        found = content_at(self._path(inner))
         sent = self._folder.files.get(inner)
-        if not found or (found == FOLDER and sent and sent.was_here):
-            self._lost.append(inner)
-        elif sent is not None and sent.was_here:
-            self._leave(inner, 'was not brought by a launch')
-        elif found == FOLDER or found in self._folder.contents_sent(inner):
+        was_here = sent is not None and sent.was_here
+        if not found or (found == FOLDER and was_here):
+            return
+        if was_here:
+            self._note(inner, 'was not brought by a launch')
+        elif found == FOLDER or self._folder.has_sent(inner, found):
             self._gone[inner] = found
         else:
-            self._leave(inner, 'was changed there')
+            self._note(inner, 'was changed there')
 
-    def _leave(self, inner: str, reason: str) -> None:
-        self._lost.append(inner)
+    def _note(self, inner: str, reason: str) -> None:
         path = shown(f'{self._place}/{inner}'.strip('/'))
         self.notes.append(
             f'{path} is left there, as it {reason}; here it is gone'
         )
 
-    def _compare(self, inner: str, token: str) -> None:
+    def _compare(self, inner: str, content: str) -> None:
         path, sent = self._path(inner), self._folder.files.get(inner)
         if (
             sent is not None
-            and sent.token == token != UNSETTLED
-            and self._folder.origin == self._origin
-            and is_unchanged(path, sent)
+            and sent.sent == content
+            and _is_unchanged(path, sent)
         ):
             return
-        content = self._contents.get(inner) if token[0] == 'f' else token
-        if content is None:
-            self.needed.append(inner)
-            return
-        found, status = _look(path, token)
-        is_ours = found in self._folder.contents_sent(inner)
+        found, status = _look(path, content)
+        is_ours = self._folder.has_sent(inner, found)
         if have_same_data(found, content):
             was_here = not is_ours if sent is None else sent.was_here
-            self._same[inner] = Sent(token, found, status, was_here)
-            if found != content:
-                self.mode[inner] = [token, content]
+            self._same[inner] = Sent(content, found, status, was_here)
         elif (
             self._has_others(inner)
             if found == FOLDER
             else (found and not is_ours)
         ):
-            self.in_the_way.append(inner)
+            self.in_the_way.append(f'{self._place}/{inner}'.strip('/'))
         else:
-            self.data[inner] = [token, content]
+            self.coming[inner] = content
 
     def _has_others(self, inner: str) -> bool:
         """Return whether there is something of others in a folder."""
@@ -421,8 +393,8 @@ class _Changes:
         return self._manifest.path(self._place, inner)
 
 
-def is_unchanged(path: str, sent: Sent) -> bool:
-    """Return whether what is at a path is as it was sent."""
+def _is_unchanged(path: str, sent: Sent) -> bool:
+    """Return whether the file at `path` is as it was sent."""
     if sent.status and _status(path) == sent.status:
         return True
     try:
@@ -433,18 +405,18 @@ def is_unchanged(path: str, sent: Sent) -> bool:
         return False
 
 
-def _look(path: str, token: str) -> tuple[str, list[int]]:
-    """Return the content and the status of a path, for what has a token."""
+def _look(path: str, wanted: str) -> tuple[str, list[int]]:
+    """Return the content and the status of a path that should be `wanted`."""
     # an edit between the two is noticed later
     status = _status(path)
-    if token == FOLDER and os.path.isdir(path):
+    if wanted == FOLDER and os.path.isdir(path):
         # also a link to one
         return FOLDER, status
     return content_at(path), status
 
 
 def _status(path: str) -> list[int]:
-    """Return what any change of a file changes; empty if some would not."""
+    """Return size and times; empty if a change of the file may keep them."""
     try:
         now = Fingerprint.of(os.lstat(path))
     except OSError:
@@ -454,34 +426,29 @@ def _status(path: str) -> list[int]:
     return [now.size, now.mtime, now.ctime, now.inode]
 
 
+def _set_executable(path: str, is_executable: bool) -> None:
+    """Let those who may read a file execute it, or nobody."""
+    mode = os.stat(path).st_mode & 0o777
+    readers = (mode & 0o444) >> 2
+    os.chmod(path, mode | readers if is_executable else mode & ~0o111)
+
+
+def _in_the_way(root: str, paths: Collection[str]) -> str:
+    listed = sorted(paths)
+    lines = ''.join(f'\n  {shown(path)}' for path in listed[:_SHOWN])
+    more = len(listed) - _SHOWN
+    if more > 0:
+        lines += f'\n  and {more} more'
+    return (
+        f'in {root} there is something else that no launch has brought, or '
+        f'that was changed there since:{lines}\nNothing was changed. Save '
+        'there what is to be kept and delete these files, or leave the code '
+        'there to somebody else by `sync: none`'
+    )
+
+
 def _not_written(error: OSError, path: str) -> UserError:
     return UserError(
         f'cannot write {shown(path)}: {error.strerror}. Make the workspace '
         'there writable, or make room in it'
     )
-
-
-def prepared_root(workspace: str, say: Say) -> str:
-    """
-    Return the root of the workspace there, which is made if necessary.
-
-    :raises UserError: when it cannot be made
-    """
-    root = Path(os.path.realpath(Path(workspace).expanduser()))
-    if root.is_dir():
-        Trust(os.environ).check(root)
-        return str(root)
-    try:
-        root.mkdir()
-    except FileNotFoundError:
-        raise UserError(
-            f'there is no folder {root.parent} to make the workspace '
-            f'{root.name} in: make it, or name another `workspace:`'
-        ) from None
-    except OSError as e:
-        raise UserError(
-            f'cannot make the workspace {root}: {e.strerror}. Make it, or '
-            'name another `workspace:`'
-        ) from e
-    say(f'made the workspace {root}')
-    return str(root)

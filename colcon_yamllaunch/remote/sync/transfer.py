@@ -25,7 +25,6 @@ import socket
 import subprocess
 import sys
 import tempfile
-from typing import Any
 from typing import BinaryIO
 
 from colcon_yamllaunch.common.errors import UserError
@@ -37,7 +36,6 @@ from colcon_yamllaunch.remote.connection.machine_connection import (
 from colcon_yamllaunch.remote.connection.machine_connection import Say
 from colcon_yamllaunch.remote.sync import rsync_shell
 from colcon_yamllaunch.remote.sync.contents import check_rsync
-from colcon_yamllaunch.remote.sync.contents import content_at
 from colcon_yamllaunch.remote.sync.contents import file_content
 from colcon_yamllaunch.remote.sync.contents import FOLDER
 from colcon_yamllaunch.remote.sync.contents import is_executable
@@ -50,8 +48,6 @@ from colcon_yamllaunch.remote.sync.listing import FileTree
 _LARGE = 10_000_000
 #: How often what is changed while it is sent is sent again.
 _ROUNDS = 3
-#: How many of the files that are in the way are shown.
-_SHOWN = 5
 #: How many lines of what rsync says are shown.
 _SHOWN_LINES = 4
 #: How long the command of rsync may be (bytes).
@@ -110,27 +106,38 @@ class Transfer:
         )
 
     def _send(self, trees: Mapping[str, FileTree]) -> tuple[int, list[str]]:
-        texts: dict[str, bytes] = {}
-        answer = self._prepare(trees, {})
-        if 'needed' in answer:
-            contents = self._contents(trees, unpacked(answer['needed']), texts)
-            answer = self._prepare(trees, contents)
-        if 'in_the_way' in answer:
-            raise UserError(self._in_the_way(unpacked(answer['in_the_way'])))
-        data: _Paths = unpacked(answer['data'])
+        """Return how many files were sent or deleted, and which differ."""
+        contents = {place: tree.contents() for place, tree in trees.items()}
+        texts = self.change_texts(
+            [s for tree in trees.values() for s in tree.sources.values()]
+        )
+        for place, tree in trees.items():
+            for inner, source in tree.sources.items():
+                found = contents[place].get(inner)
+                if found is not None and source in texts:
+                    contents[place][inner] = file_content(
+                        digest(texts[source]),
+                        is_executable=found.startswith('x'),
+                    )
+        answer = self.connection.ask(
+            'manifest.prepare',
+            {
+                'root': self.root,
+                'origin': self.origin,
+                'contents': packed(contents),
+                'states': {place: tree.state for place, tree in trees.items()},
+                'places': self.places,
+            },
+            self.say,
+        )
+        paths: _Paths = unpacked(answer['send'])
         deleted = int(answer['deleted'])
-        paths = {
-            place: [*data.get(place, ()), *more]
-            for place, more in (
-                dict.fromkeys(data, ()) | unpacked(answer['mode'])
-            ).items()
-        }
         if not paths:
             return deleted, []
         sources = [
-            source
-            for place, inner in _each(data)
-            if (source := trees[place].sources.get(inner))
+            trees[place].sources[inner]
+            for place, inner in _each(paths)
+            if inner in trees[place].sources
         ]
         self._announce(sources)
         try:
@@ -145,47 +152,7 @@ class Transfer:
             {'root': self.root, 'places': list(paths)},
             self.say,
         )
-        return len(sources) + deleted, unpacked(finished['differ'])
-
-    def _prepare(
-        self,
-        trees: Mapping[str, FileTree],
-        contents: Mapping[str, Mapping[str, str]],
-    ) -> dict[str, Any]:
-        tokens = {place: tree.tokens for place, tree in trees.items()}
-        arguments = {
-            'root': self.root,
-            'origin': self.origin,
-            'tokens': packed(tokens),
-            'contents': packed(contents),
-            'places': self.places,
-        }
-        return self.connection.ask('manifest.prepare', arguments, self.say)
-
-    def _contents(
-        self,
-        trees: Mapping[str, FileTree],
-        needed: _Paths,
-        texts: dict[str, bytes],
-    ) -> dict[str, dict[str, str]]:
-        """Return the contents of files, and add those of changed texts."""
-        texts |= self.change_texts(
-            [trees[place].sources[inner] for place, inner in _each(needed)]
-        )
-        contents: dict[str, dict[str, str]] = {place: {} for place in needed}
-        for place, inner in _each(needed):
-            source = trees[place].sources[inner]
-            content = content_at(source, follows_links=True)
-            if not content:
-                trees[place].drop(inner)
-                continue
-            if source in texts:
-                content = file_content(
-                    digest(texts[source]),
-                    is_executable=content.startswith('x'),
-                )
-            contents[place][inner] = content
-        return contents
+        return len(sources) + deleted, list(finished['differ'])
 
     def _announce(self, sources: Sequence[str]) -> None:
         count, size = len(sources), 0
@@ -197,20 +164,6 @@ class Transfer:
             if size >= _LARGE:
                 files += f' ({size / 1e6:,.0f} MB)'
             self.say(f'bringing {files}')
-
-    def _in_the_way(self, found: _Paths) -> str:
-        paths = sorted(f'{p}/{inner}'.strip('/') for p, inner in _each(found))
-        lines = ''.join(f'\n  {shown(path)}' for path in paths[:_SHOWN])
-        more = len(paths) - _SHOWN
-        if more > 0:
-            lines += f'\n  and {more} more'
-        return (
-            f'in {self.root} there is something else that no launch has '
-            f'brought, or that was changed there since:{lines}\n'
-            'Nothing was changed. Save there what is to be kept and delete '
-            'these files, or leave the code there to somebody else by '
-            '`sync: none`'
-        )
 
     def _send_paths(
         self,

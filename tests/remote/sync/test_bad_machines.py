@@ -66,7 +66,7 @@ def test_a_read_only_workspace(developer: Developer, mounts: Mounts) -> None:
 def test_a_damaged_record(developer: Developer) -> None:
     developer.sync('a')
     record = developer.machine.root / '.colcon_launch.synced.json'
-    values = {'version': 2, 'root': str(record.parent), 'folders': {'a': 5}}
+    values = {'version': 3, 'root': str(record.parent), 'folders': {'a': 5}}
     for text in ('', '[]', '{"version": 1}', json.dumps(values)):
         record.write_text(text)
         # all of it is there as it is to be
@@ -110,19 +110,9 @@ def test_a_file_in_place_of_a_folder(developer: Developer) -> None:
     [
         {},
         {'root': 5, 'changed': ['src/a'], 'holder': []},
-        {'data': 'damaged', 'mode': packed({}), 'deleted': 0},
-        {'needed': packed({'/': ['etc/passwd']})},
-        {'needed': packed({'src/a': ['../../../etc/passwd']})},
-        {
-            'data': packed({'src/a': ['../../../etc/passwd']}),
-            'mode': packed({}),
-            'deleted': 0,
-        },
-        {
-            'data': packed({}),
-            'mode': packed({'/': ['etc/passwd']}),
-            'deleted': 0,
-        },
+        {'send': 'damaged', 'deleted': 0},
+        {'send': packed({'/': ['etc/passwd']}), 'deleted': 0},
+        {'send': packed({'src/a': ['../../../etc/passwd']}), 'deleted': 0},
     ],
 )
 def test_a_hostile_machine(
