@@ -2,22 +2,21 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-Building on the machine, by the colcon there.
+Building on the machine, by its colcon.
 
-Runs on the machine, in the process that the connection ends in. What is to be
-built is decided as for launches there, by the Python that the colcon there
-runs with: see `colcon_build.py`, which it runs. When this process or the
-connection ends, so does the build.
+This module runs in the process that answers the request. `colcon_build.py`
+runs in another one, by the Python of colcon, and decides which packages to
+build as a launch there does. It stops when this process ends.
 """
 
 from collections.abc import Callable
 from collections.abc import Iterator
 from collections.abc import Mapping
 from contextlib import suppress
+from functools import partial
 import json
 import os
 from pathlib import Path
-import select
 import shlex
 import shutil
 import signal
@@ -47,13 +46,11 @@ sys.exit(main())
 """
 #: How much the clock of a file server may be behind (seconds).
 _CLOCKS = 1.0
-#: How long a build has to end, after which it is killed (seconds).
-_PATIENCE = 10.0
+#: How long a build that is stopped may take (seconds).
+_TIMEOUT = 10.0
 #: How long a shell may take to say where colcon is (seconds).
 _SHELL_TIMEOUT = 10.0
-#: How often it is looked whether who asked is there still (milliseconds).
-_INTERVAL = 500
-#: How much of a line of output is shown at most (bytes).
+#: The longest line of output; a longer one becomes several (bytes).
 _LINE = 64 * 1024
 #: Where colcon is when it is not on the path.
 _USUAL = ('~/.local/bin/colcon', '/usr/local/bin/colcon', '/usr/bin/colcon')
@@ -61,16 +58,16 @@ _USUAL = ('~/.local/bin/colcon', '/usr/local/bin/colcon', '/usr/bin/colcon')
 
 def begin(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:
     """
-    Take the lock of the workspace, and look whether all is there already.
+    Take the lock of the workspace, and compare it with the launcher's.
 
     The arguments are `workspace`, its root; `build_base`; `title`, the
-    command; `launcher`, its boot id and process id; `origin`, where the trees
-    come from, and `states`, theirs by place; `build`, the arguments of
-    :func:`build` if it is to build at once what is there; and `underlays`, if
-    it is to run what was built elsewhere. Return the `root`; the places that
-    are `changed`; the `holder` of the lock, for :func:`lock.release`; what
-    :func:`build` returns if nothing is changed; and with underlays those that
-    are `missing`, and what :func:`system` returns, as `system`.
+    command; `launcher`, its boot id and process id; `origin`, the workspace
+    that the code comes from, and `states`, those of its folders by place;
+    `build`, the arguments of :func:`build`, to build at once if nothing
+    differs; and `underlays`, which installed code needs. Return the `root`;
+    the places that are `changed`; the `holder` of the lock, for
+    :func:`lock.release`; the result of :func:`build` if nothing differs; and
+    with underlays the `missing` ones, and the `system` of the machine.
     """
     root = _prepared_root(str(arguments['workspace']), say)
     holder = hold(root, arguments, say)
@@ -96,52 +93,39 @@ def begin(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:
 
 def build(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:
     """
-    Build what is stale, with the output of colcon.
+    Build the stale packages, and pass on the output of colcon.
 
-    The arguments are those of `colcon_build.py`, which it says what they are.
-    Return what it returns.
+    The arguments and the result are those of `colcon_build.py`.
     """
-    python = colcon_python()
     # a clock of a file server may be behind ours
     begin = time.time() - _CLOCKS
-    package = Path(colcon_yamllaunch.__file__).parent
-    reading, writing = os.pipe()
-    # it ends when this process does, as then nobody holds the other end
-    mine, its = os.pipe()
-    try:
-        request = json.dumps({**arguments, 'result': writing, 'life': mine})
-        with subprocess.Popen(
-            [*python, '-c', _PROGRAM, str(package.parent)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            cwd=str(arguments['root']),
-            pass_fds=(writing, mine),
-            # a signal for this process is not for it, which is asked to end
-            start_new_session=True,
-        ) as process:
-            os.close(writing)
-            os.close(mine)
-            writing = mine = -1
-            try:
-                _send(process, request)
-                for line in _lines(process):
-                    say(line)
-            finally:
-                os.close(its)
-                its = -1
-                _end(process)
-            result = _read(reading)
-    finally:
-        for descriptor in (reading, writing, mine, its):
-            if descriptor != -1:
-                os.close(descriptor)
+    library = Path(colcon_yamllaunch.__file__).parents[1]
+    request = json.dumps({**arguments, 'parent': os.getpid()})
+    with subprocess.Popen(
+        [*colcon_python(), '-c', _PROGRAM, str(library), request],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        cwd=str(arguments['root']),
+        # it ends by our signal, not by those that we get
+        start_new_session=True,
+    ) as process:
+        assert process.stdout is not None and process.stderr is not None
+        try:
+            for line in iter(partial(process.stderr.readline, _LINE), b''):
+                say(line.decode(errors='replace').rstrip('\r\n'))
+            result = process.stdout.read()
+        except BaseException:
+            process.terminate()
+            raise
+        finally:
+            _wait(process)
     if not result:
         raise UserError(
             'the build ended before its time: ' + _ending(process.returncode)
         )
     answer: dict[str, Any] = json.loads(result)
-    # what failed may have written, too
+    # a build that failed may have written, too
     if answer.get('built') or 'error' in answer:
         record_build(str(arguments['root']), begin)
     if 'error' in answer:
@@ -232,70 +216,19 @@ def _interpreter(program: str) -> list[str]:
     return [str(beside)] if beside.exists() else []
 
 
-def _send(process: 'subprocess.Popen[bytes]', request: str) -> None:
-    assert process.stdin is not None
-    with suppress(BrokenPipeError):
-        process.stdin.write(request.encode())
-        process.stdin.close()
-    # so that `communicate` does not close it again
-    process.stdin = None
-
-
-def _lines(process: 'subprocess.Popen[bytes]') -> Iterator[str]:
-    """
-    Iterate over the lines of the output, as they come.
-
-    :raises UserError: when who asked for them is gone meanwhile
-    """
-    assert process.stdout is not None
-    output = process.stdout.fileno()
-    poller = select.poll()
-    poller.register(output, select.POLLIN)
-    asking = os.getppid()
-    rest = b''
-    while True:
-        ready = poller.poll(_INTERVAL)
-        if os.getppid() != asking:
-            # whoever asked for this is gone
-            raise UserError('the connection has ended')
-        for _ in ready:
-            data = os.read(output, 64 * 1024)
-            if not data:
-                if rest:
-                    yield _text(rest)
-                return
-            *whole, rest = (rest + data).split(b'\n')
-            for line in whole:
-                yield _text(line)
-            if len(rest) > _LINE:
-                yield _text(rest)
-                rest = b''
-
-
-def _text(line: bytes) -> str:
-    return line.decode(errors='replace').rstrip('\r')
-
-
-def _end(process: 'subprocess.Popen[bytes]') -> None:
-    """Wait for the end of a build, which was asked to end if it runs."""
-    deadline = time.monotonic() + _PATIENCE
+def _wait(process: 'subprocess.Popen[bytes]') -> None:
+    """Wait for the end of a build; kill it if it takes too long."""
+    deadline = time.monotonic() + _TIMEOUT
     while process.poll() is None and time.monotonic() < deadline:
         with suppress(subprocess.TimeoutExpired):
-            # its output must not hold it up
+            # so that it can write its output
             process.communicate(timeout=0.1)
     if process.poll() is None:
         process.kill()
         process.wait()
     if process.returncode < 0:
-        # nobody else ends what it has started
+        # it has not ended its own processes
         BuildProcesses(builder=process.pid).end()
-
-
-def _read(descriptor: int) -> bytes:
-    result = b''
-    while data := os.read(descriptor, 64 * 1024):
-        result += data
-    return result
 
 
 def _ending(returncode: int) -> str:

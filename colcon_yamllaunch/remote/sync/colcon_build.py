@@ -4,7 +4,7 @@
 """
 The program that builds on the machine, run by the Python of its colcon.
 
-It decides as launches there do, with the records that these write, too.
+It decides as a launch there does, and uses the same records.
 """
 
 from collections.abc import Callable
@@ -18,10 +18,10 @@ from pathlib import Path
 import re
 import signal
 import sys
-import threading
 from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.prctl import end_with_parent
 from colcon_yamllaunch.workspace.building.build_interruption import (
     interruption,
 )
@@ -43,7 +43,7 @@ _ROS = Path('/opt/ros')
 
 
 class _HeldLock(WorkspaceLock):
-    """The lock of the workspace, which who waits for this has."""
+    """The lock of the workspace, which another process holds; see `lock`."""
 
     def take(self, build_base: Path, announce: Callable[[str], None]) -> bool:  # noqa: ARG002
         return False
@@ -51,19 +51,20 @@ class _HeldLock(WorkspaceLock):
 
 def main() -> int:
     """
-    Build, and write what came of it to a descriptor, as JSON.
+    Build; write the output to stderr, and the result to stdout, as JSON.
 
-    Standard input has the request, as JSON: `root`; `needed`, the names of
-    the packages; `arguments`, those of `colcon build`; `here`, `underlays`
-    and `distro`, the root of the workspace that the code comes from, its
-    underlays and its ROS 2; `life`, a descriptor that ends when nobody waits
-    for the build any more; and `result`, the descriptor for what came of it.
+    The argument is the request, as JSON: `root`; `needed`, the names of the
+    packages; `arguments`, those of `colcon build`; `here`, `underlays` and
+    `distro`, the root, the underlays and the ROS 2 of the workspace that the
+    code comes from; and `parent`, the process id of our parent, whose end
+    stops the build. The result has the `built` packages and how many were
+    `fresh`, or an `error`.
     """
-    request = json.loads(sys.stdin.buffer.read())
-    threading.Thread(
-        target=_end_with, args=(int(request['life']),), daemon=True
-    ).start()
+    request = json.loads(sys.argv[1])
+    result = os.dup(1)
+    os.dup2(2, 1)
     try:
+        end_with_parent(signal.SIGTERM, request['parent'])
         answer = _build(request)
     except UserError as e:
         answer = {'error': str(e)}
@@ -72,21 +73,13 @@ def main() -> int:
             'error': f'the colcon there, of {sys.executable}, cannot be used: '
             f"{e}. Install it anew, with 'colcon-common-extensions'"
         }
-    with suppress(OSError), open(int(request['result']), 'wb') as file:
+    with suppress(OSError), open(result, 'wb') as file:
         file.write(json.dumps(answer).encode())
     return 0
 
 
-def _end_with(life: int) -> None:
-    """End as by Ctrl-C when a descriptor does."""
-    with suppress(OSError):
-        while os.read(life, 1):
-            pass
-    os.kill(os.getpid(), signal.SIGTERM)
-
-
 def _build(request: Mapping[str, Any]) -> dict[str, Any]:
-    # what imports colcon
+    # these import colcon
     from colcon_yamllaunch.workspace.colcon.bare_colcon import set_up_colcon
     from colcon_yamllaunch.workspace.colcon.colcon_cache import CachedColcon
 
@@ -97,7 +90,7 @@ def _build(request: Mapping[str, Any]) -> dict[str, Any]:
     set_up_colcon()
     root = Path(request['root'])
     needed = frozenset(request['needed'])
-    # that which they name here
+    # the arguments may name the root of the other workspace
     here = re.compile(re.escape(request['here']) + r'(?![\w.-])')
     colcon = CachedColcon(
         root, [here.sub(lambda _: str(root), w) for w in request['arguments']]
@@ -141,11 +134,11 @@ def _environment(
     request: Mapping[str, Any], install_base: Path
 ) -> Environment:
     """
-    Return what packages are built in.
+    Return the environment of the build.
 
-    A machine that is reached by ssh has sourced nothing; the underlays are
+    A machine that is reached by ssh has sourced nothing. The underlays are
     those that the workspace was built on top of, or else those of the
-    workspace here, or ROS 2 itself.
+    workspace that the code comes from, or ROS 2 itself.
     """
     environment: Mapping[str, str] = dict(os.environ) | {'COLCON': '1'}
     if chained_underlays(install_base) or sourced_underlays(

@@ -2,21 +2,21 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-The lock of the workspace there, while code is brought and built.
+The lock of the workspace, while code is sent and built. Runs on the machine.
 
 Each request is answered by a process of its own, and a lock ends with the
-process that has it. So one that does nothing else holds it from the first
-request to the last, or until the process is gone that asks for them.
+process that holds it. So a further process holds it from the first request to
+the last, or until the process ends that answers them.
 """
 
 from collections.abc import Callable
 from collections.abc import Mapping
 from contextlib import suppress
+import json
 import os
 from pathlib import Path
 import signal
 import sys
-import time
 from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
@@ -27,53 +27,48 @@ from colcon_yamllaunch.workspace.building.build_lock import WorkspaceLock
 Say = Callable[[str], None]
 
 _BOOT_ID = Path('/proc/sys/kernel/random/boot_id')
-#: How often it is looked whether who asked is there still (seconds).
+#: How often the holder checks whether the agent still runs (seconds).
 _INTERVAL = 0.1
-#: How the lines of the holder begin.
-_LINE, _TAKEN, _FAILED = b'l', b't', b'f'
 
 
 def hold(root: str, arguments: Mapping[str, Any], say: Say) -> list[int]:
     """
-    Take the lock, waiting for who has it, and leave it to a process.
+    Wait for the lock, and start a process that holds it.
 
     The arguments are the `build_base`; the `title`, the command; and the
-    `launcher`, its boot id and process id: where the workspace there is that
-    of the launcher itself, it has the lock, and waits for us. Return what
-    :func:`release` takes.
+    `launcher`, its boot id and process id. If the workspace is that of the
+    launcher itself, the launcher holds the lock already. Return the argument
+    of :func:`release`.
 
-    :raises UserError: when there cannot be one
+    :raises UserError: when there can be no lock
     """
     base = Path(root, str(arguments['build_base']))
     if _is_launchers(base, arguments['launcher']):
         return []
-    asking = os.getppid()
+    agent = os.getppid()
     reading, writing = os.pipe()
     sys.stdout.flush()
     pid = os.fork()
     if not pid:
-        code = 1
         try:
-            _close_all_but(writing)
             os.setsid()
-            _hold(base, str(arguments['title']), asking, writing)
-            code = 0
+            _close_all_but(writing)
+            _hold(base, str(arguments['title']), agent, writing)
         finally:
-            os._exit(code)
+            os._exit(0)
     os.close(writing)
-    with open(reading, 'rb') as file:
-        for line in file:
-            kind, text = line[:1], line[1:].decode(errors='replace').rstrip()
-            if kind == _TAKEN:
+    with open(reading) as file:
+        for kind, text in map(json.loads, file):
+            if kind == 'taken':
                 return [pid, _birth(pid)]
-            if kind == _FAILED:
+            if kind == 'error':
                 raise UserError(text)
             say(text)
     raise UserError('the lock of the workspace there cannot be taken')
 
 
 def release(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:  # noqa: ARG001
-    """Let the lock go that :func:`hold` has taken, its `holder`."""
+    """End the process that :func:`hold` has started, the `holder`."""
     if arguments['holder']:
         pid, birth = arguments['holder']
         if _birth(pid) == birth:
@@ -82,50 +77,49 @@ def release(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:  # noqa: 
     return {}
 
 
-def _hold(base: Path, title: str, asking: int, told: int) -> None:
-    def tell(kind: bytes, text: str = '') -> None:
-        line = text.replace('\n', ' ').encode(errors='replace')
+def _hold(base: Path, title: str, agent: int, asker: int) -> None:
+    """
+    Take the lock, and hold it until SIGTERM or the end of the agent.
+
+    :param asker: A descriptor that the asker reads messages from
+    """
+
+    def send(kind: str, text: str = '') -> None:
         with suppress(BrokenPipeError):
-            os.write(told, kind + line + b'\n')
+            os.write(asker, json.dumps([kind, text]).encode() + b'\n')
 
     def end(*_: object) -> None:
         raise SystemExit
 
-    def look(*_: object) -> None:
-        if not _is_there(asking):
+    def check(*_: object) -> None:
+        if read_process(agent) is None:
             raise SystemExit
 
     signal.signal(signal.SIGTERM, end)
-    # who waits here for somebody else waits for nobody when that is gone
-    signal.signal(signal.SIGALRM, look)
+    # it also interrupts waiting for the lock
+    signal.signal(signal.SIGALRM, check)
     signal.setitimer(signal.ITIMER_REAL, _INTERVAL, _INTERVAL)
-    lock = WorkspaceLock(title)
-    with suppress(SystemExit), lock:
+    with suppress(SystemExit), WorkspaceLock(title) as lock:
         try:
-            lock.take(base, lambda line: tell(_LINE, line))
+            lock.take(base, lambda line: send('line', line))
         except UserError as e:
-            tell(_FAILED, str(e))
+            send('error', str(e))
             return
-        tell(_TAKEN)
-        os.close(told)
+        send('taken')
+        os.close(asker)
         while True:
-            time.sleep(_INTERVAL)
+            signal.pause()
 
 
-def _close_all_but(kept: int) -> None:
-    # who waits for the end of the request would wait for ours
+def _close_all_but(descriptor: int) -> None:
+    # the agent waits for the end of all that write to the request's pipe
     for name in os.listdir('/proc/self/fd'):
-        if int(name) > 2 and int(name) != kept:
+        if int(name) > 2 and int(name) != descriptor:
             with suppress(OSError):
                 os.close(int(name))
     null = os.open(os.devnull, os.O_RDWR)
     for standard in (0, 1, 2):
         os.dup2(null, standard)
-
-
-def _is_there(asking: int) -> bool:
-    """Tell whether the process is there that asks for us."""
-    return read_process(asking) is not None
 
 
 def _is_launchers(base: Path, launcher: tuple[str, int]) -> bool:
