@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from contextlib import contextmanager
 from contextlib import suppress
 from functools import partial
+import json
 import os
 from pathlib import Path
 import platform
@@ -25,8 +26,6 @@ from colcon_yamllaunch.remote.connection.machine_connection import (
     MachineConnection,
 )
 from colcon_yamllaunch.remote.connection.machine_connection import Say
-from colcon_yamllaunch.remote.sync.build_words import build_words
-from colcon_yamllaunch.remote.sync.build_words import path_there
 from colcon_yamllaunch.remote.sync.install_listing import changed_texts
 from colcon_yamllaunch.remote.sync.install_listing import install_trees
 from colcon_yamllaunch.remote.sync.install_listing import pythons_of
@@ -43,6 +42,11 @@ from colcon_yamllaunch.workspace.packages.closure import closure
 from colcon_yamllaunch.workspace.packages.package import Package
 
 _BOOT_ID = Path('/proc/sys/kernel/random/boot_id')
+#: What names files of the user here, and is in the settings.
+_LEFT_OUT = frozenset({'--mixin', '--mixin-files'})
+#: What launches build with, and what the workspace here shows.
+_ANYWAY = ('symlink_install', 'merge_install')
+_FOLDERS = {'build_base': 'build', 'install_base': 'install'}
 
 
 @dataclass(frozen=True, slots=True)
@@ -333,3 +337,57 @@ def _boot_id() -> str:
         return _BOOT_ID.read_text().strip()
     except OSError:
         return ''
+
+
+def build_words(
+    given: Sequence[str], settings: Mapping[str, str], *, merge_install: bool
+) -> list[str]:
+    """
+    Return the arguments for the colcon there.
+
+    Defaults and mixins are the user's, and may be others there; what they
+    came to here goes along in their place.
+
+    :param given: The arguments that the user has given
+    :param settings: What came of them with the defaults and mixins here
+    :param merge_install: Whether all packages are installed into one prefix
+    """
+    values = {
+        f'--{name.replace("_", "-")}': (name, json.loads(text))
+        for name, text in sorted(settings.items())
+    }
+    lists = {o for o, (_, value) in values.items() if isinstance(value, list)}
+    words = _without(given, _LEFT_OUT | lists)
+    for option, (name, value) in values.items():
+        if isinstance(value, list) and value:
+            # colcon takes a word that begins so for an option of its own
+            words += [
+                option,
+                *(f' {w}' if w[:1] == '-' else w for w in map(str, value)),
+            ]
+        elif value is True and name not in _ANYWAY and option not in words:
+            words.append(option)
+        elif name in _FOLDERS and value not in (None, _FOLDERS[name]):
+            words = [*_without(words, {option}), option, str(value)]
+    if merge_install and '--merge-install' not in words:
+        words.append('--merge-install')
+    return words
+
+
+def path_there(path: Path, root: Path) -> str:
+    """Return a folder of the workspace, relative to that if it is in it."""
+    if path.is_relative_to(root):
+        return os.path.relpath(path, root)
+    return str(path)
+
+
+def _without(words: Sequence[str], options: Collection[str]) -> list[str]:
+    """Leave options out, with their values."""
+    kept = []
+    is_left_out = False
+    for word in words:
+        if word.startswith('--'):
+            is_left_out = word.partition('=')[0] in options
+        if not is_left_out:
+            kept.append(word)
+    return kept

@@ -24,6 +24,8 @@ from colcon_yamllaunch.common.fingerprint import content_digest
 
 #: The content of a folder.
 FOLDER = 'd'
+#: The beginning of the content of a link; its target follows.
+LINK = 'l '
 #: The size limit of unpacked values (bytes).
 _MAXIMUM_SIZE = 512 * 1024 * 1024
 #: Read files of any size (bytes).
@@ -49,7 +51,7 @@ def content_at(path: str, *, follows_links: bool = False) -> str:
     if stat.S_ISDIR(status.st_mode):
         return FOLDER
     if stat.S_ISLNK(status.st_mode):
-        return f'l {os.readlink(path)}'
+        return LINK + os.readlink(path)
     if not stat.S_ISREG(status.st_mode):
         return 'other'
     found = content_digest(Path(path), status.st_size, _ANY_SIZE)
@@ -61,6 +63,11 @@ def content_at(path: str, *, follows_links: bool = False) -> str:
 def file_content(digest_of_file: str, *, is_executable: bool) -> str:
     """Return the content of a file."""
     return f'{"x" if is_executable else ""}f {digest_of_file}'
+
+
+def is_file(content: str) -> bool:
+    """Return whether a content is that of a file."""
+    return content.removeprefix('x').startswith('f ')
 
 
 def is_executable(status: os.stat_result) -> bool:

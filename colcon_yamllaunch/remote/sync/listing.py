@@ -26,6 +26,7 @@ from colcon_yamllaunch.common.fingerprint import digest
 from colcon_yamllaunch.common.fingerprint import Fingerprint
 from colcon_yamllaunch.remote.sync.contents import content_at
 from colcon_yamllaunch.remote.sync.contents import FOLDER
+from colcon_yamllaunch.remote.sync.contents import LINK
 from colcon_yamllaunch.remote.sync.contents import unreadable
 from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.source_files import is_skipped_file
@@ -193,7 +194,7 @@ def listed(
         if not pending:
             tree, inner, entry, parents = links.pop()
             if _stays(os.path.join(tree.place, inner), entry, known):
-                tree.tokens[inner] = f'l {os.readlink(entry.path)}'
+                tree.tokens[inner] = LINK + os.readlink(entry.path)
             else:
                 add(tree, inner, entry, parents)
             continue

@@ -29,6 +29,8 @@ from colcon_yamllaunch.remote.sync.contents import check_rsync
 from colcon_yamllaunch.remote.sync.contents import content_at
 from colcon_yamllaunch.remote.sync.contents import FOLDER
 from colcon_yamllaunch.remote.sync.contents import have_same_data
+from colcon_yamllaunch.remote.sync.contents import is_file
+from colcon_yamllaunch.remote.sync.contents import LINK
 from colcon_yamllaunch.remote.sync.contents import packed
 from colcon_yamllaunch.remote.sync.contents import shown
 from colcon_yamllaunch.remote.sync.contents import unpacked
@@ -173,8 +175,9 @@ def prepare(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:
     and `places`, those of all packages at the origin, or None: what it sent
     elsewhere is deleted.
 
-    Return how many files were `deleted`, and the paths to `send` by rsync, by
-    place and packed.
+    Return how many files were `deleted`, and the paths of the files to `send`
+    by rsync, by place and packed; then, or if there are only places,
+    :func:`finish` is due.
 
     :raises UserError: when files of others are in the way; then nothing was
       done
@@ -191,8 +194,8 @@ def prepare(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:
     in_the_way = [p for c in changes.values() for p in c.in_the_way]
     if in_the_way:
         raise UserError(_in_the_way(root, in_the_way))
-    coming = {p: list(c.coming) for p, c in changes.items() if c.coming}
-    if coming:
+    files = {p: c.files() for p, c in changes.items() if c.coming}
+    if any(files.values()):
         check_rsync('there')
     deleted = 0
     try:
@@ -200,11 +203,13 @@ def prepare(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:
             for note in change.notes:
                 say(note)
             deleted += change.apply(origin, states.get(place, ''))
+        # a transfer that is interrupted now goes on from there
+        manifest.write()
+        for change in changes.values():
+            change.create()
     except OSError as e:
         raise _not_written(e, str(e.filename)) from e
-    # a transfer that is interrupted now goes on from there
-    manifest.write()
-    return {'send': packed(coming), 'deleted': deleted}
+    return {'send': packed(files), 'deleted': deleted}
 
 
 def finish(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:  # noqa: ARG001
@@ -280,13 +285,33 @@ class _Changes:
         self.notes: list[str] = []
         #: Paths below the workspace that hold something of others.
         self.in_the_way: list[str] = []
-        #: The contents that rsync has to send, by paths.
+        #: The contents that are to replace others, by paths.
         self.coming: dict[str, str] = {}
         for inner in {**self._folder.files, **self._folder.coming}:
             if inner not in wanted:
                 self._compare_gone(inner)
         for inner, content in wanted.items():
             self._compare(inner, content)
+
+    def files(self) -> list[str]:
+        """Return the paths of the files that rsync has to send."""
+        return [p for p, content in self.coming.items() if is_file(content)]
+
+    def create(self) -> None:
+        """Create the links and folders; rsync sends only files."""
+        for inner, content in self.coming.items():
+            path = self._path(inner)
+            is_folder = content == FOLDER
+            if is_file(content) or (is_folder and os.path.isdir(path)):
+                continue
+            if os.path.isdir(path) and not os.path.islink(path):
+                os.rmdir(path)
+            elif os.path.lexists(path):
+                os.unlink(path)
+            folder = path if is_folder else os.path.dirname(path)
+            os.makedirs(folder, exist_ok=True)
+            if not is_folder:
+                os.symlink(content.removeprefix(LINK), path)
 
     def apply(self, origin: str, state: str) -> int:
         """

@@ -4,10 +4,10 @@
 """
 Files sent to a workspace on a machine by rsync, as far as they differ there.
 
-The manifest there tells what differs and what is in the way, see
-`manifest.py`. rsync runs through the one connection that there is, see
-`rsync_shell.py`. Files get the time at which they arrive: one that is as old
-as it is here could be older than what was compiled of it before.
+The manifest there finds the differences, see `manifest.py`. rsync runs through
+the existing connection, see `rsync_shell.py`. Files get the time at which they
+arrive: with the time that they have here, a source could be older than the
+object files that an earlier version was compiled into.
 """
 
 from collections.abc import Callable
@@ -37,23 +37,30 @@ from colcon_yamllaunch.remote.connection.machine_connection import Say
 from colcon_yamllaunch.remote.sync import rsync_shell
 from colcon_yamllaunch.remote.sync.contents import check_rsync
 from colcon_yamllaunch.remote.sync.contents import file_content
-from colcon_yamllaunch.remote.sync.contents import FOLDER
 from colcon_yamllaunch.remote.sync.contents import is_executable
 from colcon_yamllaunch.remote.sync.contents import packed
 from colcon_yamllaunch.remote.sync.contents import shown
 from colcon_yamllaunch.remote.sync.contents import unpacked
 from colcon_yamllaunch.remote.sync.listing import FileTree
 
-#: From which size on it is said, as it takes a while (bytes).
+#: The size from which on it is shown, as sending takes a while (bytes).
 _LARGE = 10_000_000
-#: How often what is changed while it is sent is sent again.
+#: How often files are sent again that change meanwhile.
 _ROUNDS = 3
-#: How many lines of what rsync says are shown.
+#: How many lines of rsync's output an error shows.
 _SHOWN_LINES = 4
-#: How long the command of rsync may be (bytes).
+#: The maximum length of rsync's command (bytes).
 _COMMAND = 64 * 1024
-#: What a full disk is called there.
+#: The messages about a full disk.
 _FULL = ('No space left on device', 'Disk quota exceeded')
+_RSYNC = (
+    *('rsync', '--recursive', '--copy-links', '--executability'),
+    *('--checksum', '--compress'),
+    # links to folders that others have made there
+    '--keep-dirlinks',
+    # no shell there reads the path
+    '-s',
+)
 
 #: Paths relative to their place, by places.
 _Paths = Mapping[str, Sequence[str]]
@@ -62,14 +69,14 @@ _Paths = Mapping[str, Sequence[str]]
 @dataclass
 class Transfer:
     """
-    Trees that are sent to one workspace there.
+    Trees that are sent to one workspace on a machine.
 
     :param root: The workspace there
-    :param origin: What tells the workspace here from others
-    :param list_trees: Returns what is to be there
+    :param origin: Identifies the workspace here
+    :param list_trees: Returns the files that are needed there
     :param places: The folders of all packages here; what was sent to others
       is deleted. None to delete nothing of others
-    :param change_texts: Returns which of some files are to have other contents
+    :param change_texts: Returns those of some files that need other contents
       there, and these, by their paths here
     """
 
@@ -132,21 +139,22 @@ class Transfer:
         )
         paths: _Paths = unpacked(answer['send'])
         deleted = int(answer['deleted'])
+        sources = {
+            f'{place}/{inner}': trees[place].sources[inner]
+            for place, inners in paths.items()
+            for inner in inners
+        }
+        if sources:
+            self._announce(sources.values())
+            try:
+                self._send_files(sources, texts)
+            except UserError:
+                gone = [s for s in sources.values() if not os.path.exists(s)]
+                if not gone:
+                    raise
+                return deleted, gone
         if not paths:
             return deleted, []
-        sources = [
-            trees[place].sources[inner]
-            for place, inner in _each(paths)
-            if inner in trees[place].sources
-        ]
-        self._announce(sources)
-        try:
-            self._send_paths(trees, paths, texts)
-        except UserError:
-            gone = [s for s in sources if not os.path.exists(s)]
-            if not gone:
-                raise
-            return deleted, gone
         finished = self.connection.ask(
             'manifest.finish',
             {'root': self.root, 'places': list(paths)},
@@ -154,99 +162,67 @@ class Transfer:
         )
         return len(sources) + deleted, list(finished['differ'])
 
-    def _announce(self, sources: Sequence[str]) -> None:
+    def _announce(self, sources: Collection[str]) -> None:
         count, size = len(sources), 0
         for source in sources:
             with suppress(OSError):
                 size += os.stat(source).st_size
-        if count:
-            files = 'one file' if count == 1 else f'{count} files'
-            if size >= _LARGE:
-                files += f' ({size / 1e6:,.0f} MB)'
-            self.say(f'bringing {files}')
+        files = 'one file' if count == 1 else f'{count} files'
+        if size >= _LARGE:
+            files += f' ({size / 1e6:,.0f} MB)'
+        self.say(f'bringing {files}')
 
-    def _send_paths(
-        self,
-        trees: Mapping[str, FileTree],
-        paths: _Paths,
-        texts: Mapping[str, bytes],
+    def _send_files(
+        self, sources: Mapping[str, str], texts: Mapping[str, bytes]
     ) -> None:
         """
-        Send files, links and folders.
+        Send files.
 
-        They are laid out in two folders, as they are to be there: links to
-        files here, which rsync follows, and links that stay links.
+        :param sources: Their paths here by those below the workspace there
+        :param texts: The contents of those that differ there
+        :raises UserError: when rsync fails
         """
         with tempfile.TemporaryDirectory(prefix='colcon-launch-') as folder:
-            for place, inner in _each(paths):
-                tree = trees[place]
-                token = tree.tokens[inner]
-                is_link = token.startswith('l')
-                path = Path(folder, 'links' if is_link else 'files')
-                path = path / place / inner
+            # rsync follows the links
+            for there, source in sources.items():
+                path = Path(f'{folder}/{there}')
                 path.parent.mkdir(parents=True, exist_ok=True)
-                if token == FOLDER:
-                    path.mkdir(exist_ok=True)
-                elif is_link:
-                    path.symlink_to(token[2:])
-                elif (source := tree.sources[inner]) in texts:
+                if source in texts:
                     path.write_bytes(texts[source])
                     if is_executable(os.stat(source)):
                         path.chmod(0o755)
                 else:
                     path.symlink_to(source)
-            for name, option in (
-                ('files', '--copy-links'),
-                ('links', '--links'),
-            ):
-                if os.path.isdir(f'{folder}/{name}'):
-                    self._run_rsync(f'{folder}/{name}', option)
+            self._run_rsync(folder)
 
-    def _run_rsync(self, folder: str, option: str) -> None:
+    def _run_rsync(self, folder: str) -> None:
         """
-        Send what is in a folder.
+        Send the files below a folder.
 
-        :raises UserError: when it cannot be done
+        :raises UserError: when rsync fails
         """
         ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        shell = ' '.join(
-            f'"{word}"'
-            for word in (
-                *(sys.executable, '-I', '-S', rsync_shell.__file__),
-                str(its.fileno()),
-            )
-        )
+        words = sys.executable, '-I', '-S', rsync_shell.__file__, its.fileno()
+        shell = ' '.join(f'"{word}"' for word in words)
+        # without the user's options
+        variables = {
+            name: value
+            for name, value in os.environ.items()
+            if not name.startswith('RSYNC_')
+        }
+        # a folder with a colon in its name is no machine
+        paths = '--', f'{folder}/', f'there:{self.root}/'
         with ours, tempfile.TemporaryFile() as errors:
             with its:
                 process = subprocess.Popen(
-                    [
-                        # -s: no shell there reads the path
-                        *(
-                            'rsync',
-                            '--rsh',
-                            shell,
-                            '-s',
-                            '--recursive',
-                            option,
-                        ),
-                        *('--executability', '--checksum', '--compress'),
-                        # links to folders that others have made there
-                        '--keep-dirlinks',
-                        # a folder with a colon in its name is no machine
-                        *('--', f'{folder}/', f'there:{self.root}/'),
-                    ],
+                    [*_RSYNC, '--rsh', shell, *paths],
                     stdin=subprocess.DEVNULL,
                     stdout=subprocess.DEVNULL,
                     stderr=errors,
                     pass_fds=[its.fileno()],
                     # Ctrl-C is for the launcher, which ends it
                     start_new_session=True,
-                    # without options of the user's
-                    env={
-                        name: value
-                        for name, value in os.environ.items()
-                        if not name.startswith('RSYNC_')
-                    },
+                    env=variables,
                 )
             try:
                 said = self._serve(ours)
@@ -261,14 +237,10 @@ class Transfer:
                 raise _failure(code, [*_lines(errors), *said])
 
     def _serve(self, rsync: socket.socket) -> list[str]:
-        """
-        Run there what rsync asks for, if it does.
-
-        Return what that says besides.
-        """
+        """Run rsync's command there; return the errors that it prints."""
         message, descriptors, _, _ = socket.recv_fds(rsync, _COMMAND, 2)
         if not message:
-            # it has ended
+            # rsync has ended before
             return []
         code, said = self.connection.run_program(
             json.loads(message), *descriptors
@@ -276,10 +248,6 @@ class Transfer:
         with suppress(OSError):
             rsync.send(str(code).encode())
         return said
-
-
-def _each(paths: _Paths) -> Iterable[tuple[str, str]]:
-    return ((place, inner) for place in paths for inner in paths[place])
 
 
 def _lines(file: BinaryIO) -> list[str]:

@@ -5,8 +5,8 @@
 
 from pathlib import Path
 
-from colcon_yamllaunch.remote.sync.build_words import build_words
-from colcon_yamllaunch.remote.sync.build_words import path_there
+from colcon_yamllaunch.remote.sync.code_sync import build_words
+from colcon_yamllaunch.remote.sync.code_sync import path_there
 
 SETTINGS = {
     'build_base': '"build"',
