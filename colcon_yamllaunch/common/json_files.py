@@ -24,12 +24,20 @@ def read_json(path: Path) -> Any:
 def write_json(
     path: Path, values: Mapping[str, Any], mode: int = 0o666
 ) -> None:
+    """Write a file as :func:`save_json` does, if that is possible."""
+    with suppress(OSError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        save_json(path, values, mode)
+
+
+def save_json(
+    path: Path, values: Mapping[str, Any], mode: int = 0o666
+) -> None:
     """
     Write a file that appears complete or, where it cannot, not at all.
 
-    :param path: The file; its folder is made if necessary
     :param values: What it is to hold
     :param mode: Who may read and write it
+    :raises OSError: when it cannot be written
     """
-    with suppress(OSError):
-        write_file(path, json.dumps(values).encode(), mode)
+    write_file(path, json.dumps(values).encode(), mode)

@@ -28,10 +28,11 @@ from typing import Any
 import colcon_yamllaunch
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.remote.sync.lock import hold
+from colcon_yamllaunch.remote.sync.lock import release
 from colcon_yamllaunch.remote.sync.manifest import Manifest
 from colcon_yamllaunch.remote.sync.manifest import record_build
+from colcon_yamllaunch.remote.sync.system import check_system
 from colcon_yamllaunch.remote.sync.system import login_shell_line
-from colcon_yamllaunch.remote.sync.system import system
 from colcon_yamllaunch.workspace.building.orphan_builds import BuildProcesses
 from colcon_yamllaunch.workspace.packages.trust import Trust
 
@@ -64,30 +65,25 @@ def begin(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:
     command; `launcher`, its boot id and process id; `origin`, the workspace
     that the code comes from, and `states`, those of its folders by place;
     `build`, the arguments of :func:`build`, to build at once if nothing
-    differs; and `underlays`, which installed code needs. Return the `root`;
-    the places that are `changed`; the `holder` of the lock, for
-    :func:`lock.release`; the result of :func:`build` if nothing differs; and
-    with underlays the `missing` ones, and the `system` of the machine.
+    differs; and `needs`, those of :func:`check_system` for code that was built
+    elsewhere. Return the `root`; the places that are `changed`; the `holder`
+    of the lock, for :func:`lock.release`; and the result of :func:`build` if
+    nothing differs.
     """
+    if arguments['needs']:
+        check_system(**arguments['needs'])
     root = _prepared_root(str(arguments['workspace']), say)
     holder = hold(root, arguments, say)
-    changed = Manifest(root).changed_places(
-        arguments['origin'], arguments['states']
-    )
-    answer: dict[str, Any] = {
-        'root': root,
-        'changed': changed,
-        'holder': holder,
-    }
-    if arguments['underlays'] is not None:
-        answer['system'] = system()
-        answer['missing'] = [
-            path
-            for path in arguments['underlays']
-            if not Path(path, 'local_setup.bash').is_file()
-        ]
-    if not changed and arguments['build']:
-        answer |= build({**arguments['build'], 'root': root}, say)
+    try:
+        changed = Manifest(root).changed_places(
+            arguments['origin'], arguments['states']
+        )
+        answer = {'root': root, 'changed': changed, 'holder': holder}
+        if not changed and arguments['build']:
+            answer |= build({**arguments['build'], 'root': root}, say)
+    except BaseException:
+        release({'holder': holder}, say)
+        raise
     return answer
 
 

@@ -5,7 +5,6 @@
 
 from collections.abc import Callable
 from collections.abc import Collection
-from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping
 from collections.abc import Sequence
@@ -32,8 +31,8 @@ from colcon_yamllaunch.remote.sync.install_listing import pythons_of
 from colcon_yamllaunch.remote.sync.listing import FileTree
 from colcon_yamllaunch.remote.sync.listing import place_of
 from colcon_yamllaunch.remote.sync.listing import source_trees
+from colcon_yamllaunch.remote.sync.lock import boot_id
 from colcon_yamllaunch.remote.sync.presence import version_of
-from colcon_yamllaunch.remote.sync.system import check_system
 from colcon_yamllaunch.remote.sync.system import system
 from colcon_yamllaunch.remote.sync.transfer import Transfer
 from colcon_yamllaunch.workspace.environment.underlays import chained_underlays
@@ -41,7 +40,6 @@ from colcon_yamllaunch.workspace.environment.underlays import sourced_underlays
 from colcon_yamllaunch.workspace.packages.closure import closure
 from colcon_yamllaunch.workspace.packages.package import Package
 
-_BOOT_ID = Path('/proc/sys/kernel/random/boot_id')
 #: What names files of the user here, and is in the settings.
 _LEFT_OUT = frozenset({'--mixin', '--mixin-files'})
 #: What launches build with, and what the workspace here shows.
@@ -199,30 +197,28 @@ class _Sync:
             merged=code.merge_install,
         )
         trees = list_trees()
-        underlays = list(map(str, chained_underlays(code.install_base)))
-        with self._begun(trees, underlays=underlays) as begun:
-            check_system(system(), begun['system'], pythons_of(trees))
-            for underlay in begun['missing']:
-                raise UserError(
-                    f'what is built here needs {underlay}, which is not '
-                    'there: install it there, or build there by `sync: build`'
-                )
+        needs = {
+            'built_on': system(),
+            'pythons': pythons_of(trees),
+            'underlays': list(map(str, chained_underlays(code.install_base))),
+        }
+        with self._begun(trees, needs=needs) as begun:
             if not begun['changed']:
                 return Synced()
-            root = begun['root']
-
-            def change_texts(paths: Iterable[str]) -> Mapping[str, bytes]:
-                return changed_texts(paths, code.root, root, self._missing_of)
-
             transfer = Transfer(
                 self._connection,
-                root,
+                begun['root'],
                 code.origin,
                 list_trees,
                 # those of other packages are left as they are
                 None,
                 self._say,
-                change_texts,
+                partial(
+                    changed_texts,
+                    root=code.root,
+                    root_there=begun['root'],
+                    missing_of=self._missing_of,
+                ),
             )
             return Synced(transfer.send(trees, begun['changed']))
 
@@ -262,7 +258,7 @@ class _Sync:
         trees: Sequence[FileTree],
         *,
         build: Mapping[str, Any] | None = None,
-        underlays: Sequence[str] | None = None,
+        needs: Mapping[str, Any] | None = None,
     ) -> Iterator[dict[str, Any]]:
         """Hold the lock of the workspace there; see `build.begin`."""
         code = self._code
@@ -272,11 +268,11 @@ class _Sync:
                 'workspace': self._workspace_there,
                 'build_base': path_there(code.build_base, code.root),
                 'title': f'{code.title} ({platform.node()})',
-                'launcher': [_boot_id(), os.getpid()],
+                'launcher': [boot_id(), os.getpid()],
                 'origin': code.origin,
                 'states': {tree.place: tree.state for tree in trees},
                 'build': build,
-                'underlays': underlays,
+                'needs': needs,
             },
         )
         try:
@@ -330,13 +326,6 @@ def _difference(package: Package, digest_there: str, version: str) -> str:
         f'warning: {package.name} has another package.xml there than here, '
         'of the same version'
     )
-
-
-def _boot_id() -> str:
-    try:
-        return _BOOT_ID.read_text().strip()
-    except OSError:
-        return ''
 
 
 def build_words(

@@ -26,7 +26,6 @@ from colcon_yamllaunch.workspace.building.build_lock import WorkspaceLock
 
 Say = Callable[[str], None]
 
-_BOOT_ID = Path('/proc/sys/kernel/random/boot_id')
 #: How often the holder checks whether the agent still runs (seconds).
 _INTERVAL = 0.1
 
@@ -65,6 +64,14 @@ def hold(root: str, arguments: Mapping[str, Any], say: Say) -> list[int]:
                 raise UserError(text)
             say(text)
     raise UserError('the lock of the workspace there cannot be taken')
+
+
+def boot_id() -> str:
+    """Return the identity of this boot of the machine; empty if unknown."""
+    try:
+        return Path('/proc/sys/kernel/random/boot_id').read_text().strip()
+    except OSError:
+        return ''
 
 
 def release(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:  # noqa: ARG001
@@ -126,7 +133,7 @@ def _is_launchers(base: Path, launcher: tuple[str, int]) -> bool:
     boot, pid = launcher
     with suppress(OSError, ValueError):
         holder = (base / LOCK_NAME).read_bytes().partition(b'\t')[0]
-        return int(holder) == pid and _BOOT_ID.read_text().strip() == boot
+        return int(holder) == pid and boot_id() == boot
     return False
 
 

@@ -15,7 +15,6 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from dataclasses import field
-import json
 import os
 from pathlib import Path
 import time
@@ -25,6 +24,7 @@ from typing import NamedTuple
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.fingerprint import Fingerprint
 from colcon_yamllaunch.common.json_files import read_json
+from colcon_yamllaunch.common.json_files import save_json
 from colcon_yamllaunch.remote.sync.contents import check_rsync
 from colcon_yamllaunch.remote.sync.contents import content_at
 from colcon_yamllaunch.remote.sync.contents import FOLDER
@@ -120,18 +120,13 @@ class Manifest:
 
         :raises UserError: when it cannot be written
         """
-        temporary = self._path.with_name(f'{MANIFEST_NAME}.{os.getpid()}')
         values = {
             'version': _VERSION,
             'root': self._root,
             'folders': {p: vars(f) for p, f in self.folders.items()},
         }
         try:
-            try:
-                temporary.write_bytes(json.dumps(values).encode())
-                temporary.replace(self._path)
-            finally:
-                temporary.unlink(missing_ok=True)
+            save_json(self._path, values)
         except OSError as e:
             raise _not_written(e, str(self._path)) from e
 

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What a machine is like, and whether what was built elsewhere runs on it."""
+"""The system of a machine, and whether code from elsewhere runs on it."""
 
 from collections.abc import Mapping
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ _WAY_OUT = 'build there instead, by `sync: build`'
 
 
 def system() -> dict[str, str]:
-    """Return what programs and modules depend on that were built here."""
+    """Return the properties that compiled programs and modules depend on."""
     return {
         'system': system_name(),
         'architecture': platform.machine(),
@@ -83,32 +83,41 @@ def _python() -> str:
 
 
 def check_system(
-    here: Mapping[str, str], there: Mapping[str, str], pythons: Sequence[str]
+    built_on: Mapping[str, str],
+    pythons: Sequence[str],
+    underlays: Sequence[str],
 ) -> None:
     """
-    Check that what was built here runs there.
+    Check that code that was built elsewhere runs here.
 
-    :param here: What :func:`system` returns here
-    :param there: What it returns there
+    :param built_on: The result of :func:`system` where it was built
     :param pythons: The versions of Python that modules are installed for
+    :param underlays: The prefixes that it was built on top of
     :raises UserError: when it does not
     """
+    ours = system()
     for key, verb in (('architecture', 'is'), ('system', 'runs')):
-        if here[key] != there[key]:
+        if built_on[key] != ours[key]:
             raise UserError(
-                f'it {verb} {there[key] or "unknown"}, and what is built here '
-                f'is for {here[key]}: {_WAY_OUT}'
+                f'it {verb} {ours[key] or "unknown"}, and what is built here '
+                f'is for {built_on[key]}: {_WAY_OUT}'
             )
-    if _numbers(there['glibc']) < _numbers(here['glibc']):
+    if _numbers(ours['glibc']) < _numbers(built_on['glibc']):
         raise UserError(
-            f'its C library is glibc {there["glibc"] or "of no version"}, and '
-            f'what is built here is for {here["glibc"]}: {_WAY_OUT}'
+            f'its C library is glibc {ours["glibc"] or "of no version"}, and '
+            f'what is built here is for {built_on["glibc"]}: {_WAY_OUT}'
         )
-    if pythons and there['python'] not in pythons:
+    if pythons and ours['python'] not in pythons:
         raise UserError(
-            f'its python3 is {there["python"] or "missing"}, and modules are '
+            f'its python3 is {ours["python"] or "missing"}, and modules are '
             f'built here for {" and ".join(pythons)}: {_WAY_OUT}'
         )
+    for underlay in underlays:
+        if not Path(underlay, 'local_setup.bash').is_file():
+            raise UserError(
+                f'what is built here needs {underlay}, which is not there: '
+                'install it there, or build there by `sync: build`'
+            )
 
 
 def _numbers(version: str) -> tuple[int, ...]:

@@ -271,6 +271,11 @@ def test_a_build_that_fails(developer: Developer) -> None:
     with pytest.raises(UserError, match='arm: the build failed there: a fail'):
         developer.sync('a')
     assert 'no way' in '\n'.join(developer.said)
+    # each time, and the lock is free again
+    for _ in range(2):
+        with pytest.raises(UserError, match='the build failed there'):
+            developer.sync('a')
+        assert developer.machine.asked == ['build.begin']
     file.write_text(text)
     assert developer.sync('a').built == {'a'}
 

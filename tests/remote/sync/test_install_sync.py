@@ -10,6 +10,7 @@ import shutil
 import subprocess
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.remote.sync import system as remote_system
 from colcon_yamllaunch.remote.sync.code_sync import Synced
 from colcon_yamllaunch.remote.sync.system import check_system
 from colcon_yamllaunch.remote.sync.system import system
@@ -155,12 +156,14 @@ def test_what_is_not_built_here_is_told(developer: Developer) -> None:
     ],
 )
 def test_a_machine_of_another_kind_is_refused(
-    key: str, value: str, told: str
+    key: str, value: str, told: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     here = system()
-    check_system(here, here, [here['python']])
+    pythons = [here['python']]
+    check_system(here, pythons, [])
+    monkeypatch.setattr(remote_system, 'system', lambda: here | {key: value})
     with pytest.raises(UserError, match=told) as error:
-        check_system(here, here | {key: value}, [here['python']])
+        check_system(here, pythons, [])
     assert '`sync: build`' in str(error.value)
 
 
