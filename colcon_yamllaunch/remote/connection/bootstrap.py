@@ -4,27 +4,27 @@
 """
 The first words with a machine: they start our program there.
 
-They are a script for `sh`, given by its standard input. It looks for a Python,
-and that for our modules, which it keeps under their hash in
-`~/.cache/colcon-launch`; if it lacks them, it asks for them, and says an empty
-line for each piece that comes. Where they cannot be kept there, they go to a
-private folder for as long as it runs; where there is no room either, it says
-so before our program begins. What a shell
-prints before that, because its `.bashrc` does, is left out.
+They are a script for `sh`, sent to its standard input. It looks for a Python,
+and that for our modules, which it stores under their hash in
+`~/.cache/colcon-launch`; if it lacks them, it asks for them, and answers each
+piece with an empty line. If it cannot store them there, it uses a private
+temporary folder until the program ends; if there is no room either, it reports
+that. The output of a shell before that, from its `.bashrc`, is ignored.
 """
 
+import shlex
 from typing import Literal
 
 from colcon_yamllaunch.remote.connection.program_archive import ProgramArchive
 
-#: What stands before what the script says; in two parts there, so that a
-#: shell that shows what it reads is not taken for the answer.
+#: The beginning of the script's answers. The script has it in two parts, so
+#: that a shell that echoes its input does not seem to answer.
 MARK = b'\x01colcon-launch '
-#: Bytes that a shell may print before that.
+#: How much a shell may print before that (bytes).
 MAXIMUM_NOISE = 256 * 1024
 _MAXIMUM_ANSWER = 200
 
-#: The oldest Python that our modules run with, and what Pythons are called.
+#: The oldest Python that our modules run with, and the names of Pythons.
 OLDEST_PYTHON = (3, 10)
 _PYTHONS = ('python3', *(f'python3.{minor}' for minor in range(14, 9, -1)))
 
@@ -121,16 +121,14 @@ exit 0
 """
 
 State = Literal['noise', 'sending', 'answered', 'failed']
-#: What failed: there is no Python, it is too old, the disk is full, or it was
-#: something else.
+#: The cause: there is no Python, it is too old, the disk is full, or something
+#: else answers than our script.
 Failure = Literal['none', 'old', 'full', 'noise']
 
 
 class Bootstrap:
     """
-    The launcher's side of the first words.
-
-    It is given what comes, and waits for nothing.
+    The launcher's side of the first words; it does no input or output.
 
     :param python: The Python there, None to search for one
     """
@@ -141,20 +139,20 @@ class Bootstrap:
         self._archive = archive
         self._python = python
         self._data = b''
-        #: How far it has come.
+        #: The progress.
         self.state: State = 'noise'
-        #: Why it did not come further.
+        #: The cause if it has failed.
         self.failure: Failure = 'noise'
-        #: What more is known of that, such as the version.
+        #: More about the cause, such as the version.
         self.detail = ''
 
     def script(self) -> bytes:
-        """Return what is sent first."""
+        """Return the script, which is sent first."""
         pythons = _PYTHONS if self._python is None else (self._python,)
         younger = _PYTHONS[1:] if self._python is None else ()
         text = _SCRIPT.format(
             program=_PROGRAM,
-            pythons=' '.join(map(_quoted, pythons)),
+            pythons=shlex.join(pythons),
             digest=self._archive.digest,
             younger=' '.join(younger),
         )
@@ -162,11 +160,10 @@ class Bootstrap:
 
     def feed(self, data: bytes) -> tuple[bytes, bytes]:
         """
-        Take what has come.
+        Process received data.
 
-        Return what is to be sent, once :attr:`state` is `sending`, and what
-        has come behind the last answer, which are frames, once it is
-        `answered`.
+        Return the data to send, if :attr:`state` is `sending`, and the frames
+        behind the last answer, if it is `answered`.
         """
         self._data += data
         before, found, rest = self._data.partition(MARK)
@@ -194,11 +191,6 @@ class Bootstrap:
 
     @property
     def noise(self) -> str:
-        """What the shell there has printed before."""
+        """The output of the shell before the answer."""
         text = self._data.partition(MARK)[0][-_MAXIMUM_ANSWER:]
         return text.decode(errors='replace').strip()
-
-
-def _quoted(word: str) -> str:
-    """Return a word for `sh`."""
-    return "'" + word.replace("'", "'\\''") + "'"

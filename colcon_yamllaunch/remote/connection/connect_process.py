@@ -1,41 +1,145 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""The process that connects with a machine, and the pipes to it."""
+"""
+The process that connects with a machine, such as `ssh`, and its watchdog.
 
+`ssh` that waits for a silent machine does not notice that its launcher was
+killed. The guard of a launch stops it then, but there is none before the
+launch runs. Until then a shell is the watchdog: it knows the process ids, and
+waits for the end of the launcher.
+"""
+
+from collections.abc import Iterator
 from collections.abc import Mapping
 from collections.abc import Sequence
+from contextlib import contextmanager
 from contextlib import suppress
+import fcntl
 import os
 import shutil
 import signal
+import subprocess
+import threading
 import time
 from typing import Any
 
-from colcon_yamllaunch.remote.connection.connection_keeper import KEEPER
-
-#: Bytes of its standard error that are kept.
+#: How many bytes of its standard error are stored.
 _MESSAGES = 8192
-#: Bytes that the pipes hold, so that few calls carry much.
+#: The size of the pipes, so that few calls transfer much (bytes).
 _PIPE = 1024 * 1024
 _F_SETPIPE_SZ = 1031
-#: Seconds that it gets to end by itself, as its input has ended.
-_PATIENCE = 5.0
+#: How long it may take to end once its input has ended, or by a signal
+#: (seconds).
+_END_TIMEOUT = 5.0
 _READ = 64 * 1024
+_TERMINAL = '/dev/tty'
+_SHELL = '/bin/sh'
+#: The watchdog reads lines `+ PID` and `- PID`; when they end, it stops the
+#: process groups that are left. A line `.` ends it, as forked processes may
+#: have the pipe open. SIGTERM comes first, so that `ssh` resets the terminal.
+_WATCH = """\
+pids=' '
+while read -r sign pid; do
+  case $sign in
+    +) pids="$pids$pid " ;;
+    -) pids="${pids%% $pid *} ${pids#* $pid }" ;;
+    .) exit ;;
+  esac
+done
+for pid in $pids; do kill -s TERM -- "-$pid"; done 2>/dev/null
+sleep 2
+for pid in $pids; do kill -s KILL -- "-$pid"; done 2>/dev/null
+"""
+#: Registers a process before it becomes its program, so that the watchdog
+#: knows it even if the launcher is killed at once.
+_REGISTER = """\
+trap '' PIPE
+echo "+ $$" >&3
+exec 3>&-
+trap - PIPE
+exec "$@"
+"""
+
+
+class Watchdog:
+    """A shell that stops process groups if this process ends before them."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._process: subprocess.Popen[bytes] | None = None
+        self._watched: set[int] = set()
+
+    def spawn(
+        self,
+        path: str,
+        argv: Sequence[str],
+        environment: Mapping[str, str],
+        *,
+        file_actions: Sequence[tuple[int, int, int]],
+        **more: Any,
+    ) -> int:
+        """
+        Start a watched process in a group of its own; return its id.
+
+        The parameters are those of :func:`os.posix_spawn`.
+
+        :raises OSError: when it cannot be started
+        """
+        with self._lock:
+            if self._process is None:
+                self._process = subprocess.Popen(
+                    [_SHELL, '-c', _WATCH],
+                    stdin=subprocess.PIPE,
+                    stdout=subprocess.DEVNULL,
+                    stderr=subprocess.DEVNULL,
+                    # Ctrl-C and signals for our group are not for it
+                    start_new_session=True,
+                )
+            assert self._process.stdin is not None
+            pipe = self._process.stdin.fileno()
+            pid = os.posix_spawn(
+                _SHELL,
+                [_SHELL, '-c', _REGISTER, _SHELL, path, *argv[1:]],
+                environment,
+                file_actions=[*file_actions, (os.POSIX_SPAWN_DUP2, pipe, 3)],
+                **more,
+            )
+            self._watched.add(pid)
+            return pid
+
+    def release(self, pid: int) -> None:
+        """Stop watching a process, as it has ended, or as the guard does."""
+        with self._lock:
+            if pid not in self._watched or self._process is None:
+                return
+            self._watched.remove(pid)
+            assert self._process.stdin is not None
+            lines = f'- {pid}\n' if self._watched else '.\n'
+            # somebody may have killed it
+            with suppress(OSError):
+                os.write(self._process.stdin.fileno(), lines.encode())
+            if not self._watched:
+                self._process.stdin.close()
+                self._process.wait()
+                self._process = None
+
+
+#: The watchdog of this process.
+_WATCHDOG = Watchdog()
 
 
 class ConnectProcess:
     """
     A command whose standard input and output lead to another machine.
 
-    It gets neither keys nor signals of our terminal, as the launch is to end
-    in order when somebody presses Ctrl-C.
+    It gets neither keys nor signals of our terminal, as Ctrl-C first stops
+    the launch.
 
     :param command: Its command line
-    :param kept: Whether it is ended if the launcher is killed, see
-      `connection_keeper`; a guard does so later
-    :param asks: Whether it is to ask on the terminal; it must be given that
-      then, see `foreground`, and its standard error is ours
+    :param kept: Whether the watchdog stops it if the launcher is killed
+    :param asks: Whether it may ask the user; then it needs the terminal, see
+      :func:`foreground`, and its standard error is ours
     :raises OSError: when it cannot be started
     """
 
@@ -60,33 +164,27 @@ class ConnectProcess:
         ]
         if not asks:
             actions.append((os.POSIX_SPAWN_DUP2, its_errors, 2))
-        more: dict[str, Any] = {
-            'setsigmask': (),
-            'setsigdef': (signal.SIGINT, signal.SIGTERM, signal.SIGPIPE),
-            **({'setpgroup': 0} if asks else {'setsid': True}),
-        }
+        spawn: Any = _WATCHDOG.spawn if kept else os.posix_spawn
+        group: dict[str, Any] = {'setpgroup': 0} if asks else {'setsid': True}
         try:
-            if kept:
-                self.pid = KEEPER.spawn(
-                    program, command[1:], environment, actions, **more
-                )
-            else:
-                self.pid = os.posix_spawn(
-                    program,
-                    list(command),
-                    environment,
-                    file_actions=actions,
-                    **more,
-                )
+            self.pid: int = spawn(
+                program,
+                list(command),
+                environment,
+                file_actions=actions,
+                setsigmask=(),
+                setsigdef=(signal.SIGINT, signal.SIGTERM, signal.SIGPIPE),
+                **group,
+            )
         except BaseException:
-            self._close()
+            self.close_pipes()
             raise
         finally:
             for descriptor in (its_input, its_output, its_errors):
                 os.close(descriptor)
         for descriptor in (self.stdin, self.stdout):
             with suppress(OSError):
-                _enlarge(descriptor)
+                fcntl.fcntl(descriptor, _F_SETPIPE_SZ, _PIPE)
         os.set_blocking(self.stderr, False)
         self._messages = b''
         #: Its wait status, once it has ended and was waited for.
@@ -94,23 +192,22 @@ class ConnectProcess:
 
     @property
     def messages(self) -> str:
-        """What it wrote last to standard error."""
+        """The last text that it wrote to standard error."""
         self.read_messages()
         return self._messages.decode(errors='replace')
 
     def read_messages(self) -> bool:
-        """Read what it has written; return whether more may come."""
-        with suppress(BlockingIOError):
-            while self.stderr != -1:
-                try:
-                    data = os.read(self.stderr, _READ)
-                except BlockingIOError:
-                    raise
-                except OSError:
-                    data = b''
-                if not data:
-                    return False
-                self._messages = (self._messages + data)[-_MESSAGES:]
+        """Read its standard error; return whether more may come."""
+        while self.stderr != -1:
+            try:
+                data = os.read(self.stderr, _READ)
+            except BlockingIOError:
+                return True
+            except OSError:
+                return False
+            if not data:
+                return False
+            self._messages = (self._messages + data)[-_MESSAGES:]
         return True
 
     def wait(self, seconds: float) -> int | None:
@@ -121,45 +218,41 @@ class ConnectProcess:
         """
         deadline = time.monotonic() + seconds
         while self.status is None:
-            with suppress(ChildProcessError):
+            try:
                 pid, status = os.waitpid(self.pid, os.WNOHANG)
-                if pid:
-                    self.status = status
-                    self.leave_to_guard()
-                    break
-                if time.monotonic() >= deadline:
-                    return None
+            except ChildProcessError:
+                # another part of the launcher has waited for it
+                pid, status = self.pid, 0
+            if pid:
+                self.status = status
+                self.leave_to_guard()
+            elif time.monotonic() >= deadline:
+                return None
+            else:
                 time.sleep(0.005)
-                continue
-            self.status = 0
-            self.leave_to_guard()
         return os.waitstatus_to_exitcode(self.status)
 
     def leave_to_guard(self) -> None:
-        """Have it ended no more if the launcher is killed."""
-        KEEPER.release(self.pid)
+        """Let the guard of the launch replace the watchdog."""
+        _WATCHDOG.release(self.pid)
 
-    def end(self, patience: float = _PATIENCE) -> None:
+    def end(self, patience: float = _END_TIMEOUT) -> None:
         """
-        Wait for its end, and see to that in the end.
+        Wait for its end, and stop it if that takes too long.
 
-        :param patience: Seconds that it gets to end by itself
+        :param patience: For how long to wait before it is stopped (seconds)
         """
         if self.wait(patience) is not None:
             return
         for number in (signal.SIGTERM, signal.SIGKILL):
             with suppress(ProcessLookupError, PermissionError):
                 os.killpg(self.pid, number)
-            if self.wait(_PATIENCE) is not None:
+            if self.wait(_END_TIMEOUT) is not None:
                 break
 
-    def close(self, patience: float = _PATIENCE) -> None:
-        """
-        End it, and wait for that.
-
-        :param patience: Seconds that it gets to end by itself
-        """
-        self._close()
+    def close(self, patience: float = _END_TIMEOUT) -> None:
+        """Close the pipes, and :meth:`end` it."""
+        self.close_pipes()
         self.end(patience)
 
     def close_input(self) -> None:
@@ -170,21 +263,53 @@ class ConnectProcess:
 
     def close_pipes(self) -> None:
         """Close the pipes, so that it ends by itself."""
-        self._close()
-
-    def disown(self) -> None:
-        """Have nothing to do with it, in a fork of this process."""
-        self._close()
-
-    def _close(self) -> None:
         for name in ('stdin', 'stdout', 'stderr'):
             descriptor = getattr(self, name)
             if descriptor != -1:
                 os.close(descriptor)
                 setattr(self, name, -1)
 
+    def disown(self) -> None:
+        """Detach a forked child of this process from it."""
+        self.close_pipes()
 
-def _enlarge(descriptor: int) -> None:
-    import fcntl
 
-    fcntl.fcntl(descriptor, _F_SETPIPE_SZ, _PIPE)
+def has_terminal() -> bool:
+    """Return whether the user can be asked: our terminal is ours now."""
+    try:
+        terminal = _terminal()
+    except OSError:
+        return False
+    try:
+        return os.tcgetpgrp(terminal) == os.getpgrp()
+    except OSError:
+        return False
+    finally:
+        os.close(terminal)
+
+
+@contextmanager
+def foreground(group: int) -> Iterator[None]:
+    """Give our terminal, with its Ctrl-C, to a process group meanwhile."""
+    try:
+        terminal = _terminal()
+    except OSError:
+        yield
+        return
+    # we are in the background when we take it back
+    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTTOU})
+    try:
+        with suppress(OSError):
+            os.tcsetpgrp(terminal, group)
+            # it may have asked before it had the terminal
+            os.killpg(group, signal.SIGCONT)
+        yield
+    finally:
+        with suppress(OSError):
+            os.tcsetpgrp(terminal, os.getpgrp())
+        signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
+        os.close(terminal)
+
+
+def _terminal() -> int:
+    return os.open(_TERMINAL, os.O_RDWR | os.O_NOCTTY)

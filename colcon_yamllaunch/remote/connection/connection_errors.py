@@ -10,6 +10,7 @@ import shlex
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.remote.connection.bootstrap import Bootstrap
+from colcon_yamllaunch.remote.connection.bootstrap import Failure
 from colcon_yamllaunch.remote.connection.bootstrap import OLDEST_PYTHON
 from colcon_yamllaunch.remote.deployment.machine import Machine
 
@@ -97,73 +98,62 @@ class ConnectError(UserError):
     """
     A machine cannot be connected with.
 
+    :param reason: Why, and what the user can do
     :ivar may_be_asked: Whether it helps to ask the user on a terminal
     """
 
-    def __init__(self, text: str, *, may_be_asked: bool = False) -> None:
-        super().__init__(text)
+    def __init__(
+        self, machine: Machine, reason: str, *, may_be_asked: bool = False
+    ) -> None:
+        how = {'ssh': ['ssh'], 'slurm': ['srun'], 'connect': []}[machine.kind]
+        words = shlex.join([*how, *machine.words])
+        super().__init__(f'{machine.name} ({words}): {reason}')
         self.may_be_asked = may_be_asked
 
 
-def described(machine: Machine) -> str:
-    """Return a machine as errors begin with it."""
-    how = {'ssh': ['ssh'], 'slurm': ['srun'], 'connect': []}[machine.kind]
-    return f'{machine.name} ({shlex.join([*how, *machine.words])})'
-
-
 def no_command(machine: Machine, program: str, error: OSError) -> ConnectError:
-    """Tell that the command that connects cannot be started."""
-    reason = error.strerror
+    """Return the error that the command that connects cannot be started."""
+    reason = str(error.strerror)
     if isinstance(error, FileNotFoundError):
         reason = f"the program '{program}' is not on the PATH; install it"
         if machine.kind == 'ssh':
             reason += ' (Debian: openssh-client)'
         elif machine.kind == 'slurm':
             reason += ' (Debian: slurm-client)'
-    return ConnectError(f'{described(machine)}: {reason}')
+    return ConnectError(machine, reason)
 
 
 def not_started(machine: Machine, bootstrap: Bootstrap) -> ConnectError:
-    """Tell why our program does not start there."""
-    place = described(machine)
+    """Return the error that our program does not start there."""
     detail = one_line(bootstrap.detail)
-    if bootstrap.failure == 'none':
-        which = machine.python or 'python3'
-        return ConnectError(
-            f'{place}: there is no {which} on its PATH: install Python '
-            f"{_OLDEST} or later there, or name it with 'python:'"
-        )
-    if bootstrap.failure == 'old':
-        return ConnectError(
-            f'{place}: its Python is {detail}, but {_OLDEST} or later is '
-            "needed: install one there, or name it with 'python:'"
-        )
-    if bootstrap.failure == 'full':
-        return ConnectError(
-            f'{place}: what is to run there cannot be stored, neither in '
-            f'~/.cache nor in /tmp: {detail}'
-        )
-    return ConnectError(
-        f'{place}: something else answers than a shell: '
-        f"'{one_line(bootstrap.noise)}'; a '.bashrc' or a login there must "
-        'not start another program'
-    )
+    noise = one_line(bootstrap.noise)
+    reasons: dict[Failure, str] = {
+        'none': f'there is no {machine.python or "python3"} on its PATH: '
+        f"install Python {_OLDEST} or later there, or name it with 'python:'",
+        'old': f'its Python is {detail}, but {_OLDEST} or later is needed: '
+        "install one there, or name it with 'python:'",
+        'full': 'what is to run there cannot be stored, neither in ~/.cache '
+        f'nor in /tmp: {detail}',
+        'noise': f"something else answers than a shell: '{noise}'; a "
+        "'.bashrc' or a login there must not start another program",
+    }
+    return ConnectError(machine, reasons[bootstrap.failure])
 
 
 def ended(
     machine: Machine, command: Sequence[str], code: int, messages: str
 ) -> ConnectError:
     """
-    Tell why the command that connects has ended.
+    Return the error that the command that connects has ended.
 
     :param code: Its exit code, negative for a signal
     :param messages: What it wrote to standard error
     """
-    place, said = described(machine), _shown(messages)
+    said = _shown(messages)
     if machine.kind == 'slurm':
         for pattern, reason, cure in _SLURM:
             if re.search(pattern, messages, re.IGNORECASE):
-                return ConnectError(f'{place}: {reason}: {cure}{said}')
+                return ConnectError(machine, f'{reason}: {cure}{said}')
     elif any(word.rpartition('/')[2] == 'ssh' for word in command[:1]) or (
         'ssh: ' in messages
     ):
@@ -172,51 +162,52 @@ def ended(
             if re.search(pattern, messages):
                 cure = cure.format(host=host)
                 return ConnectError(
-                    f'{place}: {reason}: {cure}{said}', may_be_asked=asks
+                    machine, f'{reason}: {cure}{said}', may_be_asked=asks
                 )
     if code in (_NOT_FOUND, _NOT_EXECUTABLE):
         return ConnectError(
-            f"{place}: there is no 'sh' there, or it cannot be run{said}"
+            machine, f"there is no 'sh' there, or it cannot be run{said}"
         )
     how = f'exit code {code}' if code >= 0 else f'signal {-code}'
     return ConnectError(
-        f'{place}: the connection ended before it stood ({how}): try '
-        f'{shlex.join([*command, "-c", "true"])}{said}'
+        machine,
+        f'the connection ended before it stood ({how}): try '
+        f'{shlex.join([*command, "-c", "true"])}{said}',
     )
 
 
 def silent(
     machine: Machine, seconds: float, messages: str, noise: str
 ) -> ConnectError:
-    """Tell that nothing has come for long."""
+    """Return the error that the machine has been silent for too long."""
     said = _shown('\n'.join(filter(None, (noise, messages))))
     return ConnectError(
-        f'{described(machine)}: no answer within {seconds:g} s: see whether '
-        f'it is switched on, and whether its login waits for a key{said}'
+        machine,
+        f'no answer within {seconds:g} s: see whether it is switched on, and '
+        f'whether its login waits for a key{said}',
     )
 
 
 def no_protocol(machine: Machine, reason: str) -> ConnectError:
-    """Tell that what comes is not what we send."""
+    """Return the error that the machine sends other data than our program."""
     return ConnectError(
-        f'{described(machine)}: the connection is damaged: {reason}; the '
-        'command that connects must pass on all bytes as they are, without a '
-        'terminal in between'
+        machine,
+        f'the connection is damaged: {reason}; the command that connects must '
+        'pass on all bytes as they are, without a terminal in between',
     )
 
 
 def lost(machine: Machine, messages: str) -> ConnectError:
-    """Tell that the connection broke off, or died, before the launch."""
-    return ConnectError(
-        f'{described(machine)}: the connection broke off{_shown(messages)}'
-    )
+    """Return the error that the connection ended before the launch."""
+    return ConnectError(machine, f'the connection broke off{_shown(messages)}')
 
 
 def no_workspace(machine: Machine, workspace: str) -> ConnectError:
-    """Tell that the workspace is missing there."""
+    """Return the error that there is no workspace there."""
     return ConnectError(
-        f'{described(machine)}: there is no workspace {workspace}: name it '
-        "with 'workspace:', or have it brought there with 'sync: build'"
+        machine,
+        f"there is no workspace {workspace}: name it with 'workspace:', or "
+        "have it brought there with 'sync: build'",
     )
 
 

@@ -16,6 +16,9 @@ import threading
 import time
 from typing import Any
 
+from colcon_yamllaunch.common.codec import Codec
+from colcon_yamllaunch.common.codec import CodecError
+from colcon_yamllaunch.common.codec import read_float
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import one_line
@@ -29,9 +32,9 @@ from colcon_yamllaunch.remote.connection.connect_command import (
     connect_variables,
 )
 from colcon_yamllaunch.remote.connection.connect_process import ConnectProcess
+from colcon_yamllaunch.remote.connection.connect_process import foreground
+from colcon_yamllaunch.remote.connection.connect_process import has_terminal
 from colcon_yamllaunch.remote.connection.connection_errors import ConnectError
-from colcon_yamllaunch.remote.connection.foreground import foreground
-from colcon_yamllaunch.remote.connection.foreground import has_terminal
 from colcon_yamllaunch.remote.connection.program_archive import program_archive
 from colcon_yamllaunch.remote.deployment.machine import Machine
 from colcon_yamllaunch.remote.part_settings import PartSettings
@@ -55,7 +58,10 @@ _LOST = 255
 #: How often a program is ended whose output nobody reads (seconds).
 _READER_INTERVAL = 0.2
 
-#: Takes a line.
+#: The answer to `hello` has more than the facts.
+_CODEC = Codec(accept_unknown=True)
+
+#: Shows a line to the user.
 Say = Callable[[str], None]
 
 
@@ -344,29 +350,20 @@ class MachineConnection:
         )
         now = time.time()
         try:
-            if self._places and not isinstance(result['workspace'], str):
-                raise TypeError
             # as in RFC 5905, 8
-            took = _number(result['took'])
-            ahead = _number(result['clock']) - (took + sent + now) / 2
-            return Facts(
-                str(result['python']),
-                str(result['executable']),
-                str(result['system']),
-                str(result['architecture']),
-                str(result['host']),
-                str(result['home']),
-                None
-                if result['workspace'] is None
-                else str(result['workspace']),
-                bool(result['has_workspace']),
-                ahead,
-                max(0.0, now - sent - took) / 2,
+            took = read_float(result.get('took'))
+            ahead = read_float(result.get('clock')) - (took + sent + now) / 2
+            delay = max(0.0, now - sent - took) / 2
+            facts = _CODEC.from_json(
+                Facts, {**result, 'ahead': ahead, 'delay': delay}
             )
-        except (KeyError, TypeError, ValueError) as error:
+            if self._places and facts.workspace is None:
+                raise CodecError('is missing', '.workspace')
+        except CodecError as error:
             raise connection_errors.no_protocol(
                 self.machine, 'it does not tell what it is like'
             ) from error
+        return facts
 
     def _ask(
         self,
@@ -561,14 +558,3 @@ def _write_all(descriptor: int, data: bytes) -> None:
     with suppress(OSError):
         while view:
             view = view[os.write(descriptor, view) :]
-
-
-def _number(told: object) -> float:
-    """
-    Return a number that was told.
-
-    :raises TypeError: when it is none
-    """
-    if not isinstance(told, int | float):
-        raise TypeError
-    return float(told)

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Who is killed while he connects leaves no connection."""
+"""A launcher that is killed while it connects leaves no connection."""
 
 from pathlib import Path
 import subprocess
@@ -73,7 +73,7 @@ def test_it_leaves_no_connection(ended: tuple[str, ...]) -> None:
             'all' not in ended,
         ]
         children = Path(f'/proc/{connects.pid}/task/{connects.pid}/children')
-        # the keeper is there as long as there is something to keep
+        # the watchdog runs as long as there is something to watch
         count = len(children.read_text().split())
         assert count == {0: 3, 1: 2, 2: 0}[len(ended)]
         connects.kill()
