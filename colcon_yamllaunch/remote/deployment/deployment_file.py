@@ -2,10 +2,10 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-The deployment file, which `--deploy` names: machines, and what runs there.
+The deployment file of `--deploy`: the machines, and which processes they run.
 
-It is read like a launch file: each problem is told with its place, and as
-many of them at once as there are.
+It is read like a launch file: each problem has its position, and all problems
+are reported at once.
 """
 
 from collections.abc import Callable
@@ -24,16 +24,20 @@ from typing import get_args
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.common.suggestions import one_of
-from colcon_yamllaunch.language.syntax import yaml_reader
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.source_text import read_source
 from colcon_yamllaunch.language.syntax.source_text import Source
+from colcon_yamllaunch.language.syntax.yaml_reader import (
+    Mapping as YamlMapping,
+)
 from colcon_yamllaunch.language.syntax.yaml_reader import read_yaml
 from colcon_yamllaunch.language.syntax.yaml_reader import Scalar
+from colcon_yamllaunch.language.syntax.yaml_reader import (
+    Sequence as YamlSequence,
+)
 from colcon_yamllaunch.language.syntax.yaml_reader import Value
-from colcon_yamllaunch.plan.position import Span
 from colcon_yamllaunch.remote.deployment.deployment import Deployment
 from colcon_yamllaunch.remote.deployment.deployment import HERE
 from colcon_yamllaunch.remote.deployment.deployment import Rule
@@ -44,11 +48,11 @@ from colcon_yamllaunch.remote.deployment.machine import Sync
 
 #: How many machines a deployment may have.
 MAXIMUM_MACHINES = 1000
-#: What `--on` takes in front of the options of an allocation.
+#: Stands before the options of an allocation in `--on`.
 SLURM = 'slurm:'
 
 _KINDS: tuple[Kind, ...] = get_args(Kind)
-#: The least and the most seconds of `lost_after`.
+#: The range of `lost_after` (seconds).
 _LOST_AFTER = (0.1, 3600.0)
 _MATCH_KEYS = ('name', 'package', 'executable')
 # it stands in labels, in names of files and on command lines
@@ -73,7 +77,7 @@ def read_deployment(path: str) -> Deployment:
 
 def deployment_of(source: Source) -> Deployment:
     """
-    Return what a deployment file says.
+    Return the deployment that a file describes.
 
     :raises LaunchError: when it is wrong
     """
@@ -82,7 +86,7 @@ def deployment_of(source: Source) -> Deployment:
 
 def deployed_on(word: str, deployment: Deployment | None = None) -> Deployment:
     """
-    Return the deployment that has everything on one machine.
+    Return the deployment that runs everything on one machine.
 
     :param word: What follows `--on`: a destination as ssh takes it,
       `slurm:` with options of an allocation, or the name of a machine of
@@ -121,7 +125,7 @@ def _host_of(destination: str) -> str:
 
 
 def _wrong_destination(word: str) -> str | None:
-    """Say why something is no destination of ssh, None for one."""
+    """Return why a word is no destination of ssh, or None if it is one."""
     if not word.strip():
         return 'this one is empty'
     if word.startswith('-'):
@@ -136,7 +140,7 @@ def _wrong_destination(word: str) -> str | None:
 
 
 class _Reader:
-    """Reads the values of one file, and collects what is wrong in it."""
+    """A reader of one file, which collects its problems."""
 
     def __init__(self) -> None:
         self._found: list[Diagnostic] = []
@@ -166,7 +170,7 @@ class _Reader:
 
     @contextmanager
     def _collected(self) -> Iterator[None]:
-        """Go on behind what is wrong."""
+        """Collect the problems of the body, and go on behind it."""
         try:
             yield
         except LaunchError as e:
@@ -200,9 +204,9 @@ class _Reader:
         return machines
 
     def _named_machines(self, pairs: _Pairs) -> tuple[str, ...]:
-        """Return the names of all machines, also of those that are wrong."""
+        """Return the names of all machines, also of those with problems."""
         _, value = pairs.get('machines', (None, None))
-        return tuple(value.pairs) if isinstance(value, _MAPPING) else ()
+        return tuple(value.pairs) if isinstance(value, YamlMapping) else ()
 
     def _machine(
         self,
@@ -236,7 +240,7 @@ class _Reader:
         return Machine(name, kind, words, position=key.position, **given)
 
     def _given(self, pairs: _Pairs) -> dict[str, Any]:
-        """Return what is said of a machine besides how it is reached."""
+        """Return the settings of a machine."""
         given: dict[str, Any] = {}
         for field, read in _READERS.items():
             if field in pairs:
@@ -247,7 +251,7 @@ class _Reader:
         return given
 
     def _rules(self, value: Value, names: Sequence[str]) -> Iterator[Rule]:
-        if not isinstance(value, yaml_reader.Sequence):
+        if not isinstance(value, YamlSequence):
             raise error(
                 "'processes' is not a list",
                 value.position,
@@ -269,26 +273,20 @@ class _Reader:
                 )
         value = pairs['machine'][1]
         machine = _text(value, "'machine'", 'machine: NAME')
-        if machine not in (*names, HERE):
-            raise error(
-                f"there is no machine '{machine}'",
-                _span(value),
-                hint=one_of(machine, [*names, HERE]),
-            )
+        known = [*names, HERE]
+        if machine not in known:
+            message = f"there is no machine '{machine}'"
+            raise _error(message, value, one_of(machine, known))
         return self._matched(pairs['match'][1], machine)
 
     def _matched(self, value: Value, machine: str) -> Rule:
-        if not isinstance(value, _MAPPING):
+        if not isinstance(value, YamlMapping):
             name = _pattern(value, "'match'")
-            length = _span(value).length
-            return Rule(machine, value.position, name, length=length)
+            return Rule(machine, value.position, name, length=len(name))
         self._refuse_unknown(value.pairs, _MATCH_KEYS, "'match'")
         if not value.pairs:
-            raise error(
-                "'match' says nothing to match",
-                value.position,
-                hint='match: NAME, or match: {package: NAME}',
-            )
+            hint = 'match: NAME, or match: {package: NAME}'
+            raise _error("'match' says nothing to match", value, hint)
         given: dict[str, Any] = {
             field: _pattern(pattern, f"'{field}'")
             for field, (_, pattern) in value.pairs.items()
@@ -296,7 +294,7 @@ class _Reader:
         return Rule(machine, value.position, **given)
 
     def _pairs(self, value: Value, what: str) -> _Pairs:
-        if not isinstance(value, _MAPPING):
+        if not isinstance(value, YamlMapping):
             raise error(f'{what} is not a mapping', value.position)
         return value.pairs
 
@@ -318,9 +316,6 @@ class _Reader:
             raise LaunchError(*wrong)
 
 
-_MAPPING = yaml_reader.Mapping
-
-
 def _check_name(name: str, key: Scalar) -> None:
     if name == HERE:
         raise error(
@@ -337,22 +332,25 @@ def _check_name(name: str, key: Scalar) -> None:
         )
 
 
-def _span(value: Value) -> Span:
-    return value if isinstance(value, Scalar) else value.position
+def _error(message: str, value: Value, hint: str) -> LaunchError:
+    """Return an error that underlines a scalar, or the start of others."""
+    span = value if isinstance(value, Scalar) else value.position
+    return error(message, span, hint=hint)
 
 
 def _text(value: Value, what: str, hint: str) -> str:
     """
     Return a text that is not empty, of one line.
 
+    :param what: Names the value in errors
     :raises LaunchError: when it is something else
     """
     if not isinstance(value, Scalar):
-        raise error(f'{what} is not a text', value.position, hint=hint)
+        raise _error(f'{what} is not a text', value, hint)
     if value.kind == 'null' or not value.text.strip():
-        raise error(f'{what} is empty', value, hint=hint)
+        raise _error(f'{what} is empty', value, hint)
     if not value.text.isprintable():
-        raise error(f'{what} is not a text of one line', value, hint=hint)
+        raise _error(f'{what} is not a text of one line', value, hint)
     return value.text
 
 
@@ -361,15 +359,12 @@ def _pattern(value: Value, what: str) -> str:
 
 
 def _choice(value: Value, key: str, choices: Sequence[str]) -> str:
-    """Return one of some words, the first of which is the default."""
+    """Return one of some words."""
     hint = f'it is one of {", ".join(choices)}'
     text = _text(value, f"'{key}'", hint)
     if text not in choices:
-        raise error(
-            f"'{key}' has no value '{text}'",
-            _span(value),
-            hint=did_you_mean(text, choices) or hint,
-        )
+        message = f"'{key}' has no value '{text}'"
+        raise _error(message, value, did_you_mean(text, choices) or hint)
     return text
 
 
@@ -382,9 +377,7 @@ def _seconds(value: Value) -> float:
     except ValueError:
         seconds = math.nan
     if not shortest <= seconds <= longest:
-        raise error(
-            f"'lost_after' has no value '{text}'", _span(value), hint=hint
-        )
+        raise _error(f"'lost_after' has no value '{text}'", value, hint)
     return seconds
 
 
@@ -392,58 +385,49 @@ def _workspace(value: Value) -> str:
     hint = 'an absolute path, or one that begins in the home folder: ~/ws'
     text = _text(value, "'workspace'", hint)
     if text.startswith('~') and not text.startswith('~/') and text != '~':
-        raise error(
-            f"'{text}' begins in the home folder of somebody else",
-            _span(value),
-            hint=hint,
-        )
+        message = f"'{text}' begins in the home folder of somebody else"
+        raise _error(message, value, hint)
     if not text.startswith(('/', '~')):
-        # as scp and rsync take the path behind a colon
+        # as scp and rsync read the path behind a colon
         text = f'~/{text}'
     top, below = ('~/', text[2:]) if text.startswith('~') else ('/', text)
     path = posixpath.normpath(below or '.').lstrip('/')
     if path in ('', '.', '..') or path.startswith('../'):
-        raise error(
-            f"'{text}' is no folder for a workspace", _span(value), hint=hint
-        )
+        message = f"'{text}' is no folder for a workspace"
+        raise _error(message, value, hint)
     return top + path
 
 
 def _variables(
     value: Value,
 ) -> tuple[tuple[str, ...], tuple[tuple[str, str], ...]]:
-    """Return the names of variables that go along, and those with values."""
+    """Return the names of variables to send, and those with values."""
     hint = (
         'env: [NAME, …] for the values that they have here, or env: '
         '{NAME: VALUE, …}'
     )
     given: list[tuple[Value, Value | None]] = [(value, None)]
-    if isinstance(value, yaml_reader.Sequence):
+    if isinstance(value, YamlSequence):
         given = [(item, None) for item in value.items]
-    elif isinstance(value, _MAPPING):
+    elif isinstance(value, YamlMapping):
         given = list(value.pairs.values())
-    names, values = [], []
+    names: dict[str, None] = {}
+    values = []
     for item, content in given:
         name = _text(item, "a name in 'env'", hint)
         if _VARIABLE.fullmatch(name) is None:
-            raise error(
-                f"'{name}' is no name of a variable", _span(item), hint=hint
-            )
+            raise _error(f"'{name}' is no name of a variable", item, hint)
         if content is None:
-            names.append(name)
+            names[name] = None
         elif not isinstance(content, Scalar):
-            raise error(
-                f"the value of '{name}' is not a text",
-                content.position,
-                hint=hint,
-            )
+            raise _error(f"the value of '{name}' is not a text", content, hint)
         elif content.kind == 'null':
-            names.append(name)
+            names[name] = None
         elif '\0' in content.text:
             raise error(f"the value of '{name}' has a null character", content)
         else:
             values.append((name, content.text))
-    return tuple(dict.fromkeys(names)), tuple(values)
+    return tuple(names), tuple(values)
 
 
 def _ssh_words(value: Value) -> tuple[str, ...]:
@@ -451,22 +435,17 @@ def _ssh_words(value: Value) -> tuple[str, ...]:
     text = _text(value, "'ssh'", hint)
     reason = _wrong_destination(text)
     if reason is not None:
-        raise error(f'it is no destination: {reason}', _span(value), hint=hint)
+        raise _error(f'it is no destination: {reason}', value, hint)
     return (text,)
 
 
 def _slurm_words(value: Value) -> tuple[str, ...]:
     hint = 'slurm: [--partition=NAME, --gres=gpu:1], or slurm: []'
-    if isinstance(value, Scalar):
-        if value.kind == 'null':
-            return ()
-        words = _split(value, 'slurm')
-    elif isinstance(value, yaml_reader.Sequence):
-        words = tuple(
-            _text(v, "an option of 'slurm'", hint) for v in value.items
-        )
-    else:
-        raise error("'slurm' is not a list", value.position, hint=hint)
+    if isinstance(value, YamlMapping):
+        raise _error("'slurm' is not a list", value, hint)
+    if isinstance(value, Scalar) and value.kind == 'null':
+        return ()
+    words = _words(value, 'slurm', 'an option', hint)
     for word in words[:1]:
         if not word.startswith('-'):
             raise error(f"'{word}' is no option", value.position, hint=hint)
@@ -475,14 +454,9 @@ def _slurm_words(value: Value) -> tuple[str, ...]:
 
 def _command_words(value: Value) -> tuple[str, ...]:
     hint = 'connect: docker exec -i NAME'
-    if isinstance(value, yaml_reader.Sequence):
-        words = tuple(
-            _text(v, "a word of 'connect'", hint) for v in value.items
-        )
-    else:
+    if not isinstance(value, YamlSequence):
         _text(value, "'connect'", hint)
-        assert isinstance(value, Scalar)
-        words = _split(value, 'connect')
+    words = _words(value, 'connect', 'a word', hint)
     if not words:
         raise error("'connect' is empty", value.position, hint=hint)
     if words[0].startswith('~/'):
@@ -490,7 +464,12 @@ def _command_words(value: Value) -> tuple[str, ...]:
     return words
 
 
-def _split(value: Scalar, key: str) -> tuple[str, ...]:
+def _words(value: Value, key: str, item: str, hint: str) -> tuple[str, ...]:
+    """Return a list of words, or a text split into words."""
+    if isinstance(value, YamlSequence):
+        what = f"{item} of '{key}'"
+        return tuple(_text(v, what, hint) for v in value.items)
+    assert isinstance(value, Scalar)
     try:
         return tuple(shlex.split(value.text))
     except ValueError as e:
@@ -502,7 +481,7 @@ _WORDS: Mapping[Kind, Callable[[Value], tuple[str, ...]]] = {
     'slurm': _slurm_words,
     'connect': _command_words,
 }
-#: What is said of a machine besides how it is reached, for one or by default.
+#: The settings of a machine, or of all machines by default.
 _READERS: Mapping[str, Callable[[Value], Any]] = {
     'workspace': _workspace,
     'sync': lambda v: _choice(v, 'sync', get_args(Sync)),

@@ -9,8 +9,10 @@ from collections.abc import Mapping
 from collections.abc import Sequence
 from dataclasses import field
 from dataclasses import replace
+import shlex
 
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.plan.labels import MACHINE_SEPARATOR
 from colcon_yamllaunch.plan.plan import ChangeState
@@ -226,3 +228,38 @@ def _way_out(
         names = {p.package for p in processes if p.package is not None}
     meant = did_you_mean(str(rule.name or rule.package), names)
     return meant or 'the names of all processes are shown by --plan'
+
+
+def placement_to_text(placed: Placed, deployment: Deployment) -> str:
+    """Return the machines and what runs on each, as lines for the user."""
+    lines = ['machines:']
+    for name, machine in deployment.machines.items():
+        words = shlex.join(machine.words)
+        kind = '' if machine.kind == 'connect' else machine.kind
+        facts = [f'{kind} {words}'.strip()]
+        if machine.workspace is not None:
+            facts.append(f'workspace {machine.workspace}')
+        if machine.sync != 'build':
+            facts.append(f'sync {machine.sync}')
+        if machine.on_lost != 'stop':
+            facts.append(f'on_lost {machine.on_lost}')
+        if machine.lost_after is not None:
+            facts.append(f'lost_after {machine.lost_after:g}')
+        facts.append(_amount(placed.part(name)))
+        lines.append(f'    {name}: {", ".join(facts)}')
+    lines.append(f'    here: {_amount(placed.local)}')
+    return '\n'.join(map(one_line, lines))
+
+
+def _amount(plan: Plan) -> str:
+    """Return how many processes and components a plan has."""
+    counts = [
+        (sum(1 for _ in plan.processes()), 'process', 'processes'),
+        (sum(1 for _ in plan.components()), 'component', 'components'),
+    ]
+    said = [
+        f'{count} {one if count == 1 else many}'
+        for count, one, many in counts
+        if count
+    ]
+    return ' and '.join(said) or 'nothing'

@@ -148,14 +148,11 @@ class _Placement:
     def __init__(self, flow: LaunchFlow, plan: Plan) -> None:
         # most launches run here
         from colcon_yamllaunch.remote.deployment import placement
-        from colcon_yamllaunch.remote.deployment import placement_text
 
         assert flow.deployment is not None
         self.placed = placement.place(plan, flow.deployment)
         self.problems = tuple(placement.rules_in_vain(plan, flow.deployment))
-        self.text = placement_text.placement_to_text(
-            self.placed, flow.deployment
-        )
+        self.text = placement.placement_to_text(self.placed, flow.deployment)
 
 
 def _launch_files(flow: LaunchFlow) -> list[Target]:
