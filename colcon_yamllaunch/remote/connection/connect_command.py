@@ -4,9 +4,9 @@
 """
 The command that connects with a machine.
 
-It runs `sh` there, which is told all else by its standard input: that works
-with any login shell, and with commands that pass words on as they are
-(docker) or through a shell (ssh).
+It runs `sh` there, which reads everything else from its standard input: that
+works with any login shell, and with commands that pass their words on as they
+are (docker) or through a shell (ssh).
 """
 
 from collections.abc import Mapping
@@ -16,7 +16,7 @@ from colcon_yamllaunch.remote.deployment.machine import Machine
 
 _SHELL = ('sh',)
 _BATCH = ('-o', 'BatchMode=yes')
-#: Slurm tells by it that we are in an allocation.
+#: Slurm sets it within an allocation.
 _ALLOCATION = 'SLURM_JOB_ID'
 
 
@@ -33,7 +33,7 @@ def connect_command(
     :param environment: The variables of the launcher
     :param may_ask: Whether `ssh` may ask for a password, or whether a host
       key is trusted
-    :param host: Where a part runs already, which only Slurm has to be told
+    :param host: The node of Slurm that a part runs on already
     """
     if machine.kind == 'slurm':
         return [*_slurm(machine, environment, host), '/bin/sh']
@@ -49,10 +49,10 @@ def connect_command(
 def connect_variables(
     environment: Mapping[str, str], *, may_ask: bool
 ) -> dict[str, str]:
-    """Return the variables of that command."""
+    """Return the variables of the command that connects."""
     variables = dict(environment)
     if not may_ask:
-        # no window either (ssh 8.4)
+        # nor may it open a window (ssh 8.4)
         variables['SSH_ASKPASS_REQUIRE'] = 'never'
     return variables
 
@@ -60,15 +60,15 @@ def connect_variables(
 def can_connect_again(
     machine: Machine, environment: Mapping[str, str]
 ) -> bool:
-    """Tell whether a machine is the same one after its connection ended."""
-    # an allocation of one's own ends with its command
+    """Return whether a new connection leads to the same machine."""
+    # an allocation ends with the command that has made it
     return machine.kind != 'slurm' or _ALLOCATION in environment
 
 
 def _slurm(
     machine: Machine, environment: Mapping[str, str], host: str | None
 ) -> list[str]:
-    # what the user says comes last, and so holds
+    # the last options, those of the user, take precedence
     words = ['srun', '--nodes=1', '--ntasks=1', '--export=NONE']
     if _ALLOCATION in environment:
         # beside the step that the launcher may run in

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""A machine before the launch: connected with, asked, and given its part."""
+"""A connection with a machine before the launch."""
 
 from collections.abc import Callable
 from collections.abc import Mapping
@@ -43,19 +43,19 @@ from colcon_yamllaunch.remote.wire.frames import Frame
 from colcon_yamllaunch.remote.wire.frames import FrameError
 from colcon_yamllaunch.remote.wire.frames import FrameReader
 
-#: Seconds that a machine may take to answer at first. Who asks the user, or
-#: waits for an allocation, takes as long as that takes.
+#: How long a machine may take to answer at first (seconds). There is no limit
+#: while the user is asked, or an allocation is waited for.
 CONNECT_TIMEOUT = 60.0
-#: Seconds between two words to a machine that is not asked anything.
+#: The interval of heartbeats (seconds).
 BEAT = 1.0
-#: Seconds without a word of a machine after which the connection is lost.
+#: The connection is lost after this silence of the machine (seconds).
 SILENCE = 4.5
 _READ = 256 * 1024
-# seconds that a write may take before a connection that is closed is ended
-_PATIENCE = 0.5
+#: How long closing a connection waits for a write (seconds).
+_WRITE_TIMEOUT = 0.5
 #: The exit code of a program that does not report one.
 _LOST = 255
-#: How often a program is ended whose output nobody reads (seconds).
+#: How often to check whether a program's output is still read (seconds).
 _READER_INTERVAL = 0.2
 
 #: The answer to `hello` has more than the facts.
@@ -68,25 +68,17 @@ Say = Callable[[str], None]
 @dataclass(frozen=True, slots=True)
 class Facts:
     """
-    What a machine is like.
+    The properties of a machine.
 
-    :param python: The version of its Python
-    :param executable: The path of that
-    :param system: Its name and version, as `ubuntu 24.04`
-    :param architecture: As `uname -m` has it
-    :param host: What it calls itself
+    :param host: The name that it has for itself
     :param home: The home folder of the user there
     :param workspace: The folder of the workspace there, or None if there is
       none here either
     :param has_workspace: Whether that exists
-    :param ahead: How many seconds its clock is ahead of ours, about
-    :param delay: How many seconds that may be off
+    :param ahead: How far its clock is ahead of ours (seconds)
+    :param delay: How far `ahead` may be wrong (seconds)
     """
 
-    python: str
-    executable: str
-    system: str
-    architecture: str
     host: str
     home: str
     workspace: str | None
@@ -123,11 +115,11 @@ class MachineConnection:
 
     One thread may use it, and another one may close it meanwhile.
 
-    :param places: Where the workspace may be there, the last one if there is
-      none yet; paths, or such that begin with `~/`
+    :param places: The folders that may be the workspace there, absolute or
+      with a leading `~/`; the last one if none of them exists
     :param environment: The variables of the launcher
     :param may_ask: Whether the user may be asked on the terminal
-    :param say: Is told lines for the user, such as what `srun` waits for
+    :param say: Called with lines for the user, such as those of `srun`
     """
 
     def __init__(
@@ -144,10 +136,10 @@ class MachineConnection:
         self._environment = os.environ if environment is None else environment
         self._may_ask = may_ask
         self._say = say
-        #: Whether it failed as somebody has to type or confirm something, and
-        #: there is a terminal for that.
+        #: Whether connecting failed only because the user has to answer
+        #: something, and there is a terminal.
         self.must_ask = False
-        # held by who reads from it, and by who writes to it
+        # held while reading, and `_lock` while writing
         self._reading = threading.Lock()
         self._process: ConnectProcess | None = None
         self._is_closed = False
@@ -160,20 +152,20 @@ class MachineConnection:
         self._heard = 0.0
         self._facts: Facts | None = None
         self._command: list[str] = []
-        # what the user was told last
-        self._told = ''
+        # the last line for the user
+        self._shown = ''
 
     @property
     def facts(self) -> Facts:
-        """What the machine is like; once it is connected."""
+        """The properties of the machine, once it is connected."""
         assert self._facts is not None
         return self._facts
 
     def connect(self) -> Facts:
         """
-        Connect, and return what the machine is like.
+        Connect, and return the properties of the machine.
 
-        :raises ConnectError: when it cannot be; the text says what to do
+        :raises ConnectError: when that fails; the text says what to do
         """
         machine, environment = self.machine, self._environment
         may_ask = self._may_ask
@@ -194,7 +186,7 @@ class MachineConnection:
                 raise self._lost(process)
             if may_ask:
                 with foreground(process.pid):
-                    self._begin(process, patience=None)
+                    self._begin(process, timeout=None)
             else:
                 waits = machine.kind == 'slurm'
                 self._begin(process, None if waits else CONNECT_TIMEOUT)
@@ -215,11 +207,11 @@ class MachineConnection:
         on_line: Say | None = None,
     ) -> dict[str, Any]:
         """
-        Have a function called there, and return what it returns.
+        Call a function there, and return its result.
 
-        :param request: Its module and name, as `manifest.compare`
-        :param on_line: Is called with each line that it says meanwhile
-        :raises UserError: what it raises there, or as the connection is lost
+        :param request: Its module and name, such as `manifest.prepare`
+        :param on_line: Called with each line that it says meanwhile
+        :raises UserError: when it raises one there, or the connection is lost
         """
         return self._ask(request, {'arguments': arguments}, on_line)
 
@@ -229,7 +221,7 @@ class MachineConnection:
         """
         Run a program there; return its exit code (128 + a signal) and errors.
 
-        It is ended when nobody writes `stdin` and reads `stdout` any more.
+        It is stopped when `stdin` has ended and nobody reads `stdout`.
 
         :param stdin: A descriptor that its input is read from, to the end;
           closed then
@@ -289,50 +281,52 @@ class MachineConnection:
         )
 
     def close(self) -> None:
-        """End the connection, and what it does there."""
+        """Close the connection, and stop its requests there."""
         self._is_closed = True
         process = self._process
         if process is None:
             return
-        if self._facts is None or not self._lock.acquire(timeout=_PATIENCE):
-            # one that is still on its way there does not notice that its
-            # input is closed, and who cannot write to it holds the lock
+        if self._facts is None or not self._lock.acquire(
+            timeout=_WRITE_TIMEOUT
+        ):
+            # while it connects, it does not notice that its input is closed;
+            # and a blocked writer holds the lock
             process.end(0.0)
             self._lock.acquire()
-        # what is done there ends with that
+        # requests there end with that
         process.close_input()
         self._lock.release()
         self._stop_beats()
         process.end()
-        # who reads has noticed that it has ended
+        # a reader has noticed that it has ended
         with self._reading:
             self._process = None
             process.close_pipes()
 
     # within
 
-    def _begin(self, process: ConnectProcess, patience: float | None) -> None:
+    def _begin(self, process: ConnectProcess, timeout: float | None) -> None:
         """Start our program there."""
         bootstrap = Bootstrap(program_archive(), self.machine.python)
         self._write(bootstrap.script())
         begin = time.monotonic()
         while bootstrap.state not in ('answered', 'failed'):
             left = None
-            if patience is not None:
-                left = begin + patience - time.monotonic()
+            if timeout is not None:
+                left = begin + timeout - time.monotonic()
                 if left <= 0:
                     raise connection_errors.silent(
                         self.machine,
-                        patience,
+                        timeout,
                         process.messages,
                         bootstrap.noise,
                     )
             data = self._receive(left)
             answer, rest = bootstrap.feed(data)
             self._write(answer)
-            if bootstrap.state == 'sending' and (data or patience is None):
-                # from now on it says something now and then
-                begin, patience = time.monotonic(), SILENCE
+            if bootstrap.state == 'sending' and (data or timeout is None):
+                # from now on it is never silent for long
+                begin, timeout = time.monotonic(), SILENCE
         if bootstrap.state == 'failed':
             raise connection_errors.not_started(self.machine, bootstrap)
         self._feed(rest)
@@ -370,17 +364,17 @@ class MachineConnection:
         request: str,
         content: Mapping[str, Any],
         on_line: Say | None,
-        patience: float = math.inf,
+        timeout: float = math.inf,
     ) -> dict[str, Any]:
         number = self._request(request, content)
-        return self._result(request, number, on_line, patience)
+        return self._result(request, number, on_line, timeout)
 
     def _result(
         self,
         request: str,
         number: int,
         on_line: Say | None,
-        patience: float = math.inf,
+        timeout: float = math.inf,
         on_stream: Callable[[bytes], None] | None = None,
     ) -> dict[str, Any]:
         begin = self._heard = time.monotonic()
@@ -402,10 +396,10 @@ class MachineConnection:
                 self._heard = now
             elif now - self._heard > SILENCE:
                 raise self._lost(self._connected())
-            if now - begin > patience:
+            if now - begin > timeout:
                 raise connection_errors.no_protocol(
                     self.machine,
-                    f"it does not answer '{request}' within {patience:g} s",
+                    f"it does not answer '{request}' within {timeout:g} s",
                 )
             self._feed(data)
 
@@ -413,13 +407,13 @@ class MachineConnection:
         self, source: int, target: int, has_ended: threading.Event
     ) -> None:
         """
-        Send the input of a program; end it when nobody reads its output.
+        Send the input of a program; stop it when nobody reads its output.
 
-        What is read after its end is dropped: who still writes reads the
-        output first, which says why.
+        Input after its end is dropped: the writer reads the output first,
+        which has the reason.
 
-        :param source: What the input is read from; closed
-        :param target: What the output is written to
+        :param source: The descriptor of the input; closed
+        :param target: The descriptor of the output
         """
         with suppress(ConnectError), open(source, 'rb', 0) as file:
             while data := file.read(_READ):
@@ -435,7 +429,7 @@ class MachineConnection:
                     break
 
     def _lost(self, process: ConnectProcess) -> ConnectError:
-        """Give up a connection, also to those who write to it."""
+        """End a connection, also for those that write to it."""
         messages = process.messages
         process.end(0.0)
         return connection_errors.lost(self.machine, messages)
@@ -474,54 +468,58 @@ class MachineConnection:
 
     def _receive(self, seconds: float | None) -> bytes:
         """
-        Return what comes next, or nothing after some time.
+        Return the next data, or nothing after `seconds`.
 
         :raises ConnectError: when the connection has ended
         """
         with self._reading:
-            return self._received(self._connected(), seconds)
-
-    def _received(
-        self, process: ConnectProcess, seconds: float | None
-    ) -> bytes:
-        poll = select.poll()
-        poll.register(process.stdout, select.POLLIN)
-        if process.read_messages():
-            poll.register(process.stderr, select.POLLIN)
-        self._tell_waiting(process)
-        ready = poll.poll(None if seconds is None else seconds * 1000)
-        if not any(d == process.stdout for d, _ in ready):
-            process.read_messages()
-            self._tell_waiting(process)
-            return b''
-        data = os.read(process.stdout, _READ)
-        if data:
+            process = self._connected()
+            poll = select.poll()
+            poll.register(process.stdout, select.POLLIN)
+            if process.read_messages():
+                poll.register(process.stderr, select.POLLIN)
+            self._show_waiting(process)
+            ready = poll.poll(None if seconds is None else seconds * 1000)
+            if not any(d == process.stdout for d, _ in ready):
+                process.read_messages()
+                self._show_waiting(process)
+                return b''
+            data = os.read(process.stdout, _READ)
+            if not data:
+                raise self._ended(process)
             return data
+
+    def _ended(self, process: ConnectProcess) -> ConnectError:
+        """
+        Return why the connection has ended.
+
+        :raises KeyboardInterrupt: when the user has interrupted `ssh`
+        """
         if self._facts is not None:
             process.wait(0.5)
-            raise connection_errors.lost(self.machine, process.messages)
+            return connection_errors.lost(self.machine, process.messages)
         code = process.wait(5.0)
         if self._may_ask and code in (-signal.SIGINT, 128 + signal.SIGINT):
             raise KeyboardInterrupt
-        raise connection_errors.ended(
+        return connection_errors.ended(
             self.machine,
             self._command,
             0 if code is None else code,
             process.messages,
         )
 
-    def _tell_waiting(self, process: ConnectProcess) -> None:
-        """Tell what `srun` waits for, whenever that is something else."""
+    def _show_waiting(self, process: ConnectProcess) -> None:
+        """Show the last message of `srun` if it is a new one."""
         lines = process.messages.strip().splitlines()
         if (
             self._say is not None
             and self._facts is None
             and self.machine.kind == 'slurm'
             and lines
-            and lines[-1] != self._told
+            and lines[-1] != self._shown
         ):
-            self._told = lines[-1]
-            self._say(one_line(self._told))
+            self._shown = lines[-1]
+            self._say(one_line(self._shown))
 
     def _write(self, data: bytes) -> None:
         process = self._connected()
@@ -531,7 +529,7 @@ class MachineConnection:
                 while view and process.stdin != -1:
                     view = view[os.write(process.stdin, view) :]
             except OSError:
-                # why shows when we read
+                # reading reports the reason
                 return
 
     def _connected(self) -> ConnectProcess:
@@ -553,7 +551,7 @@ class MachineConnection:
 
 
 def _write_all(descriptor: int, data: bytes) -> None:
-    """Write to who may have stopped reading."""
+    """Write data, as far as somebody reads it."""
     view = memoryview(data)
     with suppress(OSError):
         while view:

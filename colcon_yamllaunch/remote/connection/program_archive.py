@@ -2,11 +2,11 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-The part of this package that machines are sent, as nothing is installed there.
+The modules that machines are sent, as nothing is installed there.
 
-It is what the program there imports, computed from the sources, and no more:
+They are those that the program there imports, found in the sources; it needs
 only the standard library besides (a test checks that). The same sources have
-the same hash, under which a machine keeps them.
+the same hash, under which a machine stores them.
 """
 
 from collections.abc import Iterator
@@ -24,7 +24,7 @@ from colcon_yamllaunch.remote.agent.requests import MODULES
 
 _PACKAGE = colcon_yamllaunch.__name__
 _ROOT = Path(colcon_yamllaunch.__file__).parent
-#: What runs there, and what is asked for by name: patterns of files below the
+#: The modules that are run, or requested by name: patterns of files below the
 #: package.
 _ROOTS = (
     'remote/agent/*.py',
@@ -51,7 +51,7 @@ _FOR_TYPES = re.compile(
 
 class ProgramArchive:
     """
-    What a machine is sent.
+    The modules that a machine is sent.
 
     :param files: The modules by their paths
     """
@@ -70,7 +70,7 @@ class ProgramArchive:
 
 
 def program_archive() -> ProgramArchive:
-    """Return what machines are sent; several threads may ask for it."""
+    """Return the modules that machines are sent; thread-safe."""
     with _LOCK:
         return _program_archive()
 

@@ -2,8 +2,9 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-The deployment file: which machines there are, and what runs where.
+The deployment file: the machines, and the rules for the processes.
 
-:mod:`.deployment_file` reads it, :mod:`.placement` cuts a plan into the parts
-of the machines, and :mod:`.remote_paths` translates paths of the workspace.
+:mod:`.deployment_file` reads it, :mod:`.placement` divides a plan into the
+parts of the machines, and :mod:`.remote_paths` replaces the paths of the
+workspace.
 """

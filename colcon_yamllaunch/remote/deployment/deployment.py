@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Which machines there are, and which processes run on them."""
+"""The machines of a launch, and the rules for its processes."""
 
 from collections.abc import Mapping
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.remote.deployment.machine import Machine
 
-#: What a rule calls the computer that the launch is begun on.
+#: The computer that the launch is started on, in rules.
 HERE = 'here'
 
 
@@ -24,15 +24,15 @@ class Rule:
     """
     Which processes run on a machine.
 
-    A process is meant by it when all that it says holds.
+    It matches a process if all its conditions do.
 
     :param machine: The name of the machine, or :data:`HERE`
-    :param position: Where the deployment file says so
+    :param position: Where it is in the deployment file
     :param name: The process, by a name or glob as `--stop` takes them, or
       None
     :param package: The package of its program, by a name or glob, or None
     :param executable: Its program, by a name or glob, or None
-    :param length: How many characters of the file name what is matched
+    :param length: How many characters the condition has in the file
     """
 
     machine: str
@@ -43,7 +43,7 @@ class Rule:
     length: int = 1
 
     def meant(self, processes: Sequence[Process]) -> set[int]:
-        """Return the indices of the processes that are meant."""
+        """Return the indices of the processes that match."""
         known = [ProcessNames.of_plan(process) for process in processes]
         meant = set(range(len(processes)))
         if self.name is not None:
@@ -56,7 +56,7 @@ class Rule:
             process.package or '', package
         ):
             return False
-        # with a prefix such as gdb, only what ROS 2 calls it tells the program
+        # with a prefix such as gdb, only its ROS name has the program
         stem, _ = os.path.splitext(names.program)
         programs = {names.executable, names.program, stem}
         return executable is None or any(
@@ -78,13 +78,13 @@ class Rule:
 @dataclass(frozen=True, slots=True)
 class Deployment:
     """
-    Which machines there are, and which processes run on them.
+    The machines of a launch, and the rules for its processes.
 
     :param machines: The machines by their names
-    :param rules: The first that means a process counts; what none means runs
-      on the computer that the launch is begun on
-    :param everything_on: The name of the machine that all runs on, as if it
-      had been begun there; then there are no rules
+    :param rules: The first one that matches a process decides; a process
+      without one runs on this computer
+    :param everything_on: The name of the machine that everything runs on, as
+      if the launch had been started there; then there are no rules
     """
 
     machines: Mapping[str, Machine]
@@ -94,7 +94,7 @@ class Deployment:
     def machines_of(self, processes: Sequence[Process]) -> list[str | None]:
         """Return the names of the machines of processes, None for here."""
         machines = [self.everything_on] * len(processes)
-        # the first rule is the last word
+        # the first rule decides
         for rule in reversed(self.rules):
             name = None if rule.machine == HERE else rule.machine
             for index in rule.meant(processes):

@@ -12,7 +12,7 @@ from colcon_yamllaunch.plan.position import Position
 Kind = Literal['ssh', 'slurm', 'connect']
 #: How the code gets to a machine.
 Sync = Literal['build', 'install', 'none']
-#: What becomes of a machine's part when the link to it is lost.
+#: What happens to a machine's part when the link to it is lost.
 OnLost = Literal['stop', 'restart', 'keep']
 
 
@@ -21,7 +21,7 @@ class Machine:
     """
     A machine that parts of a launch run on, as the user describes it.
 
-    :param name: What it is called in labels and messages; unique
+    :param name: Its name in labels and messages; unique
     :param kind: How it is reached: through `ssh`, through Slurm, or through
       any other command that runs one with its stdin and stdout
     :param words: Of `ssh` the destination, one word; of `slurm` the options
@@ -29,15 +29,14 @@ class Machine:
     :param workspace: The folder of the workspace there, absolute or
       beginning with `~/`; None for the same path as here if that exists
       there, or else the folder of that name in the home folder there
-    :param sync: How the code gets there: the sources, which are built there;
-      what was installed here; or not at all
-    :param on_lost: What becomes of its part when the link is lost: it is
-      stopped there; that, and started anew once the machine is back; or it
-      runs on until the link is back
-    :param lost_after: Seconds without a word after which the link is lost;
-      None for the usual ones
-    :param env: Names of the variables that go along, besides those that
-      always do
+    :param sync: How the code gets there: its sources, which are built there;
+      the installed files; or not at all
+    :param on_lost: What happens to its part when the link is lost: it is
+      stopped; it is stopped, and started again once the machine is back; or
+      it runs on until the link is back
+    :param lost_after: After how many seconds of silence the link is lost;
+      None for the default
+    :param env: Names of variables to send, besides those that always are
     :param values: Variables that are set there
     :param setup: A file there that is sourced first, or None
     :param python: The Python there, None to search for one

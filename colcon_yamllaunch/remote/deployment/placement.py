@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""A plan cut into the parts that run here and on other machines."""
+"""A plan divided into the parts of this computer and of other machines."""
 
 from collections.abc import Iterable
 from collections.abc import Iterator
@@ -29,12 +29,12 @@ from colcon_yamllaunch.remote.deployment.deployment import Rule
 @dataclass(frozen=True, slots=True)
 class Placed:
     """
-    A plan, and what of it runs where.
+    A plan and its parts.
 
-    :param whole: The plan with the labels that the launch has
-    :param local: What of it runs here, or is done here
-    :param parts: What of it runs on other machines, by their names
-    :param machines: The machines of all processes and components that run
+    :param whole: The plan with the labels of the launch
+    :param local: The part that runs here
+    :param parts: The parts of other machines, by the names of these
+    :param machines: The machines of the processes and components that run
       elsewhere, by label
     """
 
@@ -44,38 +44,38 @@ class Placed:
     machines: Mapping[str, str] = field(default_factory=dict)
 
     def part(self, machine: str) -> Plan:
-        """Return what runs on a machine."""
+        """Return the part of a machine."""
         return self.parts.get(machine) or Plan((), self.whole.blocks)
 
 
 def place(plan: Plan, deployment: Deployment) -> Placed:
-    """Cut a plan into what runs here and what runs elsewhere."""
+    """Divide a plan into its parts."""
     return Placer(deployment).place(plan)
 
 
 class Placer:
     """
-    Tells what runs where, also of what comes to a plan while it runs.
+    Divides a plan into parts, and later the entries that are added to it.
 
-    What it was once told of a container, a process or a node holds for what
-    comes later.
+    The machine of a container, process or node also holds for entries that
+    are added later.
     """
 
     def __init__(self, deployment: Deployment) -> None:
         self._deployment = deployment
         self._processes: dict[str, Process] = {}
-        # the machines by what ROS 2 calls a process, and by the name of a node
+        # the machines by the ROS name of a process, and by the name of a node
         self._by_process: dict[str, str | None] = {}
         self._by_node: dict[str, str | None] = {}
 
     def place(self, plan: Plan) -> Placed:
         """
-        Cut a plan into its parts; all have all blocks.
+        Divide a plan into its parts; each has all blocks.
 
         All paths are those of this computer; see `RemotePaths`.
 
-        :param plan: All of it, or what comes to it; labels may have the names
-          of machines already
+        :param plan: The plan, or entries that are added to it; labels may
+          have the names of machines already
         """
         self._learn(plan)
         whole: list[Entry] = []
@@ -100,15 +100,15 @@ class Placer:
         )
 
     def place_more(self, entries: Iterable[Entry]) -> Placed:
-        """Cut what comes to the plan while it runs."""
+        """Divide entries that are added to the plan while it runs."""
         return self.place(Plan(tuple(entries)))
 
     def machine_of(self, entry: Entry) -> str | None:
         """
-        Return the machine where something is done, None for here.
+        Return the machine of an entry, None for here.
 
-        Messages, the end of the launch and what only Python can go on with
-        are always here; timers are where what they start is.
+        Messages, the end of the launch and calls of Python are always here;
+        a timer is divided like its entries.
         """
         everything_on = self._deployment.everything_on
         match entry:
@@ -130,7 +130,7 @@ class Placer:
         known = list(self._processes.values())
         machines = self._deployment.machines_of(known)
         for process, machine in zip(known, machines, strict=True):
-            # what runs stays where it is, whatever comes later
+            # a running process stays where it is
             placed = self._placed(process.label) or machine
             self._by_process.setdefault(process.ros_name, placed)
         for process in processes:
@@ -150,7 +150,7 @@ class Placer:
         )
 
     def _cut(self, entry: Entry) -> Mapping[str | None, Entry]:
-        """Return what is done where."""
+        """Return the parts of an entry by their machines."""
         if not isinstance(entry, Timer):
             labelled = self._labelled(entry, {})
             return {self.machine_of(entry): labelled}
@@ -165,9 +165,9 @@ class Placer:
 
     def _labelled(self, entry: Entry, machines: dict[str, str]) -> Entry:
         """
-        Return an entry with the labels that the launch has.
+        Return an entry with the labels of the launch.
 
-        :param machines: Where the machines of what is in it are noted
+        :param machines: Gets the machines by these labels
         """
         if isinstance(entry, Timer):
             inner = tuple(self._labelled(e, machines) for e in entry.entries)
@@ -180,7 +180,7 @@ class Placer:
         if is_plain and self._deployment.everything_on is None:
             label = f'{machine}{MACHINE_SEPARATOR}{entry.label}'
             if isinstance(entry, Process):
-                # what ROS 2 calls it is the same wherever it runs
+                # its ROS name does not depend on the machine
                 entry = replace(entry, name=entry.ros_name)
             entry = replace(entry, label=label)
         machines[label] = machine
@@ -188,9 +188,9 @@ class Placer:
 
 
 def rules_in_vain(plan: Plan, deployment: Deployment) -> Iterator[Diagnostic]:
-    """Find rules that mean nothing in a plan."""
+    """Return warnings about rules that match no process of a plan."""
     if plan.host_position is not None:
-        # what comes while it runs may be meant
+        # they may match a process that is added later
         return
     processes = list(plan.processes())
     components = list(plan.components())

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Paths of the workspace here made those of a machine's workspace."""
+"""Paths of this workspace replaced by those of a machine's workspace."""
 
 from collections.abc import Iterator
 from collections.abc import Mapping
@@ -21,7 +21,7 @@ from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.plan import SetParameter
 from colcon_yamllaunch.plan.plan import Timer
 
-#: The variables of the user that go along to each machine.
+#: The variables of the user that are sent to each machine.
 ALONG = (
     'ROS_*',
     'RMW_*',
@@ -31,7 +31,7 @@ ALONG = (
     'TERM',
     'COLORTERM',
 )
-#: Those among them that do not: there they are what is installed there.
+#: Exceptions, which depend on the installation there.
 NOT_ALONG = (
     'ROS_DISTRO',
     'ROS_VERSION',
@@ -53,9 +53,9 @@ _AFTER = r'(?![\w~+@%#-]|\.[\w.])'
 
 class RemotePaths:
     """
-    Where the files of the workspace are on a machine.
+    The folders of the workspace, here and on a machine.
 
-    :param folders: Folders here, absolute, and where they are there
+    :param folders: Absolute paths here, and the paths there
     """
 
     def __init__(self, folders: Mapping[str, str]) -> None:
@@ -73,27 +73,27 @@ class RemotePaths:
             # as values of parameters are, in JSON
             written[json.dumps(here)[1:-1]] = json.dumps(there)[1:-1]
         self._written = written
-        # those that are the same there must not be changed by shorter ones
+        # a folder that is the same there must not be replaced by a shorter one
         self.is_same = all(a == b for a, b in found.items())
         listed = sorted(written, key=len, reverse=True)
         alternatives = '|'.join(map(re.escape, listed))
         self._pattern = re.compile(f'{_BEFORE}(?:{alternatives}){_AFTER}')
 
     def text(self, text: str) -> str:
-        """Return a text with the paths there, wherever they stand in it."""
+        """Return a text with the paths there, at any place in it."""
         if self.is_same or not self._folders:
             return text
         return self._pattern.sub(lambda m: self._written[m.group()], text)
 
     def covers(self, path: str) -> bool:
-        """Say whether a path is in one of the folders."""
+        """Return whether a path is in one of the folders."""
         return any(
             path == folder or path.startswith(f'{folder}/')
             for folder in self._folders
         )
 
     def plan(self, plan: Plan) -> Plan:
-        """Return a plan whose paths are those of the machine."""
+        """Return a plan with the paths of the machine."""
         return replace(plan, entries=self.entries(plan.entries))
 
     def entries(self, entries: Sequence[Entry]) -> tuple[Entry, ...]:
@@ -147,7 +147,7 @@ class RemotePaths:
 
 
 def is_of_system(path: str) -> bool:
-    """Say whether a path is one that each machine has of its own."""
+    """Return whether a path is one that each machine has for itself."""
     return any(path == top or path.startswith(f'{top}/') for top in SYSTEM)
 
 
@@ -155,9 +155,9 @@ def variables_along(
     environment: Mapping[str, str], names: Sequence[str] = ()
 ) -> dict[str, str]:
     """
-    Return the variables of the user that go along to a machine.
+    Return the variables of the user that are sent to a machine.
 
-    :param names: What `env:` of the machine names
+    :param names: The names in `env:` of the machine
     """
     return {
         name: value
@@ -174,7 +174,7 @@ def paths_in(text: str) -> Iterator[str]:
     """Return the absolute paths in a word, as in `file:=/a/b` or `/a:/b`."""
     for part in re.split(r'[:=,;\s\'"]', text):
         if part.startswith('//'):
-            # what is left of a URL: file:///a, https://host/a
+            # the rest of a URL: file:///a, https://host/a
             part = part[2:]
         if part.startswith('/') and len(part) > 1:
             yield os.path.normpath(part)

@@ -5,7 +5,9 @@
 Sending the code of the workspace to a machine, and building it there.
 
 Start with :mod:`.code_sync`. :mod:`.listing` and :mod:`.install_listing` list
-what a machine needs, :mod:`.manifest` compares that with what is there, and
-:mod:`.transfer` sends the difference by rsync. What others made or edited on
-the machine is neither replaced nor deleted. :mod:`.build` runs colcon there.
+the files that a machine needs, :mod:`.manifest` compares them with those
+there, and :mod:`.transfer` sends the difference by rsync. Files that others
+made or edited on the machine are neither replaced nor deleted. :mod:`.build`
+runs colcon there. `machine_agent` calls the functions that take `arguments`
+and `say`, by the names of their modules.
 """

@@ -40,9 +40,9 @@ from colcon_yamllaunch.workspace.environment.underlays import sourced_underlays
 from colcon_yamllaunch.workspace.packages.closure import closure
 from colcon_yamllaunch.workspace.packages.package import Package
 
-#: What names files of the user here, and is in the settings.
+#: They name files here; their values are in the settings.
 _LEFT_OUT = frozenset({'--mixin', '--mixin-files'})
-#: What launches build with, and what the workspace here shows.
+#: A launch sets the first, and the layout of the workspace the second.
 _ANYWAY = ('symlink_install', 'merge_install')
 _FOLDERS = {'build_base': 'build', 'install_base': 'install'}
 
@@ -50,7 +50,7 @@ _FOLDERS = {'build_base': 'build', 'install_base': 'install'}
 @dataclass(frozen=True, slots=True)
 class Code:
     """
-    The workspace here, as far as machines need it; one for all of them.
+    The workspace here, for all machines.
 
     :param root: The root of the workspace
     :param packages: All packages of the workspace
@@ -61,7 +61,7 @@ class Code:
     :param settings: The arguments that packages are built with, as
       `BuildArguments.settings` has them
     :param environment: The user's variables
-    :param title: The command, for those who wait for it there
+    :param title: The command, for other launches that wait for it there
     """
 
     root: Path
@@ -76,14 +76,14 @@ class Code:
 
     @property
     def origin(self) -> str:
-        """What tells this workspace from those of others."""
+        """The identity of this workspace among those of others."""
         return f'{platform.node()}:{os.path.realpath(self.root)}'
 
 
 @dataclass(frozen=True, slots=True)
 class Synced:
     """
-    What came of it.
+    The result of sending code to a machine.
 
     :param transferred: How many files were sent or deleted
     :param built: The packages that were built there
@@ -103,21 +103,21 @@ def sync_code(
     say: Say,
 ) -> Synced:
     """
-    Send the code to one machine; in a thread for each machine.
+    Send the code to one machine; each machine has its own thread.
 
-    To interrupt it the connection is closed in another thread: what runs
-    here and there is ended then, and it raises.
+    Another thread can interrupt it: it closes the connection, which stops the
+    processes here and there, and this raises.
 
     :param mode: `build`, `install` or `none`
     :param machine: The name of the machine, for errors
     :param workspace_there: The root of the workspace there, absolute or
       with a leading `~/`
     :param code: The workspace here, or None: then there is nothing to do
-    :param needed: The names of the packages that the parts there use; those
-      that these need come along, those of underlays do not
-    :param say: Is called with a line that the user should see at once
-    :raises UserError: when the parts there cannot run with it; it names the
-      machine and the way out
+    :param needed: The names of the packages that the parts there use; their
+      dependencies are added, and packages of underlays are not sent
+    :param say: Called with lines for the user
+    :raises UserError: when the parts there cannot run; it names the machine
+      and the fix
     """
     if code is None:
         return Synced()
@@ -141,7 +141,7 @@ def sync_code(
 
 
 class _Sync:
-    """Sending code to one machine."""
+    """One transfer of code to a machine."""
 
     def __init__(
         self,
@@ -185,7 +185,7 @@ class _Sync:
             return Synced(transferred, frozenset(built))
 
     def install(self) -> Synced:
-        """Send what is installed here."""
+        """Send the installed files."""
         if not self._packages:
             return Synced()
         code = self._code
@@ -260,7 +260,7 @@ class _Sync:
         build: Mapping[str, Any] | None = None,
         needs: Mapping[str, Any] | None = None,
     ) -> Iterator[dict[str, Any]]:
-        """Hold the lock of the workspace there; see `build.begin`."""
+        """Hold the lock of the workspace there; yield the answer."""
         code = self._code
         begun = self._ask(
             'build.begin',
@@ -309,7 +309,7 @@ class _Sync:
 
 
 def _difference(package: Package, digest_there: str, version: str) -> str:
-    """Return a line on how a package there differs from that here, if so."""
+    """Return a line about the difference to a package there, if any."""
     try:
         manifest = content_of(package.path / 'package.xml')
     except OSError:
@@ -332,13 +332,13 @@ def build_words(
     given: Sequence[str], settings: Mapping[str, str], *, merge_install: bool
 ) -> list[str]:
     """
-    Return the arguments for the colcon there.
+    Return the arguments of `colcon build` there.
 
-    Defaults and mixins are the user's, and may be others there; what they
-    came to here goes along in their place.
+    Defaults and mixins belong to the user, and may differ there; so the
+    arguments that they have resulted in here replace them.
 
-    :param given: The arguments that the user has given
-    :param settings: What came of them with the defaults and mixins here
+    :param given: The arguments of the user
+    :param settings: All arguments, with the defaults and mixins here
     :param merge_install: Whether all packages are installed into one prefix
     """
     values = {
@@ -349,7 +349,7 @@ def build_words(
     words = _without(given, _LEFT_OUT | lists)
     for option, (name, value) in values.items():
         if isinstance(value, list) and value:
-            # colcon takes a word that begins so for an option of its own
+            # colcon takes a word with a dash for an option of its own
             words += [
                 option,
                 *(f' {w}' if w[:1] == '-' else w for w in map(str, value)),
@@ -364,14 +364,14 @@ def build_words(
 
 
 def path_there(path: Path, root: Path) -> str:
-    """Return a folder of the workspace, relative to that if it is in it."""
+    """Return a folder for the machine: relative if it is in the workspace."""
     if path.is_relative_to(root):
         return os.path.relpath(path, root)
     return str(path)
 
 
 def _without(words: Sequence[str], options: Collection[str]) -> list[str]:
-    """Leave options out, with their values."""
+    """Return words without some options and their values."""
     kept = []
     is_left_out = False
     for word in words:

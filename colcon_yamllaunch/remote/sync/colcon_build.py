@@ -57,8 +57,7 @@ def main() -> int:
     packages; `arguments`, those of `colcon build`; `here`, `underlays` and
     `distro`, the root, the underlays and the ROS 2 of the workspace that the
     code comes from; and `parent`, the process id of our parent, whose end
-    stops the build. The result has the `built` packages and how many were
-    `fresh`, or an `error`.
+    stops the build. The result has the `built` packages, or an `error`.
     """
     request = json.loads(sys.argv[1])
     result = os.dup(1)
@@ -124,10 +123,7 @@ def _build(request: Mapping[str, Any]) -> dict[str, Any]:
     sys.stdout.flush()
     if update.returncode:
         raise UserError(f'the build failed there: {_failure(update)}')
-    return {
-        'built': sorted(update.built),
-        'fresh': len(update.decisions) - len(update.stale),
-    }
+    return {'built': sorted(update.built)}
 
 
 def _environment(

@@ -2,13 +2,13 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-What is installed here, as it is to be on a machine of the same kind.
+The installed files, for a machine of the same kind.
 
-Links that lead out of it, as `--symlink-install` makes them, are resolved.
-Python packages that are used from their build folder then, by an `.egg-link`,
-are put where they would be installed. Texts that name the workspace here name
-that there, as colcon's setup scripts do; programs in Python whose interpreter
-is not there get that which is.
+Links that lead out of the install space, as `--symlink-install` makes them,
+are resolved. A Python package that is used from its build folder, through an
+`.egg-link`, is sent to the folder where it would be installed. Texts with the
+path of this workspace, such as colcon's setup scripts, get the path there. A
+Python program whose interpreter is missing there gets `python3`.
 """
 
 from collections.abc import Callable
@@ -24,15 +24,15 @@ from colcon_yamllaunch.remote.sync.contents import FOLDER
 from colcon_yamllaunch.remote.sync.listing import FileTree
 from colcon_yamllaunch.remote.sync.listing import listed
 
-#: How a Python package is installed that is used from its build folder.
+#: The suffix of files that name the build folder of a Python package.
 _EGG_LINK = '.egg-link'
-#: The lines of colcon's scripts that lead to that folder.
+#: Part of the lines of colcon's scripts that add that folder to the path.
 _DEVELOP = b'pythonpath_develop'
 _SCRIPT = re.compile(r'(^|/)package\.(sh|bash|zsh|ps1|dsv)$')
-#: What runs a program in Python that has no interpreter there.
+#: Replaces interpreters that are missing there.
 _ANY_PYTHON = b'/usr/bin/env python3'
 _SHEBANG = re.compile(rb'#!\s*(/\S*python[\d.]*)')
-#: Larger files name no path that matters (bytes).
+#: Larger files are sent as they are (bytes).
 _TEXT_SIZE = 1024 * 1024
 
 #: The contents of texts by their paths here.
@@ -43,7 +43,7 @@ def install_trees(
     root: Path, install_base: Path, names: Collection[str], *, merged: bool
 ) -> list[FileTree]:
     """
-    Return what is installed of packages.
+    Return the installed files of packages.
 
     :param root: The workspace
     :param install_base: Where packages are installed
@@ -102,14 +102,14 @@ def changed_texts(
     missing_of: Callable[[list[str]], Collection[str]],
 ) -> Texts:
     """
-    Return the texts among files that are to have other contents there.
+    Return the contents of the text files that differ there.
 
     :param root: The workspace
-    :param root_there: That there
-    :param missing_of: Returns which interpreters are not there
+    :param root_there: The workspace there
+    :param missing_of: Returns the paths among some that are missing there
     """
     here, there = os.fsencode(root), os.fsencode(root_there)
-    # not a folder beside it whose name begins so
+    # but no folder beside it with a longer name
     names_here = re.compile(re.escape(here) + rb'(?![\w.-])')
     texts = dict(_texts(paths, here))
     interpreters = {
@@ -134,7 +134,7 @@ def changed_texts(
 
 
 def _texts(paths: Iterable[str], root: bytes) -> Iterable[tuple[str, bytes]]:
-    """Iterate over the texts that may have to change."""
+    """Iterate over the texts that may differ there."""
     for path in paths:
         try:
             if os.stat(path).st_size <= _TEXT_SIZE:
@@ -144,12 +144,12 @@ def _texts(paths: Iterable[str], root: bytes) -> Iterable[tuple[str, bytes]]:
                 ):
                     yield path, text
         except OSError:
-            # it is gone, or cannot be read, which shows when it is sent
+            # it is gone, or cannot be read, which sending it reports
             continue
 
 
 def _add_developed(tree: FileTree, site: str, link: Path) -> None:
-    """Add a Python package that is used from its build folder."""
+    """Add the Python package whose build folder a file names."""
     lines = link.read_text(errors='replace').splitlines()
     folder = Path(lines[0]) if lines else Path()
     eggs = sorted(folder.glob('*.egg-info'))
@@ -180,5 +180,5 @@ def _add_developed(tree: FileTree, site: str, link: Path) -> None:
 
 
 def _is_left_out(entry: os.DirEntry[str]) -> bool:
-    # what Python makes anew where it is used
+    # Python creates it again
     return entry.name == '__pycache__'

@@ -22,7 +22,7 @@ from colcon_yamllaunch.workspace.freshness.build_record import Record
 from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
 from colcon_yamllaunch.workspace.freshness.source_links import tree
 
-#: What has the files of a merged install space that may be of any package.
+#: Stands for the packages of a merged install space that nothing tells apart.
 ANY_PACKAGE = '*'
 _LINK = 'link to '
 
@@ -31,43 +31,43 @@ def read(
     arguments: Mapping[str, Any], _say: Callable[[str], None]
 ) -> dict[str, Any]:
     """
-    Return the contents of packages and files.
+    Return texts that change with the contents of packages and files.
 
-    Of each package in `packages` there are `installed` and `products`: the
-    paths, relative to the install space and to its folder below `build/`, with
-    what tells their content, also behind links. Packages in a merged install
-    space that no record tells apart are `ANY_PACKAGE`. Of each file in `files`
-    there is what tells its content, empty if there is none.
+    Each package in `packages` has `installed` and `products`: the texts by
+    paths relative to the install space and to its folder below `build/`, also
+    of files behind links. The packages of a merged install space without
+    records of their builds are one, `ANY_PACKAGE`. Each file in `files` has
+    its text, empty if there is no file.
 
-    :param arguments: `build_base` and `install_base`, `merge_install`,
-      `packages`, their names, and `files`; paths may begin with `~/`
+    :param arguments: `packages`, their names; if there are any, `build_base`,
+      `install_base` and `merge_install`; and `files`; paths may begin with
+      `~/`
     """
-    told: dict[str, Any] = {}
+    packages: dict[str, Any] = {}
     for name in arguments['packages']:
-        install_base, build = (
+        install_base, build_base = (
             Path(os.path.expanduser(arguments[base]))
             for base in ('install_base', 'build_base')
         )
-        build /= name
-        record = _record(build)
+        merged = arguments['merge_install']
+        record = _record(build_base / name)
         if record is not None:
             installed, built = record.installed, record.products
         else:
-            # it was brought as it is, or somebody else built it
-            merged = arguments['merge_install']
+            # it was sent after it was built, or somebody else built it
             paths = tree(install_base if merged else install_base / name)
-            name = ANY_PACKAGE if merged else name
             unknown = Fingerprint(0, 0, executable=False)
             installed = {
                 os.path.relpath(p, install_base): unknown for p in paths
             }
             built = {}
-        told[name] = {
+        shown = ANY_PACKAGE if merged and record is None else name
+        packages[shown] = {
             'installed': dict(_contents(install_base, installed)),
-            'products': dict(_contents(build, built)),
+            'products': dict(_contents(build_base / name, built)),
         }
     return {
-        'packages': told,
+        'packages': packages,
         'files': {
             path: _content(os.path.expanduser(path))
             for path in arguments['files']
@@ -88,7 +88,7 @@ def _contents(
         if found.digest and not found.digest.startswith(_LINK):
             yield path, f'{found.digest} {found.executable:d}'
             continue
-        # what is behind it may change without a build
+        # the target of a link may change without a build
         yield path, _content(f'{base}/{path}')
         for below in tree(base / path):
             inner = os.path.relpath(below, base)
@@ -96,10 +96,10 @@ def _contents(
 
 
 def _content(path: str) -> str:
-    """Return what tells the content of a file; empty if there is none."""
+    """Return a text that changes with a file; empty if there is none."""
     now = fingerprint(path)
     if now is None or not os.path.isfile(path):
         return ''
-    # large files and those of others are told by their times
+    # large files, and those that cannot be read, are known by their times
     content = content_digest(Path(path), now.size) or f'{now.size} {now.mtime}'
     return f'{content} {now.executable:d}'

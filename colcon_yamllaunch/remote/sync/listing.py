@@ -13,7 +13,6 @@ or if it is dangling; otherwise its target is sent in its place.
 from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Mapping
-from collections.abc import Sequence
 from functools import cache
 from itertools import pairwise
 import json
@@ -35,7 +34,7 @@ from colcon_yamllaunch.workspace.packages.workspace_root import (
     VIRTUAL_ENVIRONMENT,
 )
 
-#: Beside the packages: how they are built (colcon-metadata).
+#: Settings for the build, beside the packages (colcon-metadata).
 _SETTINGS = ('colcon.meta',)
 #: The token of a file that may change without changing its times.
 _UNSETTLED = 'f'
@@ -109,8 +108,8 @@ def place_of(package: Package, root: Path) -> str:
     """
     Return the folder of a package there, relative to the workspace.
 
-    It is that which it has here; that of one outside of the workspace is
-    `src/` with its name.
+    It is the same as here; for a package outside of the workspace, it is
+    `src/` and its name.
     """
     if package.path.is_relative_to(root):
         place = package.path.relative_to(root).as_posix()
@@ -125,15 +124,17 @@ def source_trees(packages: Iterable[Package], root: Path) -> list[FileTree]:
     :raises UserError: when a file cannot be read
     """
     packages = sorted(packages, key=lambda p: place_of(p, root))
+    for one, other in pairwise(packages):
+        place = place_of(one, root)
+        if place == place_of(other, root):
+            raise UserError(
+                'two packages would be in one folder there: '
+                f'{one.path} and {other.path} in {place}: rename one'
+            )
     folders = {place_of(p, root): str(p.path) for p in packages}
-    if len(folders) < len(packages):
-        raise UserError(
-            'two packages would be in one folder there: '
-            + _doubled(packages, root)
-        )
     trees = listed(folders, _is_left_out)
     if '' not in folders:
-        # what colcon reads in the root of a workspace
+        # colcon reads them in the root of a workspace
         settings = FileTree('')
         for path in (root / name for name in _SETTINGS):
             if path.is_file():
@@ -142,28 +143,19 @@ def source_trees(packages: Iterable[Package], root: Path) -> list[FileTree]:
     return trees
 
 
-def _doubled(packages: Sequence[Package], root: Path) -> str:
-    """Return two packages that come to one folder."""
-    for one, other in pairwise(packages):
-        place = place_of(one, root)
-        if place == place_of(other, root):
-            return f'{one.path} and {other.path} in {place}: rename one'
-    return ''
-
-
 def listed(
     folders: Mapping[str, str],
     leaves_out: Callable[[os.DirEntry[str]], bool],
 ) -> list[FileTree]:
     """
-    Return what is in folders, which may lead to one another by links.
+    Return the files in folders, whose links may lead to one another.
 
-    :param folders: They by their places
-    :param leaves_out: Whether a folder in them does not belong to them
-    :raises UserError: when one cannot be read
+    :param folders: The paths of the folders by their places
+    :param leaves_out: Returns whether a folder in them is not sent
+    :raises UserError: when a folder or file cannot be read
     """
     trees = {place: FileTree(place) for place in folders}
-    # what comes along, by its path there: where it is here
+    # the paths here of all that is sent, by the paths there
     known: dict[str, str] = {}
     pending: list[tuple[FileTree, str, str, _Parents]] = []
     links: list[tuple[FileTree, str, os.DirEntry[str], _Parents]] = []
@@ -214,7 +206,7 @@ def listed(
 def _stays(
     path: str, entry: os.DirEntry[str], known: Mapping[str, str]
 ) -> bool:
-    """Return whether a link at a path there is to be one there, too."""
+    """Return whether a link is sent as a link, to the path `path` there."""
     if not os.path.exists(entry.path):
         return True
     target = os.readlink(entry.path)

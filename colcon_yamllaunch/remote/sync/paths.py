@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Looks on a machine for the files that its part of a launch names."""
+"""Finding the files that a part names. Runs on the machine."""
 
 from collections.abc import Callable
 from collections.abc import Mapping
@@ -13,9 +13,9 @@ def look(
     arguments: Mapping[str, Any], _say: Callable[[str], None]
 ) -> dict[str, Any]:
     """
-    Return which paths there is nothing at.
+    Return the paths without a file or folder, as `missing`.
 
-    :param arguments: `paths`, absolute ones or such that begin with `~/`
+    :param arguments: `paths`, absolute or with a leading `~/`
     """
     paths = arguments['paths']
     return {

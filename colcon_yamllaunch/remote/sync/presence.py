@@ -1,10 +1,9 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Looks on the machine for packages that are to be there. Runs there."""
+"""Finding packages on the machine, for `sync: none`. Runs there."""
 
 from collections.abc import Callable
-from collections.abc import Iterator
 from collections.abc import Mapping
 from contextlib import suppress
 import os
@@ -33,17 +32,17 @@ _MARKERS = (
 
 def find(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:
     """
-    Look for packages in the environment of the workspace there.
+    Find packages in the environment of the workspace.
 
     The arguments are `workspace`, its root; `install_base` and `build_base`,
-    relative to it; and `names`. Return which are `found`: of each the digest
-    and the version of its manifest, both empty without one; and the
-    `prefixes` that were looked through.
+    relative to it; and `names`. Return the digest and the version of the
+    manifest of each package that was `found`, both empty without a manifest;
+    and the `prefixes` that were searched.
     """
     root = Path(os.path.realpath(Path(arguments['workspace']).expanduser()))
     install_base = root / arguments['install_base']
     names = list(arguments['names'])
-    prefixes = list(_own(install_base, names))
+    prefixes = [install_base, *(install_base / name for name in names)]
     found = {n: m for n in names if (m := _manifest(n, prefixes)) is not None}
     missing = [name for name in names if name not in found]
     if missing:
@@ -73,12 +72,6 @@ def version_of(manifest: bytes) -> str:
     """Return the version of a manifest, empty if it has none."""
     match = _VERSION.search(manifest)
     return match[1].decode(errors='replace') if match else ''
-
-
-def _own(install_base: Path, names: list[str]) -> Iterator[Path]:
-    yield install_base
-    for name in names:
-        yield install_base / name
 
 
 def _manifest(name: str, prefixes: list[Path]) -> list[str] | None:

@@ -6,7 +6,6 @@
 from collections.abc import Iterator
 import os
 from pathlib import Path
-import platform
 import threading
 
 from colcon_yamllaunch.common.errors import UserError
@@ -57,7 +56,6 @@ def test_what_a_machine_is_like(sshd: Sshd) -> None:
     assert facts.home == str(sshd['arm'].home)
     assert facts.workspace == str(sshd['arm'].home / 'ws')
     assert facts.has_workspace
-    assert facts.architecture == platform.machine()
     assert abs(facts.ahead) < 5
     contact.close()
     sshd.wait_until_empty()

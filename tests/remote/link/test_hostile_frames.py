@@ -29,7 +29,7 @@ from support.played_machine import plan
 from support.played_machine import PlayedLaunch
 
 LABEL = 'arm│driver'
-FACTS = Facts('3.12', '', '', '', '', '/', None, False, 0.0)
+FACTS = Facts('', '/', None, False, 0.0)
 KEYS = (
     *('event', 'ok', 'id', 'error', 'usage', 'description', 'time', 'asked'),
     *('modes', 'missed', 'output', 'shown', 'packed', 'killed', 'clock'),
