@@ -28,7 +28,7 @@ ARCHIVE = ProgramArchive({'a.py': ''})
 SHELLS = ['sh', 'dash', 'bash', 'fish', 'csh', 'tcsh', 'zsh', 'busybox']
 
 
-def test_an_answer_is_found_behind_noise_in_any_pieces() -> None:
+def test_answer_is_found_behind_noise_in_any_pieces() -> None:
     talk = Bootstrap(ARCHIVE)
     said = b'Welcome!\n' + bootstrap.MARK + b'have\nframes'
     found = b''
@@ -42,7 +42,7 @@ def test_an_answer_is_found_behind_noise_in_any_pieces() -> None:
     assert found == b'frames'
 
 
-def test_the_modules_are_sent_if_they_are_asked_for() -> None:
+def test_modules_are_sent_on_request() -> None:
     talk = Bootstrap(ARCHIVE)
     answer, rest = talk.feed(bootstrap.MARK + b'need\n')
     assert answer == f'{len(ARCHIVE.data):8d}'.encode() + ARCHIVE.data
@@ -58,7 +58,7 @@ def test_the_modules_are_sent_if_they_are_asked_for() -> None:
         (b'what?\n', 'noise', ''),
     ],
 )
-def test_what_is_wrong_there_is_told(
+def test_failure_there_is_recognized(
     said: bytes, failure: str, detail: str
 ) -> None:
     talk = Bootstrap(ARCHIVE)
@@ -77,7 +77,7 @@ def test_endless_noise_is_given_up() -> None:
     assert talk.noise.endswith('login:')
 
 
-def test_a_shell_that_shows_what_it_reads_does_not_answer() -> None:
+def test_echo_of_the_script_is_no_answer() -> None:
     talk = Bootstrap(ARCHIVE)
     talk.feed(talk.script())
     assert talk.state == 'noise'
@@ -106,7 +106,7 @@ def machine_with(folder: Path, name: str, script: str) -> str:
     return str(folder)
 
 
-def test_no_python_is_told(tmp_path: Path) -> None:
+def test_missing_python_is_reported(tmp_path: Path) -> None:
     path = machine_with(tmp_path / 'bin', 'other', '')
     assert answer_of(tmp_path, '/bin/sh', path=path) == (
         '\x01colcon-launch none\n'
@@ -119,7 +119,7 @@ def test_another_python_is_found(tmp_path: Path) -> None:
     assert said == f'found {ARCHIVE.digest}\n'
 
 
-def test_a_python_that_is_too_old_starts_a_younger_one(
+def test_old_python_starts_a_newer_one(
     tmp_path: Path,
 ) -> None:
     # a Python that says that it is another one
@@ -139,7 +139,7 @@ def test_a_python_that_is_too_old_starts_a_younger_one(
 
 
 @pytest.mark.parametrize('shell', SHELLS)
-def test_any_login_shell_takes_it(tmp_path: Path, shell: str) -> None:
+def test_any_login_shell_runs_the_script(tmp_path: Path, shell: str) -> None:
     program = shutil.which(shell)
     if program is None:
         pytest.skip(f'{shell} is not installed')
@@ -148,7 +148,7 @@ def test_any_login_shell_takes_it(tmp_path: Path, shell: str) -> None:
     assert said == '\x01colcon-launch need\n'
 
 
-def test_modules_are_kept_and_used_again(tmp_path: Path) -> None:
+def test_stored_modules_are_used_again(tmp_path: Path) -> None:
     plain = PlainMachine(tmp_path)
     with LinkedPart(plain.machine(), [process('arm│a', 'echo a')]) as part:
         part.wait_for(part.out)
@@ -174,7 +174,7 @@ def _archive_with(digest: str) -> ProgramArchive:
 
 
 @pytest.mark.parametrize('kind', ['file', 'others'])
-def test_modules_go_elsewhere_where_they_cannot_be_kept(
+def test_modules_go_to_another_folder_if_necessary(
     tmp_path: Path, kind: str
 ) -> None:
     plain = PlainMachine(tmp_path)

@@ -64,7 +64,7 @@ def _start(code: str, *arguments: str) -> 'subprocess.Popen[bytes]':
 
 
 @pytest.mark.parametrize('ended', [(), ('first',), ('first', 'all')])
-def test_it_leaves_no_connection(ended: tuple[str, ...]) -> None:
+def test_killed_launcher_leaves_no_connection(ended: tuple[str, ...]) -> None:
     with _start(CONNECTS, *ended) as connects:
         assert connects.stdout is not None
         pids = [*map(int, connects.stdout.readline().split())]
@@ -82,7 +82,7 @@ def test_it_leaves_no_connection(ended: tuple[str, ...]) -> None:
             pass
 
 
-def test_a_launcher_killed_just_after_the_start_leaves_no_connection() -> None:
+def test_launcher_killed_at_once_leaves_no_connection() -> None:
     with _start(IS_KILLED) as connects:
         pid = int(connects.communicate()[0])
     deadline = time.monotonic() + 60

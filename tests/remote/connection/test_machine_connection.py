@@ -34,6 +34,16 @@ def plain(tmp_path: Path) -> Iterator[PlainMachine]:
     machine.clear()
 
 
+@pytest.fixture
+def contact(plain: PlainMachine) -> Iterator[MachineContact]:
+    """Return a connection with `plain`; nothing runs there at the end."""
+    contact = MachineContact(plain.machine())
+    contact.connect()
+    yield contact
+    contact.close()
+    plain.wait_until_empty()
+
+
 def ssh(sshd: Sshd, name: str, **more: object) -> MachineContact:
     """Return what connects with a machine of `sshd`."""
     machine = Machine('arm', 'ssh', (name,), **more)  # type: ignore[arg-type]
@@ -47,7 +57,7 @@ def failed(contact: MachineContact) -> ConnectError:
     return caught.value
 
 
-def test_what_a_machine_is_like(sshd: Sshd) -> None:
+def test_connect_returns_the_facts(sshd: Sshd) -> None:
     (sshd['arm'].home / 'ws').mkdir()
     machine = Machine('arm', 'ssh', ('arm',))
     environment = sshd.environment(dict(os.environ))
@@ -71,9 +81,9 @@ def test_connection_closed_before_it_begins_does_not_stay(
     plain.wait_until_empty()
 
 
-def test_functions_are_asked_for(plain: PlainMachine) -> None:
-    contact = MachineContact(plain.machine())
-    contact.connect()
+def test_ask_calls_a_function_there(
+    contact: MachineContact, plain: PlainMachine
+) -> None:
     (plain.home / 'there').touch()
     answer = contact.ask('paths.look', {'paths': ['~/there', '~/missing']})
     assert answer == {'missing': ['~/missing']}
@@ -81,15 +91,11 @@ def test_functions_are_asked_for(plain: PlainMachine) -> None:
         contact.ask('a.b', {})
     with pytest.raises(UserError, match=r'arm: paths.look failed: KeyE'):
         contact.ask('paths.look', {})
-    contact.close()
-    plain.wait_until_empty()
 
 
 def test_program_there_reads_and_writes_descriptors(
-    plain: PlainMachine,
+    contact: MachineContact, plain: PlainMachine
 ) -> None:
-    contact = MachineContact(plain.machine())
-    contact.connect()
     data = os.urandom(3_000_000)
     its_input, to_it = os.pipe()
     from_it, its_output = os.pipe()
@@ -110,8 +116,6 @@ def test_program_there_reads_and_writes_descriptors(
         run(contact, 'no-such-program')
     # and others after it
     assert contact.ask('paths.look', {'paths': []}) == {'missing': []}
-    contact.close()
-    plain.wait_until_empty()
 
 
 def run(contact: MachineContact, *words: str) -> tuple[int, list[str]]:
@@ -131,23 +135,19 @@ def _read(descriptor: int) -> bytes:
 
 
 def test_program_there_ends_when_nobody_reads_its_output(
-    plain: PlainMachine,
+    contact: MachineContact,
 ) -> None:
-    contact = MachineContact(plain.machine())
-    contact.connect()
     reading, writing = os.pipe()
     os.close(reading)
     null = os.open(os.devnull, os.O_RDONLY)
     with within(20):
         contact.run_program(['sleep', '99'], null, writing)
     assert contact.ask('paths.look', {'paths': []}) == {'missing': []}
-    contact.close()
-    plain.wait_until_empty()
 
 
-def test_another_thread_ends_a_connection(plain: PlainMachine) -> None:
-    contact = MachineContact(plain.machine())
-    contact.connect()
+def test_another_thread_ends_a_connection(
+    contact: MachineContact, plain: PlainMachine
+) -> None:
     modules = plain.home.glob('.cache/colcon-launch/program/*/*/remote/sync')
     (next(modules) / 'paths.py').write_text(
         'import time\ndef wait(arguments, say):\n    say("")\n'
@@ -168,10 +168,9 @@ def test_another_thread_ends_a_connection(plain: PlainMachine) -> None:
     contact.close()
     thread.join()
     assert 'the connection broke off' in str(errors[0])
-    plain.wait_until_empty()
 
 
-def test_a_shell_that_prints_is_tolerated(sshd: Sshd) -> None:
+def test_shell_that_prints_is_tolerated(sshd: Sshd) -> None:
     sshd['arm'].shell_reads('echo "Welcome to arm!"; echo more >&2')
     machine = Machine('arm', 'ssh', ('arm',))
     with LinkedPart(
@@ -185,7 +184,7 @@ def test_a_shell_that_prints_is_tolerated(sshd: Sshd) -> None:
     sshd.wait_until_empty()
 
 
-def test_a_shell_that_starts_something_else_is_told(sshd: Sshd) -> None:
+def test_shell_that_starts_something_else_is_an_error(sshd: Sshd) -> None:
     sshd['arm'].shell_reads('while :; do echo "Press any key to begin"; done')
     text = str(failed(ssh(sshd, 'arm')))
     assert text.startswith('arm (ssh arm): something else answers than a')
@@ -193,7 +192,7 @@ def test_a_shell_that_starts_something_else_is_told(sshd: Sshd) -> None:
     assert "'.bashrc'" in text
 
 
-def test_no_python_is_told(sshd: Sshd) -> None:
+def test_missing_python_is_an_error(sshd: Sshd) -> None:
     sshd['arm'].lacks_all_but('sh')
     assert str(failed(ssh(sshd, 'arm'))) == (
         'arm (ssh arm): there is no python3 on its PATH: install Python 3.10 '
@@ -201,7 +200,7 @@ def test_no_python_is_told(sshd: Sshd) -> None:
     )
 
 
-def test_a_python_that_is_named_is_taken(sshd: Sshd) -> None:
+def test_named_python_is_used(sshd: Sshd) -> None:
     text = str(failed(ssh(sshd, 'arm', python='/opt/none')))
     assert 'there is no /opt/none on its PATH' in text
 
@@ -217,7 +216,7 @@ def test_a_python_that_is_named_is_taken(sshd: Sshd) -> None:
         ('nowhere.invalid', 'its name is not known', 'correct', False),
     ],
 )
-def test_why_ssh_fails(
+def test_error_of_ssh_is_explained(
     sshd: Sshd,
     name: str,
     reason: str,
@@ -233,7 +232,7 @@ def test_why_ssh_fails(
     assert error.may_be_asked == contact.must_ask == asks
 
 
-def test_a_machine_that_does_not_answer_is_told(
+def test_silent_machine_is_an_error(
     sshd: Sshd, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(machine_connection, 'CONNECT_TIMEOUT', 1.0)
@@ -243,7 +242,7 @@ def test_a_machine_that_does_not_answer_is_told(
     assert text.startswith('arm (ssh arm): no answer within 1 s')
 
 
-def test_a_command_that_is_missing_is_told() -> None:
+def test_missing_command_is_an_error() -> None:
     machine = Machine('edge', 'connect', ('dokker', 'exec', '-i', 'edge'))
     assert str(failed(MachineContact(machine))) == (
         "edge (dokker exec -i edge): the program 'dokker' is not on the "
@@ -251,7 +250,7 @@ def test_a_command_that_is_missing_is_told() -> None:
     )
 
 
-def test_a_command_that_fails_is_told() -> None:
+def test_failed_command_is_an_error() -> None:
     words = 'sh', '-c', 'echo no such container: edge >&2; exit 1'
     text = str(failed(MachineContact(Machine('edge', 'connect', words))))
     assert 'the connection ended before it stood (exit code 1)' in text

@@ -33,7 +33,7 @@ def imported(tree: ast.AST) -> Iterator[str]:
         yield from imported(child)
 
 
-def test_only_the_standard_library_is_needed_besides() -> None:
+def test_modules_need_only_the_standard_library() -> None:
     known = {*sys.stdlib_module_names, 'colcon_yamllaunch', '__future__'}
     # other Pythons run these: that of ROS, and that of the colcon there
     others = (
@@ -51,7 +51,7 @@ def test_only_the_standard_library_is_needed_besides() -> None:
     assert more == set()
 
 
-def test_what_is_imported_is_found_without_parsing() -> None:
+def test_imports_are_found_without_parsing() -> None:
     files = program_files()
     for name, text in files.items():
         wanted = set()
@@ -68,7 +68,7 @@ def test_what_is_imported_is_found_without_parsing() -> None:
         assert wanted <= files.keys(), name
 
 
-def test_it_is_small_and_always_the_same() -> None:
+def test_archive_is_small_and_reproducible() -> None:
     archive = program_archive()
     assert len(archive.data) < SMALL
     assert json.loads(zlib.decompress(archive.data)).keys() == {

@@ -58,7 +58,7 @@ def wrong(text):
     return problem.partition(' ')[2]
 
 
-def test_all_that_it_may_say():
+def test_all_keys_are_read():
     found = read(FILE)
     arm, gpu, edge = found.machines.values()
     assert (arm.name, arm.kind, arm.words) == (
@@ -82,7 +82,7 @@ def test_all_that_it_may_say():
     assert found.rules[0].length == len('/perception/*')
 
 
-def test_it_can_be_passed_to_another_process():
+def test_deployment_can_be_pickled():
     assert pickle.loads(pickle.dumps(read(FILE))) == read(FILE)
 
 
@@ -98,7 +98,7 @@ def test_it_can_be_passed_to_another_process():
         ('a/b/../ws/', '~/a/ws'),
     ],
 )
-def test_workspaces(written, workspace):
+def test_workspace_is_normalized(written, workspace):
     assert machine(f'{{ssh: h, workspace: {written}}}').workspace == workspace
 
 
@@ -115,11 +115,11 @@ def test_workspaces(written, workspace):
          ('sh', '-c', 'exec "$@"', 'sh')),
     ],
 )  # fmt: skip
-def test_ways_to_machines(written, words):
+def test_ways_to_machines_are_read(written, words):
     assert machine(written).words == words
 
 
-def test_merged_keys_of_yaml():
+def test_merged_keys_of_yaml_are_read():
     found = read(
         'machines:\n'
         '  a: &common {ssh: a, env: [X]}\n'
@@ -162,7 +162,7 @@ def test_merged_keys_of_yaml():
          "there is no machine 'zzz' (it is one of arm, here)"),
     ],
 )  # fmt: skip
-def test_what_is_wrong_with_a_file(text, problem):
+def test_wrong_file_is_an_error(text, problem):
     (found,) = problems(text)
     assert problem in found
 
@@ -206,11 +206,11 @@ def test_what_is_wrong_with_a_file(text, problem):
         ('{ssh: h, "a\\nb": 1}', 'a machine has no key'),
     ],
 )  # fmt: skip
-def test_what_is_wrong_with_a_machine(text, problem):
+def test_wrong_machine_is_an_error(text, problem):
     assert problem in wrong(text)
 
 
-def test_all_problems_are_told_at_once():
+def test_all_problems_are_reported_at_once():
     text = (
         'machines:\n'
         '  arm: {ssh: h, sync: never, on_lost: go}\n'
@@ -229,7 +229,7 @@ def test_all_problems_are_told_at_once():
     ]
 
 
-def test_it_is_shown_like_a_problem_of_a_launch_file(tmp_path):
+def test_problem_is_rendered_like_one_of_a_launch_file(tmp_path):
     path = tmp_path / 'robot.yaml'
     path.write_text('machines:\n  arm: {shh: h}\n')
     with pytest.raises(LaunchError) as caught:
@@ -248,7 +248,7 @@ def test_it_is_shown_like_a_problem_of_a_launch_file(tmp_path):
     ]
 
 
-def test_a_file_that_is_not_there(tmp_path):
+def test_missing_file_is_an_error(tmp_path):
     with pytest.raises(LaunchError, match=r"cannot read deployment file '.*'"):
         read_deployment(str(tmp_path / 'robot.yaml'))
 
@@ -266,19 +266,19 @@ def test_a_file_that_is_not_there(tmp_path):
          Machine('slurm', 'slurm', ('--partition=cpu', '--time=10'))),
     ],
 )  # fmt: skip
-def test_on_another_machine(word, found):
+def test_on_takes_a_destination_or_slurm(word, found):
     assert deployed_on(word) == Deployment(
         {found.name: found}, everything_on=found.name
     )
 
 
 @pytest.mark.parametrize('word', ['', ' ', '-oProxyCommand=x', 'a b', 'a\nb'])
-def test_what_is_no_other_machine(word):
+def test_on_refuses_other_words(word):
     with pytest.raises(UserError, match=r'^--on takes USER@HOST as ssh does'):
         deployed_on(word)
 
 
-def test_on_a_machine_of_a_file():
+def test_on_takes_a_machine_of_the_file():
     file = read(FILE)
     found = deployed_on('arm', file)
     assert found.machines == file.machines
@@ -316,7 +316,7 @@ def test_defaults_hold_for_all_machines():
     assert (base.env, base.values) == (('B',), ())
 
 
-def test_wrong_defaults_are_told_once():
+def test_wrong_defaults_are_reported_once():
     text = 'defaults: {ssh: a, synk: none, sync: no}\nmachines: {a: b, c: d}\n'
     assert sorted(problems(text)) == [
         "1:12+3 'defaults' has no key 'ssh' (there are workspace, sync, "
@@ -353,7 +353,7 @@ _RULES = st.lists(
     _VALUES
     | st.fixed_dictionaries({'machines': _MACHINES, 'processes': _RULES})
 )
-def test_whatever_it_says_it_is_read_or_refused(value):
+def test_any_yaml_is_read_or_refused(value):
     text = yaml.safe_dump(value, allow_unicode=True)
     try:
         found = read(text)

@@ -59,7 +59,7 @@ def labels(plan):
     return [p.label for p in (*plan.processes(), *plan.components())]
 
 
-def test_what_no_rule_means_runs_here():
+def test_process_without_rule_runs_here():
     plan = Plan((DRIVER, CAMERA))
     placed = place(plan, deployment(to('arm', 'other')))
     assert placed.local == placed.whole == plan
@@ -81,7 +81,7 @@ def test_what_no_rule_means_runs_here():
     ],
     ids=str,
 )
-def test_what_a_rule_means_runs_on_its_machine(rule):
+def test_process_that_a_rule_matches_runs_on_its_machine(rule):
     placed = place(Plan((DRIVER, CAMERA)), deployment(rule))
     assert labels(placed.local) == ['camera']
     assert labels(placed.parts['arm']) == ['arm│driver']
@@ -89,22 +89,25 @@ def test_what_a_rule_means_runs_on_its_machine(rule):
     assert placed.machines == {'arm│driver': 'arm'}
 
 
-def test_all_that_a_rule_says_must_hold():
-    rule = to('arm', 'driver', package='other')
-    assert not place(Plan((DRIVER,)), deployment(rule)).parts
-
-
-def test_the_first_rule_counts():
-    rules = [to('gpu', 'driver'), to('arm', '*')]
+@pytest.mark.parametrize(
+    ('rules', 'parts'),
+    [
+        # all that a rule says must hold
+        ([to('arm', 'driver', package='other')], {}),
+        # the first rule decides
+        (
+            [to('gpu', 'driver'), to('arm', '*')],
+            {'gpu': ['gpu│driver'], 'arm': ['arm│camera']},
+        ),
+        # a rule can be an exception
+        ([to('here', 'driver'), to('arm', '*')], {'arm': ['arm│camera']}),
+    ],
+)
+def test_rules_select_the_machine_of_a_process(rules, parts):
     placed = place(Plan((DRIVER, CAMERA)), deployment(*rules))
-    assert labels(placed.parts['gpu']) == ['gpu│driver']
-    assert labels(placed.parts['arm']) == ['arm│camera']
-
-
-def test_a_rule_can_keep_a_process_here():
-    rules = [to('here', 'driver'), to('arm', '*')]
-    placed = place(Plan((DRIVER, CAMERA)), deployment(*rules))
-    assert labels(placed.local) == ['driver']
+    found = {name: labels(part) for name, part in placed.parts.items()}
+    assert found == parts
+    assert len(labels(placed.local)) == 2 - len(placed.machines)
 
 
 def test_a_label_means_that_process_only():
@@ -114,13 +117,13 @@ def test_a_label_means_that_process_only():
     assert labels(placed.local) == ['x']
 
 
-def test_what_ros_calls_a_process_stays():
+def test_placed_process_has_the_same_ros_name():
     bare = process('thing', name=None)
     part = place(Plan((bare,)), deployment(to('arm', '*'))).parts['arm']
     assert [p.ros_name for p in part.processes()] == ['thing']
 
 
-def test_a_component_runs_where_its_container_does():
+def test_component_runs_where_its_container_does():
     # it may stand in front of it
     foreign = component('alien', '/somewhere/else')
     placed = place(Plan((FILTER, foreign, BOX)), deployment(to('arm', 'box')))
@@ -145,7 +148,7 @@ def test_signals_and_transitions_go_where_the_process_is():
     assert placed.local.entries == (entries[6],)
 
 
-def test_a_timer_is_where_what_it_starts_is():
+def test_timer_is_on_the_machines_of_its_processes():
     inner = Timer(2.0, (DRIVER,), cancel_on_shutdown=False)
     timer = Timer(1.0, (Message('INFO', 'hello'), CAMERA, inner, Shutdown('')))
     placed = place(Plan((timer,)), deployment(to('arm', 'driver')))
@@ -160,7 +163,7 @@ def test_a_timer_is_where_what_it_starts_is():
     assert labels(placed.whole) == ['camera', 'arm│driver']
 
 
-def test_an_empty_timer_stays_here():
+def test_empty_timer_stays_here():
     plan = Plan((Timer(1.0, ()),))
     assert place(plan, on('arm')).local == plan
 
@@ -171,7 +174,7 @@ def test_blocks_are_in_all_parts():
     assert placed.local.blocks == placed.parts['arm'].blocks == blocks
 
 
-def test_all_of_it_elsewhere_keeps_its_labels():
+def test_launch_on_one_machine_keeps_its_labels():
     plan = Plan(
         (DRIVER, FILTER, BOX, Message('INFO', 'a'), HostCall(1, 'call', AT))
     )
@@ -182,12 +185,12 @@ def test_all_of_it_elsewhere_keeps_its_labels():
     assert placed.machines == dict.fromkeys(['driver', 'filter', 'box'], 'arm')
 
 
-def test_what_is_not_in_the_plan_is_there_too_if_everything_is():
+def test_unknown_node_is_on_the_machine_of_everything():
     change = ChangeState('/unknown', 'activate', AT)
     assert place(Plan((change,)), on('arm')).parts['arm'].entries == (change,)
 
 
-def test_what_comes_later_is_placed_by_what_was_there():
+def test_later_component_follows_its_container():
     placer = Placer(deployment(to('arm', '/perception/*'), to('gpu', 'late')))
     placer.place(Plan((BOX,)))
     late = process('late', node_name='/late')
@@ -196,7 +199,7 @@ def test_what_comes_later_is_placed_by_what_was_there():
     assert labels(placed.parts['gpu']) == ['gpu│late']
 
 
-def test_what_has_the_name_of_a_machine_already_keeps_it():
+def test_placed_label_keeps_its_machine():
     placer = Placer(deployment(to('arm', 'driver')))
     first = placer.place(Plan((DRIVER, CAMERA)))
     assert placer.place(first.whole) == first
@@ -209,7 +212,7 @@ def warnings(plan, *rules):
     return [f'{d.severity}: {d.message}: {d.hint}' for d in found]
 
 
-def test_a_rule_that_means_nothing_is_told():
+def test_rule_without_match_is_a_warning():
     plan = Plan((DRIVER, BOX, FILTER))
     assert warnings(plan, to('arm', 'driver'), to('arm', 'drivr')) == [
         "warning: no process of the launch is meant by 'drivr': did you mean "
@@ -225,6 +228,6 @@ def test_a_rule_that_means_nothing_is_told():
     ]
 
 
-def test_a_rule_may_be_for_what_comes_while_it_runs():
+def test_rule_may_match_a_later_process():
     plan = Plan((HostCall(1, 'call', AT),))
     assert warnings(plan, to('arm', 'late')) == []

@@ -49,7 +49,7 @@ PATHS = RemotePaths({'/home/me/ws': '/srv/ws', '/home/me/ws/log': '/logs'})
         ('/home/me', '/home/me'),
     ],
 )
-def test_text(here, there):
+def test_paths_in_a_text_are_replaced(here, there):
     assert PATHS.text(here) == there
 
 
@@ -76,7 +76,7 @@ def test_a_folder_is_known_by_both_its_names(tmp_path):
     assert paths.text(f'{link}/a {real}/b') == '/srv/a /srv/b'
 
 
-def test_values_in_json():
+def test_paths_in_json_are_replaced():
     paths = RemotePaths({'/home/jürgen/ws': '/srv/wö'})
     text = json.dumps(['/home/jürgen/ws/a'])
     assert json.loads(paths.text(text)) == ['/srv/wö/a']
@@ -88,14 +88,14 @@ def test_nothing_is_replaced_without_folders():
 
 
 @given(st.text('/abws.:= ', max_size=40))
-def test_what_is_replaced_is_a_whole_path(text):
+def test_only_whole_paths_are_replaced(text):
     paths = RemotePaths({'/ws': '/THERE'})
     found = paths.text(text)
     assert found.replace('/THERE', '/ws') == text
     assert paths.text(found) == found or '/ws' in found
 
 
-def test_all_of_a_plan():
+def test_all_paths_of_a_plan_are_replaced():
     ws = '/home/me/ws'
     parameter = SetParameter('map', f'"{ws}/m"', AT)
     file = ParameterFile(f'path: {ws}/p\n', (parameter,))
@@ -142,14 +142,14 @@ def test_paths_are_found_in_words(text, paths):
     assert list(paths_in(text)) == paths
 
 
-def test_some_paths_are_of_each_system():
+def test_device_belongs_to_the_system():
     assert is_of_system('/dev/video0')
     assert is_of_system('/dev')
     assert not is_of_system('/development')
     assert not is_of_system('/opt/maps')
 
 
-def test_only_some_variables_go_along():
+def test_only_some_variables_are_sent():
     variables = {
         'ROS_DOMAIN_ID': '7',
         'ROS_DISTRO': 'jazzy',

@@ -29,7 +29,7 @@ def developer(tmp_path: Path) -> Iterator[Developer]:
     developer.machine.close()
 
 
-def test_sources_are_brought_and_built_once(developer: Developer) -> None:
+def test_sources_are_sent_and_built_once(developer: Developer) -> None:
     developer.package('a')
     developer.package('b')
     assert developer.sync('a').built == {'a'}
@@ -41,7 +41,7 @@ def test_sources_are_brought_and_built_once(developer: Developer) -> None:
     assert developer.machine.asked == QUIET
 
 
-def test_what_is_edited_here_is_brought(developer: Developer) -> None:
+def test_file_edited_here_is_sent(developer: Developer) -> None:
     developer.package('a')
     developer.sync('a')
     developer.write('src/a/scripts/hello.sh', '#!/bin/sh\necho new\n', 0o755)
@@ -50,7 +50,7 @@ def test_what_is_edited_here_is_brought(developer: Developer) -> None:
     assert developer.sync('a') == Synced()
 
 
-def test_what_is_edited_there_is_not_overwritten(developer: Developer) -> None:
+def test_file_edited_there_is_not_overwritten(developer: Developer) -> None:
     developer.package('a')
     developer.sync('a')
     edited = developer.machine.write('src/a/config/hello.txt', 'theirs')
@@ -62,7 +62,7 @@ def test_what_is_edited_there_is_not_overwritten(developer: Developer) -> None:
     assert edited.read_text() == 'hello\n'
 
 
-def test_what_is_gone_here_is_deleted_there(developer: Developer) -> None:
+def test_file_deleted_here_is_deleted_there(developer: Developer) -> None:
     developer.package('a')
     gone = developer.write('src/a/config/deep/gone.txt', 'gone')
     developer.sync('a')
@@ -85,7 +85,7 @@ def test_a_moved_package_leaves_nothing_behind(developer: Developer) -> None:
     assert sorted(os.listdir(developer.machine.root / 'src')) == ['b', 'group']
 
 
-def test_what_is_there_already_is_kept(developer: Developer) -> None:
+def test_equal_file_from_others_is_kept(developer: Developer) -> None:
     developer.package('a')
     clone = developer.machine.root / 'src/a'
     shutil.copytree(developer.root / 'src/a', clone)
@@ -96,7 +96,7 @@ def test_what_is_there_already_is_kept(developer: Developer) -> None:
     assert 'config/hello.txt is left there' in developer.said[0]
 
 
-def test_what_a_build_writes_there_is_in_nobodys_way(
+def test_source_written_by_a_build_is_not_in_the_way(
     developer: Developer,
 ) -> None:
     developer.package('a')
@@ -121,7 +121,7 @@ def test_what_a_build_writes_there_is_in_nobodys_way(
         developer.sync('a')
 
 
-def test_another_file_in_the_way_is_told(developer: Developer) -> None:
+def test_files_in_the_way_are_named(developer: Developer) -> None:
     developer.package('a')
     for number in range(9):
         developer.write(f'src/a/config/{number}', 'here')
@@ -132,7 +132,9 @@ def test_another_file_in_the_way_is_told(developer: Developer) -> None:
     assert not (developer.machine.root / 'src/a/scripts').exists()
 
 
-def test_links_and_modes(developer: Developer, tmp_path: Path) -> None:
+def test_links_and_modes_are_sent(
+    developer: Developer, tmp_path: Path
+) -> None:
     developer.package('a')
     source = developer.root / 'src/a'
     outside = tmp_path / 'outside'
@@ -161,7 +163,7 @@ def test_links_and_modes(developer: Developer, tmp_path: Path) -> None:
     assert not hello.stat().st_mode & 0o111
 
 
-def test_a_link_becomes_a_file_and_a_file_a_folder(
+def test_link_becomes_a_file_and_a_file_a_folder(
     developer: Developer,
 ) -> None:
     developer.package('a')
@@ -242,7 +244,7 @@ def test_missing_rsync_is_an_error_with_the_command_that_installs_it(
     assert not (developer.machine.root / 'src').exists()
 
 
-def test_two_launches_at_once(developer: Developer) -> None:
+def test_three_launches_at_once_build_once(developer: Developer) -> None:
     developer.package('a')
     results: list[Synced] = []
     threads = [
@@ -256,14 +258,16 @@ def test_two_launches_at_once(developer: Developer) -> None:
     assert sorted(len(result.built) for result in results) == [0, 0, 1]
 
 
-def test_without_colcon_the_way_out_is_told(developer: Developer) -> None:
+def test_missing_colcon_is_an_error_with_the_fix(developer: Developer) -> None:
     developer.package('a')
     developer.machine.forget('colcon')
     with pytest.raises(UserError, match='arm: colcon is not installed there'):
         developer.sync('a')
 
 
-def test_a_build_that_fails(developer: Developer) -> None:
+def test_failed_build_is_an_error_and_frees_the_lock(
+    developer: Developer,
+) -> None:
     developer.package('a')
     file = developer.root / 'src/a/CMakeLists.txt'
     text = file.read_text()
@@ -280,7 +284,7 @@ def test_a_build_that_fails(developer: Developer) -> None:
     assert developer.sync('a').built == {'a'}
 
 
-def test_the_parent_of_the_workspace_is_not_made(
+def test_missing_parent_of_the_workspace_is_an_error(
     developer: Developer,
 ) -> None:
     developer.package('a')
@@ -289,13 +293,13 @@ def test_the_parent_of_the_workspace_is_not_made(
         developer.sync('a')
 
 
-def test_an_underlay_is_not_brought(developer: Developer) -> None:
+def test_package_of_an_underlay_is_not_sent(developer: Developer) -> None:
     developer.package('a')
     assert developer.sync('demo_nodes') == Synced()
     assert developer.machine.asked == []
 
 
-def test_build_arguments_go_along(developer: Developer) -> None:
+def test_build_arguments_are_used_there(developer: Developer) -> None:
     developer.package('a')
     developer.build_arguments = ('--cmake-args', '-DMARK=yes')
     developer.merge_install = True
@@ -305,7 +309,7 @@ def test_build_arguments_go_along(developer: Developer) -> None:
     assert (developer.machine.root / 'install/lib/a/hello.sh').exists()
 
 
-def test_settings_of_the_workspace_go_along(developer: Developer) -> None:
+def test_settings_of_the_workspace_are_sent(developer: Developer) -> None:
     developer.package('a')
     meta = '{"names": {"a": {"cmake-args": ["-DMARK=meta"]}}}'
     file = developer.write('colcon.meta', meta)
@@ -321,7 +325,7 @@ def test_settings_of_the_workspace_go_along(developer: Developer) -> None:
     assert not (developer.machine.root / 'colcon.meta').exists()
 
 
-def test_a_package_that_colcon_on_the_machine_ignores(
+def test_package_that_colcon_there_ignores_is_an_error(
     developer: Developer,
 ) -> None:
     developer.package('a')
@@ -330,7 +334,7 @@ def test_a_package_that_colcon_on_the_machine_ignores(
         developer.sync('a')
 
 
-def test_it_is_built_on_the_underlays_of_here(
+def test_build_there_uses_the_underlays_from_here(
     developer: Developer, tmp_path: Path
 ) -> None:
     developer.package('a')
@@ -350,7 +354,7 @@ def test_it_is_built_on_the_underlays_of_here(
     assert str(underlay.path) in setup.read_text()
 
 
-def test_packages_outside_of_the_workspace(
+def test_package_outside_of_the_workspace_is_sent(
     developer: Developer, tmp_path: Path
 ) -> None:
     developer.package('a')
@@ -366,7 +370,7 @@ def test_packages_outside_of_the_workspace(
         developer.sync('a')
 
 
-def test_the_workspace_here_is_that_there(developer: Developer) -> None:
+def test_shared_workspace_is_built_and_not_sent(developer: Developer) -> None:
     developer.package('a')
     developer.machine.root = developer.root
     assert developer.sync('a') == Synced(0, frozenset({'a'}))
@@ -376,7 +380,7 @@ def test_the_workspace_here_is_that_there(developer: Developer) -> None:
     assert developer.hello('a') == 'hello from a\n'
 
 
-def test_a_build_that_was_removed_there_is_made_again(
+def test_build_that_was_removed_there_is_repeated(
     developer: Developer,
 ) -> None:
     developer.package('a')
@@ -386,7 +390,7 @@ def test_a_build_that_was_removed_there_is_made_again(
     assert developer.machine.asked == QUIET
 
 
-def test_many_files(developer: Developer) -> None:
+def test_one_of_2000_files_is_sent_alone(developer: Developer) -> None:
     developer.package('a')
     config = developer.root / 'src/a/config'
     for number in range(2000):

@@ -1,14 +1,28 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""colcon is found on a machine."""
+"""The colcon of a machine, and its arguments."""
 
 import os
 from pathlib import Path
 import sys
 
 from colcon_yamllaunch.remote.sync.build import colcon_python
+from colcon_yamllaunch.remote.sync.code_sync import build_words
+from colcon_yamllaunch.remote.sync.code_sync import path_there
 import pytest
+
+SETTINGS = {
+    'build_base': '"build"',
+    'install_base': '"install"',
+    'cmake_args': '["-DA=1", "--help", "plain"]',
+    'cmake_force_configure': 'true',
+    'cmake_clean_cache': 'false',
+    'ament_cmake_args': 'null',
+    'catkin_cmake_args': '[]',
+    'merge_install': 'false',
+    'symlink_install': 'true',
+}
 
 
 @pytest.mark.parametrize('is_environment', [True, False])
@@ -31,3 +45,26 @@ def test_colcon_of_a_virtual_environment_is_found(
     monkeypatch.setattr(sys, 'executable', str(python))
     found = [str(python if is_environment else on_path)]
     assert colcon_python() == found
+
+
+def test_defaults_and_mixins_here_are_passed_on() -> None:
+    given = ['--mixin', 'debug', '--cmake-args', '-DA=1', '--executor', 'seq']
+    assert build_words(given, SETTINGS, merge_install=False) == [
+        *('--executor', 'seq'),
+        *('--cmake-args', ' -DA=1', ' --help', 'plain'),
+        '--cmake-force-configure',
+    ]
+
+
+def test_layout_is_passed_on() -> None:
+    other = {'build_base': '"b"', 'install_base': '"i"'}
+    given = ['--build-base', 'x', '--merge-install']
+    assert build_words(given, other, merge_install=True) == [
+        *('--merge-install', '--build-base', 'b', '--install-base', 'i')
+    ]
+    assert build_words([], {}, merge_install=True) == ['--merge-install']
+
+
+def test_folder_outside_of_the_workspace_is_absolute() -> None:
+    assert path_there(Path('/ws/build'), Path('/ws')) == 'build'
+    assert path_there(Path('/tmp/build'), Path('/ws')) == '/tmp/build'

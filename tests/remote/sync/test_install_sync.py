@@ -77,7 +77,7 @@ def run_there(developer: Developer, command: str) -> str:
 
 
 @pytest.mark.parametrize('merged', [False, True])
-def test_what_is_installed_is_brought_with_links_resolved(
+def test_installed_files_are_sent_with_links_resolved(
     developer: Developer, merged: bool
 ) -> None:
     developer.package('a')
@@ -103,7 +103,7 @@ def test_what_is_installed_is_brought_with_links_resolved(
     assert printed == 'hello from a\n'
 
 
-def test_the_second_time_nothing_is_brought(developer: Developer) -> None:
+def test_second_sync_sends_nothing(developer: Developer) -> None:
     developer.package('a')
     build(developer)
     developer.sync('a', mode='install')
@@ -118,7 +118,9 @@ def test_the_second_time_nothing_is_brought(developer: Developer) -> None:
     assert there.read_text() == 'new'
 
 
-def test_a_python_package_in_its_build_folder(developer: Developer) -> None:
+def test_python_package_in_its_build_folder_is_sent(
+    developer: Developer,
+) -> None:
     developer.write('src/p/setup.py', _SETUP)
     developer.write('src/p/setup.cfg', _CONFIGURATION)
     developer.write('src/p/package.xml', manifest('p', 'ament_python'))
@@ -140,7 +142,7 @@ def test_a_python_package_in_its_build_folder(developer: Developer) -> None:
     assert printed == 'hi\n'
 
 
-def test_what_is_not_built_here_is_told(developer: Developer) -> None:
+def test_package_not_built_here_is_an_error(developer: Developer) -> None:
     developer.package('a')
     with pytest.raises(UserError, match=r'arm: not built here, .*: a$'):
         developer.sync('a', mode='install')
@@ -167,7 +169,7 @@ def test_a_machine_of_another_kind_is_refused(
     assert '`sync: build`' in str(error.value)
 
 
-def test_packages_that_are_to_be_there_are_looked_for(
+def test_missing_and_other_packages_there_are_reported(
     developer: Developer,
 ) -> None:
     developer.package('a')
@@ -188,7 +190,7 @@ def test_packages_that_are_to_be_there_are_looked_for(
     assert 'another package.xml' in developer.said[0]
 
 
-def test_packages_of_underlays_are_looked_for(developer: Developer) -> None:
+def test_package_of_an_underlay_is_found(developer: Developer) -> None:
     developer.package('a')
     with pytest.raises(UserError, match='demo_nodes; looked in no folder'):
         developer.sync('demo_nodes', mode='none')

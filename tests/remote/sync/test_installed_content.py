@@ -63,7 +63,7 @@ def machine(tmp_path: Path) -> Machine:
     return machine
 
 
-def test_an_edit_behind_a_link_is_told(machine: Machine) -> None:
+def test_edit_behind_a_link_changes_the_content(machine: Machine) -> None:
     machine.file('src/arm/arm/word.py', '1')
     machine.file('src/arm/talk.py', '1')
     machine.link('install/arm/lib/arm/talk.py', 'src/arm/talk.py')
@@ -91,7 +91,7 @@ def test_an_edit_behind_a_link_is_told(machine: Machine) -> None:
         (True, '*', 'lib/libword.so'),
     ],
 )
-def test_what_was_not_built_there_is_told(
+def test_package_without_record_has_its_content(
     machine: Machine, merged: bool, package: str, path: str
 ) -> None:
     machine.file(f'install/{path}', '1')
@@ -104,7 +104,7 @@ def test_what_was_not_built_there_is_told(
     assert told[0][path] != told[1][path]
 
 
-def test_files_are_told(machine: Machine) -> None:
+def test_edited_file_changes_its_content(machine: Machine) -> None:
     first = machine.tells()['files']
     file = machine.file('a.yaml', '2')
     second = machine.tells()['files']
@@ -112,3 +112,10 @@ def test_files_are_told(machine: Machine) -> None:
     file.chmod(0o755)
     assert machine.tells()['files'][str(file)] != second[str(file)]
     assert first['/nowhere'] == first['/'] == ''
+
+
+def test_files_without_packages_need_no_workspace(machine: Machine) -> None:
+    path = str(machine.root / 'a.yaml')
+    answer = read({'packages': [], 'files': [path]}, print)
+    assert answer['packages'] == {}
+    assert answer['files'][path]
