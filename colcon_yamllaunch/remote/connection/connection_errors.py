@@ -14,14 +14,14 @@ from colcon_yamllaunch.remote.connection.bootstrap import Failure
 from colcon_yamllaunch.remote.connection.bootstrap import OLDEST_PYTHON
 from colcon_yamllaunch.remote.deployment.machine import Machine
 
-#: Lines of what a command said that are shown.
+#: How many lines of a command's output are shown.
 _SHOWN_LINES = 4
 _OLDEST = '.'.join(map(str, OLDEST_PYTHON))
-# what a shell says of a program that is not there (POSIX, 2.8.2)
+# the exit codes of a shell for a missing program (POSIX, 2.8.2)
 _NOT_FOUND, _NOT_EXECUTABLE = 127, 126
 
-# what ssh writes (readconf.c, sshconnect.c, sshconnect2.c of OpenSSH), what is
-# wrong then, what to do, and whether ssh would have asked on a terminal
+# messages of ssh (readconf.c, sshconnect.c, sshconnect2.c of OpenSSH), their
+# cause, the fix, and whether ssh would have asked on a terminal
 _SSH: Sequence[tuple[str, str, str, bool]] = (
     (
         'REMOTE HOST IDENTIFICATION HAS CHANGED',
