@@ -11,9 +11,9 @@ requests and answers.
   :mod:`.client_connection` serves one client, and :mod:`.service` answers its
   requests; most are commands of the engine. :mod:`.subscribers` sends events
   and output, which :mod:`.journal` keeps for clients that are behind.
-- Client: :mod:`.client` finds running launches and sends requests,
-  :mod:`.subscription` receives events. :mod:`.process_names` matches names
-  such as `--restart NAME`.
+- Client: :mod:`.client` finds running launches, sends commands and receives
+  events, which :mod:`.subscription` describes. :mod:`.process_names` matches
+  names such as `--restart NAME`.
 - :mod:`.launch_record` is the file that describes a launch;
   :mod:`.orphaned_launches` finds the launches whose launcher was killed.
 """

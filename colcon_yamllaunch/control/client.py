@@ -5,25 +5,41 @@
 
 from collections import deque
 from collections.abc import Callable
-from collections.abc import Collection
+from collections.abc import Iterator
 from collections.abc import Mapping
 import os
 import socket
 from typing import Any
+from typing import cast
+from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.control.messages import MessageReader
-from colcon_yamllaunch.control.protocol import launch_of
 from colcon_yamllaunch.control.protocol import ProtocolError
 from colcon_yamllaunch.control.socket_address import connections
 from colcon_yamllaunch.control.socket_address import peer_pid
+from colcon_yamllaunch.control.subscription import Happened
 from colcon_yamllaunch.control.subscription import Point
-from colcon_yamllaunch.control.subscription import Subscription
+from colcon_yamllaunch.control.subscription import Received
+from colcon_yamllaunch.control.subscription import received
+from colcon_yamllaunch.engine.events import Event
+from colcon_yamllaunch.engine.events import StateReceived
+from colcon_yamllaunch.engine.events import Watched
 from colcon_yamllaunch.engine.output.readiness import readable
+from colcon_yamllaunch.engine.state import from_json
 from colcon_yamllaunch.engine.state import LaunchState
+from colcon_yamllaunch.engine.state import StateError
 
-#: Seconds that a launch may take to answer; one that is suspended,
-#: does not answer.
+if TYPE_CHECKING:
+    # completion sends none
+    from colcon_yamllaunch.engine.commands import Command
+    from colcon_yamllaunch.engine.commands import Refused
+    from colcon_yamllaunch.engine.commands import Response
+
+#: Takes the answer to a request.
+Reply = Callable[[Mapping[str, Any]], object]
+
+#: Seconds that a launch may take to answer; a suspended one does not answer.
 PATIENCE = 3.0
 #: Seconds after which it is said what is waited for.
 PROGRESS_INTERVAL = 1.0
@@ -42,12 +58,27 @@ class LaunchEndedError(ControlError):
 
 
 class RunningLaunch:
-    """A launch that another terminal runs."""
+    """
+    A launch of another process, by its control socket; see `Launch`.
+
+    Without :meth:`subscribe`, its state is that of the last :meth:`status`.
+    After it, events and replies come with :meth:`events`, or, where somebody
+    waits for other things too, with :meth:`read` and :meth:`received`.
+    """
 
     def __init__(self, connection: socket.socket) -> None:
         self.connection = connection
         self._reader = MessageReader()
         self._received: deque[dict[str, Any]] = deque()
+        self._state: LaunchState | None = None
+        self._replies: dict[int, Reply] = {}
+        self._number = 0
+        self._is_subscribed = False
+        #: The point where the launch had the state that `subscribe` returned.
+        self.now = Point()
+        #: The point up to which everything was received; another connection
+        #: can go on from there.
+        self.point = Point()
         connection.settimeout(PATIENCE)
 
     def fileno(self) -> int:
@@ -59,21 +90,64 @@ class RunningLaunch:
         """The process id of the launcher."""
         return peer_pid(self.connection)
 
-    def close(self) -> None:
-        """Leave it alone."""
-        self.connection.close()
-
-    def status(self) -> LaunchState:
+    @property
+    def state(self) -> LaunchState:
         """
-        Return its state.
+        Its state as far as it was received; the first time, it is asked for.
 
         :raises ControlError: when it does not answer
         """
-        answer = self.request('status')
-        try:
-            return launch_of(answer)
-        except ProtocolError as error:
-            raise ControlError(str(error)) from error
+        return self._state or self.status()
+
+    def close(self) -> None:
+        """Close the connection; the launch runs on."""
+        self.connection.close()
+
+    # -- commands and other requests
+
+    def ask(
+        self,
+        command: 'Command[Response]',
+        reply: 'Callable[[Response | Refused], object]' = bool,
+    ) -> None:
+        """
+        Send a command.
+
+        :param reply: Is called with the response when it is received
+        :raises ControlError: when the launch does not take it
+        """
+
+        def answered(answer: Mapping[str, Any]) -> None:
+            reply(_response(command, answer))
+
+        self.send_request(command.name, answered, **_fields(command))
+
+    def do(
+        self,
+        command: 'Command[Response]',
+        waiting: Callable[[], None] | None = None,
+    ) -> 'Response':
+        """
+        Send a command, and wait for the response.
+
+        :param waiting: See :meth:`request`
+        :raises ControlError: when it is refused, or not answered
+        """
+        answer = self.request(
+            command.name, waiting=waiting, **_fields(command)
+        )
+        return cast('Response', _response(command, answer))
+
+    def send_request(self, name: str, reply: Reply, **more: Any) -> None:
+        """
+        Send a request; see `protocol`.
+
+        :param reply: Is called with the answer when it is received
+        :raises ControlError: when the launch does not take it
+        """
+        self._number += 1
+        self._replies[self._number] = reply
+        self.send(protocol.request(name, id=self._number, **more))
 
     def request(
         self,
@@ -83,98 +157,104 @@ class RunningLaunch:
         **more: Any,
     ) -> dict[str, Any]:
         """
-        Have something done, and return the answer; see `protocol`.
+        Send a request, and wait for the answer; see `protocol`.
 
         :param waiting: For what may take any time: is called when the answer
           does not come at once
-        :raises ControlError: when it refuses, or does not answer
+        :raises ControlError: when it is refused, or not answered
         """
         self.send(protocol.request(name, **more))
-        if waiting is not None:
-            self._wait(waiting)
+        if waiting is not None and not readable([self], PROGRESS_INTERVAL):
+            waiting()
+            readable([self])
         answer = self.receive()
         if not answer.get('ok'):
             raise ControlError(str(answer.get('error')))
         return answer
 
+    def status(self) -> LaunchState:
+        """
+        Ask for its state, and return it.
+
+        :raises ControlError: when it does not answer
+        """
+        return self._take_state(self.request('status'))
+
+    # -- events
+
     def subscribe(
         self,
         since: Point | None = None,
         *,
-        events: bool = True,
-        output: bool = True,
-        processes: Collection[str] | None = None,
-        behind: int | None = None,
-        holder: str | None = None,
-        lease: float | None = None,
-    ) -> Subscription:
+        states: bool = False,
+        **more: Any,
+    ) -> None:
         """
-        Be told what happens from now on.
+        Receive events and output from now on; see `protocol`.
 
-        The connection is the subscription's then.
-
-        :param since: Where to begin, as far as that is remembered, if not now
-        :param events: Whether to be told events
-        :param output: Whether to be told what the processes write
-        :param processes: The labels of those; None for all
-        :param behind: How many bytes of their output we may be behind before
-          we miss some, None for as many as the launch allows
-        :param holder: The token of the holder, whose subscription goes on by
-          another connection without missing anything; see `protocol`
-        :param lease: Seconds of its silence after which the launch is stopped
-        :raises ControlError: when that is refused
+        :param since: The point to begin at, as far as that is remembered;
+          None for now
+        :param states: Whether to keep the state up to date
+        :param more: Further fields of the request
+        :raises ControlError: when it is refused
         """
         point = None if since is None else since.as_json()
         answer = self.request(
-            'subscribe',
-            since=point,
-            events=events,
-            output=output,
-            processes=None if processes is None else list(processes),
-            behind=behind,
-            raw=True,
-            holder=holder,
-            lease=lease,
+            'subscribe', since=point, states=states, raw=True, **more
         )
+        self._take_state(answer)
         try:
-            return Subscription(self, since, answer)
+            self.now = Point.from_json(answer.get('now'))
         except ProtocolError as error:
             raise ControlError(str(error)) from error
+        self.point = self.now if since is None else since
+        self._is_subscribed = True
 
-    def send(self, message: Mapping[str, Any]) -> None:
+    def events(
+        self, since: Point | None = None, **more: Any
+    ) -> Iterator[Received]:
         """
-        Send a message.
+        Iterate over events and output, from a point on; wait for them.
 
-        :raises ControlError: when it does not take it
-        """
-        try:
-            self.connection.sendall(protocol.encode(message))
-        except TimeoutError as error:
-            raise ControlError(_no_answer(self.connection)) from error
-        except OSError as error:
-            raise LaunchEndedError from error
+        The state is up to date with each of them.
 
-    def receive(self) -> dict[str, Any]:
+        :param since: See :meth:`subscribe`; after that, None goes on
+        :param more: Fields of the request
+        :raises ControlError: at the end, `LaunchEndedError`
         """
-        Return the next message, and wait for it.
-
-        :raises ControlError: when there is none
-        """
-        while (message := self.received()) is None:
+        if not self._is_subscribed or since is not None or more:
+            self.subscribe(since, states=True, **more)
+        while True:
+            yield from self.received()
+            readable([self])
             self.read()
-        return message
 
-    def received(self) -> dict[str, Any] | None:
+    def received(self) -> Iterator[Received]:
         """
-        Return the next message if it has been read in whole.
+        Iterate over events and output that were read; call replies.
 
-        Output that follows its message is its `data`.
+        :raises ControlError: when a message is malformed
         """
-        return self._received.popleft() if self._received else None
+        while (message := self.next_message()) is not None:
+            match message:
+                case {'state': data}:
+                    self._apply(StateReceived(data))
+                case {'id': int(number), 'ok': _}:
+                    self._replies.pop(number, bool)(message)
+            try:
+                one = received(message)
+            except ProtocolError as error:
+                raise ControlError(str(error)) from error
+            if one is None:
+                continue
+            self.point = self.point.after(one)
+            if isinstance(one, Happened) and one.name == 'watched':
+                self._apply(_watched(one.fields))
+            yield one
 
     def read(self) -> None:
         """
-        Read what has been sent, and wait for something.
+        Read what was sent, and wait for something.
 
         :raises ControlError: when nothing comes
         """
@@ -191,13 +271,6 @@ class RunningLaunch:
         except ProtocolError as error:
             raise ControlError(str(error)) from error
 
-    def _wait(self, waiting: Callable[[], None]) -> None:
-        """Wait for an answer, however long it takes."""
-        connections = [self.connection]
-        if not readable(connections, PROGRESS_INTERVAL):
-            waiting()
-            readable(connections)
-
     def wait_for_end(self, pid: int) -> None:
         """Wait until the launch ended, its launcher included."""
         self.connection.settimeout(None)
@@ -206,6 +279,52 @@ class RunningLaunch:
                 self.read()
         except LaunchEndedError:
             wait_for_exit(pid)
+
+    # -- messages
+
+    def send(self, message: Mapping[str, Any]) -> None:
+        """
+        Send a message.
+
+        :raises ControlError: when the launch does not take it
+        """
+        try:
+            self.connection.sendall(protocol.encode(message))
+        except TimeoutError as error:
+            raise ControlError(_no_answer(self.connection)) from error
+        except OSError as error:
+            raise LaunchEndedError from error
+
+    def receive(self) -> dict[str, Any]:
+        """
+        Return the next message, and wait for it.
+
+        :raises ControlError: when there is none
+        """
+        while (message := self.next_message()) is None:
+            self.read()
+        return message
+
+    def next_message(self) -> dict[str, Any] | None:
+        """
+        Return the next message if it has been read in whole.
+
+        Output that follows its message is its `data`.
+        """
+        return self._received.popleft() if self._received else None
+
+    def _take_state(self, answer: Mapping[str, Any]) -> LaunchState:
+        try:
+            self._state = from_json(answer.get('launch'))
+        except StateError as error:
+            raise ControlError(str(error)) from error
+        return self._state
+
+    def _apply(self, event: Event) -> None:
+        try:
+            self.state.apply(event)
+        except StateError as error:
+            raise ControlError(str(error)) from error
 
 
 def running_launches(
@@ -216,7 +335,8 @@ def running_launches(
 
     What a launch left that was killed is removed.
 
-    :param warn: Is told of a folder that others may enter
+    :param warn: Is called with a problem, such as a folder that others may
+      enter
     """
     return [RunningLaunch(c) for c in connections(environment, warn)]
 
@@ -237,3 +357,44 @@ def wait_for_exit(pid: int) -> None:
 def _no_answer(connection: socket.socket) -> str:
     pid = peer_pid(connection)
     return f'the launch with pid {pid} does not answer; it may be suspended'
+
+
+def _fields(command: 'Command[Any]') -> dict[str, Any]:
+    from colcon_yamllaunch.control.command_codec import fields_of
+
+    return fields_of(command)
+
+
+def _response(command: 'Command[Any]', answer: Mapping[str, Any]) -> Any:
+    """Return the response to a command that an answer stands for."""
+    from colcon_yamllaunch.common.codec import CodecError
+    from colcon_yamllaunch.engine import commands
+
+    if not answer.get('ok'):
+        return commands.Refused(str(answer.get('error')))
+    try:
+        match command:
+            case commands.Describe():
+                from colcon_yamllaunch.engine import description
+
+                described = description.from_json(answer.get('description'))
+                return commands.Described(described)
+            case commands.Tree():
+                from colcon_yamllaunch.engine import plan_tree
+
+                return commands.PlanTree(
+                    plan_tree.from_json(answer.get('tree'))
+                )
+    except CodecError as error:
+        return commands.Refused(f'the answer is malformed: {error}')
+    return commands.DONE
+
+
+def _watched(fields: Mapping[str, Any]) -> Watched:
+    """Return an event about a change from its line in `events.jsonl`."""
+    return Watched(
+        str(fields.get('text')),
+        failed=bool(fields.get('failed')),
+        details='\n'.join(map(str, fields.get('errors', ())[1:])),
+        is_final=bool(fields.get('final', True)),
+    )

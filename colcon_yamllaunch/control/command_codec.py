@@ -31,9 +31,15 @@ def command_of(kind: type[_T], message: Mapping[str, Any]) -> _T:
         raise ProtocolError(f"the '{name}' {problem}") from error
 
 
+def fields_of(command: Command[Any]) -> dict[str, Any]:
+    """Return the fields of the request that asks for a command."""
+    fields: dict[str, Any] = _CODEC.to_json(command)
+    return fields
+
+
 def request_of(command: Command[Any]) -> dict[str, Any]:
     """Return the request that asks for a command."""
-    return protocol.request(command.name, **_CODEC.to_json(command))
+    return protocol.request(command.name, **fields_of(command))
 
 
 def _read_bytes(data: object) -> bytes:

@@ -28,6 +28,8 @@ from typing import NamedTuple
 from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine.state import LaunchState
+from colcon_yamllaunch.engine.state import to_json
 
 
 class _EventRecord(NamedTuple):
@@ -117,6 +119,8 @@ class Cursor:
     :param behind: Bytes of output that it may be behind before it misses some
     :param is_raw: Whether output follows a line about it as it is
     :param is_holder: Whether it misses no event, however far it is behind
+    :param version: The version of the state that the client has; None if it
+      does not want the state
     """
 
     __slots__ = (
@@ -128,6 +132,7 @@ class Cursor:
         'is_relayed',
         'labels',
         'loaded',
+        'version',
         'wants_events',
         'wants_output',
     )
@@ -154,6 +159,7 @@ class Cursor:
         self.is_holder = is_holder
         #: Whether its client is behind a relay; see `protocol`.
         self.is_relayed = False
+        self.version: int | None = None
         # records of the block that is being read
         self.loaded: tuple[int, list[_OutputRecord]] = 0, []
 
@@ -180,6 +186,8 @@ class Journal:
             lambda event: event.record()
         ),
     ) -> None:
+        #: The state of the launch, for clients that want its changes.
+        self.state: LaunchState | None = None
         self._folder = folder
         self._limit = math.inf if limit is None else limit
         self._now = now
@@ -208,9 +216,8 @@ class Journal:
             self._add_output(event)
         else:
             record = self._record(event)
-            if not record:
-                return
-            self._add_event(record)
+            if record:
+                self._add_event(record)
         if self._waiting:
             waiting, self._waiting = self._waiting, []
             for wake in waiting:
@@ -271,6 +278,8 @@ class Journal:
     def has_more(self, cursor: Cursor) -> bool:
         """Return whether `cursor` has not come to the end."""
         if cursor.wants_events and cursor.events < self._event_count:
+            return True
+        if self._state_of(cursor) is not None:
             return True
         if cursor.wants_output and cursor.bytes < self._next_byte(cursor):
             return True
@@ -336,6 +345,12 @@ class Journal:
         ):
             cursor.events += 1
             return event.line
+        state = self._state_of(cursor)
+        if state is not None:
+            # the client has all events up to this state
+            changes = to_json(state, cursor.version)
+            cursor.version = state.version
+            return protocol.encode({'state': changes})
         if output is None:
             return None
         before = cursor.bytes
@@ -395,6 +410,12 @@ class Journal:
         if not cursor.wants_output:
             missed['bytes'] = 0
         return missed if any(missed.values()) else None
+
+    def _state_of(self, cursor: Cursor) -> LaunchState | None:
+        """Return the state if the client of `cursor` has an older one."""
+        if cursor.version is None or self.state is None:
+            return None
+        return None if cursor.version == self.state.version else self.state
 
     def _next_output(self, cursor: Cursor) -> _OutputRecord | None:
         """Move a cursor to the next piece that its client wants, if any."""

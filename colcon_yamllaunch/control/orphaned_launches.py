@@ -10,6 +10,7 @@ writes, as it cannot be asked any more. Usually its guard is about to stop the
 processes; if that was killed, too, they run until somebody asks for their end.
 """
 
+from collections.abc import Callable
 from collections.abc import Collection
 from collections.abc import Mapping
 from collections.abc import Sequence
@@ -32,6 +33,9 @@ from colcon_yamllaunch.control.launch_record import SUFFIX
 from colcon_yamllaunch.control.socket_folder import FolderError
 from colcon_yamllaunch.control.socket_folder import folders
 from colcon_yamllaunch.control.socket_folder import open_folder
+from colcon_yamllaunch.engine.commands import Command
+from colcon_yamllaunch.engine.commands import Shutdown
+from colcon_yamllaunch.engine.commands import Stop
 from colcon_yamllaunch.engine.process.cgroup import LaunchCgroup
 from colcon_yamllaunch.engine.process.own_files import Place
 from colcon_yamllaunch.engine.process.own_files import remove_file
@@ -47,6 +51,8 @@ from colcon_yamllaunch.engine.stopping.launch_scan import mark_of
 from colcon_yamllaunch.plan.plan import DEFAULT_SIGKILL_TIMEOUT
 from colcon_yamllaunch.plan.plan import DEFAULT_SIGTERM_TIMEOUT
 
+#: Why a launch without launcher refuses a command.
+ONLY_STOPS = 'its launcher was killed; all that can be done is --stop'
 #: Seconds between two looks while somebody else stops the processes.
 INTERVAL = 0.05
 #: Bytes of the longest record that is read.
@@ -142,21 +148,23 @@ class OrphanedLaunch(Targets):
         self._state.stop_reason = 'its launcher was killed' if guarded else ''
         return guarded
 
-    def request(self, name: str, **more: Any) -> dict[str, Any]:
+    def do(
+        self,
+        command: Command[Any],
+        waiting: Callable[[], None] | None = None,  # noqa: ARG002
+    ) -> None:
         """
-        Have processes stopped; nothing else can be done.
+        Stop processes; other commands are refused.
 
-        :raises ControlError: when something else is asked for
+        :raises ControlError: when the command is refused
         """
-        if name == 'shutdown':
-            self._chosen.update(self._numbers.values())
-        elif name == 'stop':
-            self._chosen.add(self._numbers[more['process']])
-        else:
-            raise ControlError(
-                'its launcher was killed; all that can be done is --stop'
-            )
-        return {}
+        match command:
+            case Shutdown():
+                self._chosen.update(self._numbers.values())
+            case Stop():
+                self._chosen.add(self._numbers[command.process])
+            case _:
+                raise ControlError(ONLY_STOPS)
 
     def wait_for_end(self, pid: int) -> None:  # noqa: ARG002
         """

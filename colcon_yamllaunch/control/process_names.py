@@ -8,18 +8,12 @@ from collections.abc import Sequence
 from fnmatch import fnmatchcase
 import os
 import re
-from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.engine.state import ComponentState
 from colcon_yamllaunch.engine.state import Part
 from colcon_yamllaunch.plan.labels import MACHINE_SEPARATOR
 from colcon_yamllaunch.plan.plan import Process
-
-if TYPE_CHECKING:
-    # other terminals have none
-    from colcon_yamllaunch.engine.components.composition import ComponentTask
-    from colcon_yamllaunch.engine.engine import Engine
 
 _SCRIPTS = ('.py', '.sh')
 _NUMBER = re.compile(r'-\d+$')
@@ -62,13 +56,6 @@ class ProcessNames:
         name = part.name or part.label
         return cls(part.label, name, part.executable, part.node)
 
-    @classmethod
-    def of_component(cls, task: 'ComponentTask') -> 'ProcessNames':
-        """Return the names of a component of a launch."""
-        component = task.component
-        node = task.full_name or component.node_name
-        return cls(task.label, task.label, component.plugin, node)
-
     def __iter__(self) -> Iterator[str]:
         """Iterate over all names, the best one first."""
         yield self.label
@@ -103,21 +90,6 @@ class ProcessNames:
     def program(self) -> str:
         """The name of ROS 2 without the number."""
         return _NUMBER.sub('', self.name)
-
-
-def names_of(engine: 'Engine', label: str) -> tuple[str, ...]:
-    """Return the names of a process or component of a launch by its label."""
-    for task in engine.supervisor.tasks:
-        if task.process.label == label:
-            return tuple(ProcessNames.of_plan(task.process))
-    there = engine.find(label)
-    if isinstance(there, Process):
-        return tuple(ProcessNames.of_plan(there))
-    composition = engine.composition
-    for part in () if composition is None else composition.tasks:
-        if part.label == label:
-            return tuple(ProcessNames.of_component(part))
-    return ()
 
 
 def meant_by(pattern: str, known: Sequence[ProcessNames]) -> list[int]:

@@ -69,6 +69,10 @@ come, in the order in which things happened,
 - `{"output": {"process": LABEL, "stream": "stdout" or "stderr", "data": TEXT,
   "time": SECONDS, "at": NUMBER}}`, whole lines as they were written, with a
   character for each byte, and how many bytes of output there were before;
+- with `"states": true`, `{"state": OBJECT}` after the events that changed the
+  state of the launch, or where no event tells of the change. It has the fields
+  of `launch`, but only those `processes` and `components` that changed, and
+  `labels`, the labels of all of them in order, where one came or went;
 - `{"missed": {"events": NUMBER, "bytes": NUMBER}}` where that much is lost
   that was asked for, as it is too long ago, or the client too slow. Whose
   output it was, nobody knows any more: it counts that of all processes.
@@ -107,10 +111,6 @@ from collections.abc import Mapping
 import json
 from typing import Any
 
-from colcon_yamllaunch.engine.state import from_json
-from colcon_yamllaunch.engine.state import LaunchState
-from colcon_yamllaunch.engine.state import StateError
-
 #: The version of the protocol.
 VERSION = 1
 #: Bytes of the longest request that a server reads, and of that of the holder.
@@ -131,18 +131,6 @@ MAXIMUM_CLIENTS = 32
 
 class ProtocolError(Exception):
     """A message makes no sense; the text says why, in one line."""
-
-
-def launch_of(answer: Mapping[str, Any]) -> LaunchState:
-    """
-    Return the state of the launch that an answer has.
-
-    :raises ProtocolError: when something is missing
-    """
-    try:
-        return from_json(answer.get('launch'))
-    except StateError as error:
-        raise ProtocolError(str(error)) from error
 
 
 def encode(message: Mapping[str, Any]) -> bytes:

@@ -62,6 +62,7 @@ class Service:
         self._viewers: dict[str, list[Viewer]] = {}
         #: What happened, for those who subscribe.
         self.journal = journal
+        journal.state = engine.state
         self.subscribers = Subscribers(journal, lease)
 
     def handle(self, event: events.Event) -> None:

@@ -108,6 +108,13 @@ class Subscribers:
             before=before,
         )
         cursor.is_relayed = _flag(message, 'relayed', default=False)
+        if _flag(message, 'states', default=False):
+            # what the client has not read of the state comes after all
+            known = None if before is None else before.version
+            state = self._journal.state
+            if known is None:
+                known = 0 if state is None else state.version
+            cursor.version = known
         if holder is not None:
             self._holder, self._reads = holder, cursor
             self._acknowledge({'events': cursor.events, 'bytes': cursor.bytes})

@@ -9,6 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from colcon_yamllaunch.common.codec import Codec
+from colcon_yamllaunch.common.codec import only
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.engine.components.composition import ComponentTask
 from colcon_yamllaunch.plan.plan import Block
@@ -87,6 +89,28 @@ class Description:
     plugin: str | None = None
     container: str | None = None
     remaps: tuple[str, ...] = ()
+
+
+#: A description as JSON has it: an object for variables, and what a later
+#: version added is ignored.
+_CODEC = Codec(
+    special={
+        tuple[tuple[str, str | None], ...]: (
+            dict,
+            lambda data: tuple(sorted(only(dict, data).items())),
+        )
+    },
+    accept_unknown=True,
+)
+
+
+def from_json(data: object) -> Description:
+    """
+    Return the description that the control protocol has.
+
+    :raises CodecError: when it is malformed
+    """
+    return _CODEC.from_json(Description, data, 'description')
 
 
 def process_description(

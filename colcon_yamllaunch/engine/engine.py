@@ -58,6 +58,9 @@ from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 
 if TYPE_CHECKING:
+    from colcon_yamllaunch.engine.commands import Command
+    from colcon_yamllaunch.engine.commands import Refused
+    from colcon_yamllaunch.engine.commands import Response
     from colcon_yamllaunch.engine.components.composition import Composition
     from colcon_yamllaunch.engine.components.ros_link import RosLink
     from colcon_yamllaunch.engine.dispatcher import Dispatcher
@@ -432,6 +435,14 @@ class Engine:
     def is_waiting(self) -> bool:
         """Tell whether the launch is to go on; see `supervisor.Host`."""
         return any(p.is_waiting() for p in self.participants)
+
+    def ask(
+        self,
+        command: 'Command[Response]',
+        reply: 'Callable[[Response | Refused], object]' = bool,
+    ) -> None:
+        """Execute a command; see `Launch`."""
+        self.dispatcher.ask(command, reply)
 
     def listen(self, listener: events.Listener) -> None:
         """Pass all events to `listener`, after all other listeners."""

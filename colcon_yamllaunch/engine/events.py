@@ -848,6 +848,25 @@ class Measured(Event):
 
 
 @dataclass(frozen=True, slots=True)
+class StateReceived(Event):
+    """
+    Another process, which runs the launch, sent its state.
+
+    It is neither shown nor recorded.
+
+    :param data: The state, or what changed in it, see `state.to_json`
+    """
+
+    data: object
+
+    def lines(self) -> tuple[str, ...]:
+        return ()
+
+    def record(self) -> dict[str, Any]:
+        return {}
+
+
+@dataclass(frozen=True, slots=True)
 class Changed(Event):
     """
     Files were changed, and something follows from that.

@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from dataclasses import field
 
+from colcon_yamllaunch.common.codec import Codec
+from colcon_yamllaunch.common.codec import only
 from colcon_yamllaunch.plan.plan import Block
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Process
@@ -31,6 +33,18 @@ class Branch:
     title: str
     position: str
     children: 'list[Branch]' = field(default_factory=list)
+
+
+def from_json(data: object) -> tuple[Branch, ...]:
+    """
+    Return the tree that the control protocol has.
+
+    :raises CodecError: when it is malformed
+    """
+    codec = Codec(accept_unknown=True)
+    return tuple(
+        codec.from_json(Branch, branch, 'tree') for branch in only(list, data)
+    )
 
 
 def plan_tree(

@@ -14,6 +14,7 @@ from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import field
 import os
 from pathlib import Path
@@ -140,6 +141,7 @@ class PartState:
     :param run_seconds: For how long it ran before, or was loaded, in all
     :param turn: The version of the launch state in which its condition
       changed last; 0 while it has only started
+    :param version: The version of the launch state in which it changed last
     :param is_kept_stopped: Whether it was stopped on request
 
     The other ones are for :meth:`LaunchState.apply` only.
@@ -159,6 +161,7 @@ class PartState:
     restarts: int = 0
     run_seconds: float = 0.0
     turn: int = 0
+    version: int = 0
     is_kept_stopped: bool = False
     # when its phase began, by the clock of the state
     since: float = 0.0
@@ -289,6 +292,8 @@ class LaunchState:
     :param exit_code: What the launcher exits with, None until it ends
     :param sequence: The number of events so far; output does not count
     :param version: Grows whenever something that is shown changes
+    :param order_version: The version in which the order of its processes and
+      components, or what belongs to it, changed last
     """
 
     about: About
@@ -322,6 +327,7 @@ class LaunchState:
     exit_code: int | None = None
     sequence: int = 0
     version: int = 0
+    order_version: int = 0
 
     # what it says
 
@@ -430,6 +436,8 @@ class LaunchState:
             elif isinstance(entry, Component):
                 self._expect_component(entry, is_due=is_due)
         self._find_containers()
+        self._touch_all()
+        self.version = self.order_version
 
     def add_machines(self, names: Iterable[str]) -> None:
         """Add machines that parts of it run on."""
@@ -448,6 +456,12 @@ class LaunchState:
         elif part is not None or not self._apply_to_launch(event):
             return
         self.version += 1
+
+    def _touch_all(self) -> None:
+        """Note that the next version may have other parts everywhere."""
+        self.order_version = self.version + 1
+        for part in self.by_label.values():
+            part.version = self.order_version
 
     def _expect_process(self, process: Process, *, is_due: bool) -> None:
         part = self.process(process.label)
@@ -499,6 +513,7 @@ class LaunchState:
 
     def _show(self, part: Part) -> None:
         """Find out the condition of a part that changed."""
+        part.version = self.version + 1
         before, part.condition = part.condition, _condition_of(part)
         is_first_start = (
             not part.turn
@@ -532,6 +547,8 @@ class LaunchState:
                 self._link(event.machine, event.link, event.reason)
             case events.Measured():
                 self._measure(event)
+            case events.StateReceived():
+                self._receive(event.data)
             case events.Ended():
                 self.exit_code = event.exit_code
                 self.verdicts = event.verdicts
@@ -565,12 +582,59 @@ class LaunchState:
 
     def _link(self, name: str, link: LinkState, reason: str = '') -> None:
         self.machines[name] = MachineState(name, link, reason)
+        for part in self.by_label.values():
+            if part.machine == name:
+                part.version = self.version + 1
+
+    def _receive(self, data: object) -> None:
+        """
+        Apply what another process sent of its state; see `to_json`.
+
+        :raises StateError: when something is missing
+        """
+        now = self.clock()
+        try:
+            self.about = About(**_known(data, _ABOUT, ()))
+            launch = _known(data, _LAUNCH, _LATER_OF_LAUNCH)
+            for name, value in launch.items():
+                setattr(self, name, value)
+            assert isinstance(data, Mapping)
+            self.started = now - data['seconds']
+            self.stop_reason = 'requested' if data['stopping'] else ''
+            parts = [
+                _part_from_json(ProcessState, p) for p in data['processes']
+            ]
+            parts += (
+                _part_from_json(ComponentState, row)
+                for row in data.get('components', ())
+            )
+            machines = [
+                MachineState(**_known(row, ('name', 'link'), ('reason',)))
+                for row in data.get('machines', ())
+            ]
+        except (AttributeError, KeyError, TypeError) as error:
+            raise StateError('the launch is not described in full') from error
+        logs = dict(self.log_files)
+        for part in parts:
+            part.since = now - part.seconds
+            part.version = self.version + 1
+            self.by_label[part.label] = part
+            if part.log is not None and isinstance(part, ProcessState):
+                logs[part.label] = part.log
+        self.log_files = logs
+        self.machines = {machine.name: machine for machine in machines}
+        labels = data.get('labels')
+        if labels is not None:
+            found = {label: self.by_label.get(label) for label in labels}
+            self.by_label = {n: p for n, p in found.items() if p is not None}
+            self._touch_all()
 
     def _measure(self, event: events.Measured) -> None:
         for process in self.processes:
             if process.machine == event.machine:
                 usage = event.usage.get(process.label, (None, None))
                 process.cpu, process.memory = usage
+                process.version = self.version + 1
 
     def _note_failure(self, event: events.Event) -> None:
         match event:
@@ -619,6 +683,7 @@ class LaunchState:
             case events.Dropped():
                 del self.by_label[part.label]
                 self._find_containers()
+                self._touch_all()
             case events.Requested():
                 self._request(part, event.action)
             case events.StateChanged():
@@ -808,7 +873,7 @@ def _in_short(outcome: Outcome) -> str:
 
 _ABOUT = ('title', 'package', 'file', 'folder')
 _LAUNCH = ('pid', 'log_folder')
-_LATER_OF_LAUNCH = ('watch', 'watch_failed', 'watch_paused')
+_LATER_OF_LAUNCH = ('watch', 'watch_failed', 'watch_paused', 'exit_code')
 _PROCESS = (
     *('label', 'phase', 'pid', 'restarts', 'ending', 'executable', 'node'),
     *('package', 'terminal'),
@@ -824,21 +889,38 @@ _LATER_OF_PROCESS = (
 _LATER_OF_COMPONENT = ('machine', 'condition', 'failure')
 
 
-def to_json(state: LaunchState) -> dict[str, Any]:
-    """Return a state as the control protocol sends it."""
-    return {
+def to_json(state: LaunchState, since: int | None = None) -> dict[str, Any]:
+    """
+    Return a state as the control protocol sends it.
+
+    :param since: The version that the client has: only the processes and
+      components that changed after it are sent, with the order of all of
+      them if that changed; None to send everything
+    """
+
+    def rows(parts: Sequence[Part]) -> list[dict[str, Any]]:
+        return [
+            part_to_json(state, part)
+            for part in parts
+            if since is None or part.version > since
+        ]
+
+    data = {
         **_values(state.about, _ABOUT),
         **_values(state, _LAUNCH),
         'seconds': round(state.seconds, 3),
         'stopping': state.stopping,
-        'processes': [part_to_json(state, p) for p in state.processes],
-        'components': [part_to_json(state, c) for c in state.components],
+        'processes': rows(state.processes),
+        'components': rows(state.components),
         **_values(state, _LATER_OF_LAUNCH),
         'machines': [
             {'name': m.name, 'link': m.link, 'reason': m.reason}
             for m in state.machines.values()
         ],
     }
+    if since is not None and state.order_version > since:
+        data['labels'] = list(state.by_label)
+    return data
 
 
 def part_to_json(state: LaunchState, part: Part) -> dict[str, Any]:
@@ -871,42 +953,23 @@ def from_json(
     :param clock: Returns seconds that never go back
     :raises StateError: when something is missing
     """
-    try:
-        now = clock()
-        about = About(**_known(data, _ABOUT, ()))
-        launch = _known(data, _LAUNCH, _LATER_OF_LAUNCH)
-        state = LaunchState(about, **launch, clock=clock)
-        assert isinstance(data, Mapping)
-        state.started = now - data['seconds']
-        state.stop_reason = 'requested' if data['stopping'] else ''
-        state.log_files = {}
-        for kind, rows, names, later in (
-            (ProcessState, data['processes'], _PROCESS, _LATER_OF_PROCESS),
-            (
-                ComponentState,
-                data.get('components', ()),
-                _COMPONENT,
-                _LATER_OF_COMPONENT,
-            ),
-        ):
-            for row in rows:
-                known = _known(row, (*names, 'seconds'), later)
-                part: Part = kind(**known, is_due=False)
-                part.since = now - part.seconds
-                part.log = row['log']
-                if 'condition' not in row:
-                    part.condition = _condition_of(part)
-                if part.log is not None and kind is ProcessState:
-                    state.log_files[part.label] = part.log
-                state.by_label[part.label] = part
-        for row in data.get('machines', ()):
-            machine = MachineState(
-                **_known(row, ('name', 'link'), ('reason',))
-            )
-            state.machines[machine.name] = machine
-    except (AttributeError, KeyError, TypeError) as error:
-        raise StateError('the launch is not described in full') from error
+    state = LaunchState(About('', None, '', ''), clock=clock, log_files={})
+    state.apply(events.StateReceived(data))
     return state
+
+
+def _part_from_json(
+    kind: type[ProcessState | ComponentState], row: Mapping[str, Any]
+) -> Part:
+    if kind is ProcessState:
+        known = _known(row, (*_PROCESS, 'seconds'), _LATER_OF_PROCESS)
+    else:
+        known = _known(row, (*_COMPONENT, 'seconds'), _LATER_OF_COMPONENT)
+    part = kind(**known, is_due=False)
+    part.log = row['log']
+    if 'condition' not in row:
+        part.condition = _condition_of(part)
+    return part
 
 
 def _values(of: object, names: Iterable[str]) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Sequence
+from dataclasses import replace
 import re
 
 from colcon_yamllaunch.common.frozen import dataclass
@@ -31,6 +32,9 @@ _Key = tuple[str, events.Stream]
 _CARRIAGE_RETURNS = re.compile(rb'(?<!\r)\r+\n')
 #: The times in the lines of nodes, which differ where all else is the same.
 TIMES = re.compile(rb'\[\d{6,}\.\d+\]')
+#: The levels of lines before which none has one: what nodes log goes to
+#: stderr, and begins with a level.
+FIRST_LEVELS = {'stdout': Level.INFO, 'stderr': Level.ERROR}
 _RESET = b'\x1b[0m'
 _DIM = b'\x1b[2m'
 _COLOURS = {
@@ -61,10 +65,62 @@ class Filtering:
     times: bool = False
 
     def has(self, label: str) -> bool:
-        """Tell whether a process is shown."""
+        """Return whether a process is shown."""
         return label not in self.muted and (
             not self.only or label in self.only
         )
+
+    def places(self, text: str) -> list[tuple[int, int]]:
+        """Return where a text has what is searched for."""
+        if not self.search:
+            return []
+        if self.search == self.search.lower():
+            text = text.lower()
+        return [m.span() for m in re.finditer(re.escape(self.search), text)]
+
+    def matches(self, text: str) -> bool:
+        """Return whether a text has what is searched for."""
+        is_lower = self.search == self.search.lower()
+        return self.search in (text.lower() if is_lower else text)
+
+    # what keys do with it
+
+    def mute(self, label: str) -> 'Filtering':
+        """Mute a process, or unmute it."""
+        return replace(self, muted=self.muted ^ {label})
+
+    def mute_all(self, labels: Iterable[str]) -> 'Filtering':
+        """Mute all processes, or unmute all."""
+        every = frozenset(labels)
+        is_quiet = every <= self.muted
+        return replace(self, muted=frozenset() if is_quiet else every)
+
+    def show_alone(self, label: str) -> 'Filtering':
+        """Show a process alone, or all again."""
+        is_alone = self.only == {label}
+        return self._choose(frozenset(() if is_alone else (label,)))
+
+    def show_beside(self, label: str) -> 'Filtering':
+        """Show a process beside those chosen so far, or no more."""
+        return self._choose(self.only ^ {label})
+
+    def _choose(self, only: frozenset[str]) -> 'Filtering':
+        # a process that was chosen is not muted
+        return replace(self, only=only, muted=self.muted - only)
+
+    def next_level(self) -> 'Filtering':
+        """Show less; after the last level, everything."""
+        levels = tuple(Level)
+        place = levels.index(self.level) + 1
+        return replace(self, level=levels[place % len(levels)])
+
+    def switch_times(self) -> 'Filtering':
+        """Show the time of lines, or no more."""
+        return replace(self, times=not self.times)
+
+    def cleared(self) -> 'Filtering':
+        """Show everything."""
+        return Filtering(times=self.times)
 
     @property
     def text(self) -> str:
@@ -209,25 +265,20 @@ class LineFilter:
         return bool(data) and filtering.has(process.label)
 
     def _matching(self, key: _Key, process: Process, data: bytes) -> bytes:
-        search = self.filtering.search
+        matches = self.filtering.matches
         least = self.filtering.level
-        is_lower = search == search.lower()
-        may_match = _contains(bare(data), search, is_lower)
+        may_match = matches(bare(data))
         if least == Level.DEBUG and not may_match:
             return b''
         form = self._form_of(process) if least > Level.DEBUG else None
-        level = self._levels.get(key)
-        if level is None:
-            # what nodes log goes to stderr, and begins with a level
-            is_error = key[1] == 'stderr'
-            level = Level.ERROR if is_error else Level.INFO
+        level = self._levels.get(key) or FIRST_LEVELS[key[1]]
         kept = []
         for line in data.splitlines(keepends=True):
             if least > Level.DEBUG:
                 level = level_of(line, form) or level
                 if level < least:
                     continue
-            if may_match and _contains(bare(line), search, is_lower):
+            if may_match and matches(bare(line)):
                 kept.append(line)
         self._levels[key] = level
         return b''.join(kept)
@@ -322,7 +373,3 @@ def last_state(line: bytes) -> bytes:
         return line
     states = [state for state in line.split(b'\r') if state.strip()]
     return states[-1] if states else b''
-
-
-def _contains(text: str, search: str, is_lower: bool) -> bool:
-    return search in (text.lower() if is_lower else text)

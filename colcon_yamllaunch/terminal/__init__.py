@@ -2,17 +2,21 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-The terminal of a launch: its keys and its status block.
+Two views of a launch: the status block, and the full screen (`--ui`).
 
-:mod:`.keymap` has the keys of the status block and of the full screen
-(`full_screen/`), with their help. :mod:`.own_terminal` decides what a launch
-uses of its terminal, and :mod:`.terminal_session` when.
+Both show the same `Launch`: its state, and the commands that it executes.
 
-- Keys: :mod:`.keyboard` reads bytes, :mod:`.key_decoder` makes keys of them,
-  :mod:`.keys` finds what they mean, and :mod:`.key_acts` sends the commands.
-- Status block: :mod:`.status_model` is the state of the launch with what keys
-  changed, :mod:`.status_block` makes lines of it, and :mod:`.status_writer`
-  draws them below the output.
+- :mod:`.keymap` has the keys of both, each with its help and its effect.
+- :mod:`.status_model` makes rows of the state, for both.
+- `observers.line_filter.Filtering` is what keys make of the output, in both.
+
+The full screen is in `full_screen/`. The terminal that a launch was started
+in is :mod:`.terminal_session`, if it has one (:mod:`.own_terminal`):
+
+- Keys: :mod:`.keyboard` reads bytes and decodes keys, :mod:`.keys` handles
+  them, and the session carries out what has an effect elsewhere.
+- Status block: :mod:`.status_block` makes lines of rows, and
+  :mod:`.status_writer` draws them below the output.
 - :mod:`.attachment` connects the keyboard to one process, and :mod:`.pager`
   lends the terminal to `$PAGER`.
 """

@@ -1,12 +1,21 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""The user's own keyboard while its keys go to a process."""
+"""The keyboard of a terminal: its modes, its bytes, and keys made of them."""
 
+import codecs
+from collections.abc import Callable
+from collections.abc import Iterator
 import os
+import re
 import select
 import termios
 from typing import Any
+
+from colcon_yamllaunch.engine.loop import Loop
+
+#: Seconds after which an Esc is the key, and not the start of a sequence.
+ESCAPE_DELAY = 0.05
 
 #: Ctrl-], as telnet has it: terminals pass it, and hardly a program needs it.
 ESCAPE = b'\x1d'
@@ -152,3 +161,184 @@ def is_in_foreground(descriptor: int) -> bool:
     except OSError:
         # it is a terminal, but not ours to control jobs with
         return os.isatty(descriptor)
+
+
+class WatchedKeyboard:
+    """
+    A keyboard in the loop of a launch, while its terminal is the launch's.
+
+    :param keyboard: The keyboard; None if somebody else has its keys
+    :param typed: Is called with what was typed
+    """
+
+    def __init__(
+        self, keyboard: Keyboard | None, typed: Callable[[bytes], None]
+    ) -> None:
+        self._keyboard = keyboard
+        self._typed = typed
+        self._loop: Loop | None = None
+        self._is_grabbed = False
+        self._has_had_keys = False
+
+    def connect(self, loop: Loop) -> None:
+        """Use the loop of a launch, before it runs."""
+        self._loop = loop
+
+    @property
+    def has_keys(self) -> bool:
+        """Whether keys are read now."""
+        keyboard = self._keyboard
+        return (
+            self._is_grabbed and keyboard is not None and keyboard.takes_keys
+        )
+
+    def grab(self, *, keeps_early: bool) -> tuple[list[Any], list[Any]] | None:
+        """
+        Read keys from now on.
+
+        Return the modes that the terminal had, and those that it has now, or
+        None if they are as they were.
+
+        :param keeps_early: Whether to keep what was typed before the first
+          time, as it is for a process
+        """
+        keyboard, loop = self._keyboard, self._loop
+        if keyboard is None or loop is None or not keyboard.grab():
+            return None
+        self._is_grabbed = True
+        modes = keyboard.modes
+        if keyboard.takes_keys:
+            if not self._has_had_keys and not keeps_early:
+                termios.tcflush(keyboard.descriptor, termios.TCIFLUSH)
+            self._has_had_keys = True
+            loop.add_reader(keyboard.descriptor, self._readable)
+            loop.add_hangup_handler(keyboard.descriptor, self._hung_up)
+        return modes
+
+    def release(self) -> None:
+        """Leave the keyboard to others."""
+        if self._is_grabbed and self._keyboard and self._loop:
+            self._is_grabbed = False
+            self._loop.remove(self._keyboard.descriptor)
+            self._keyboard.release()
+
+    def _hung_up(self) -> None:
+        if not self._readable():
+            self.release()
+
+    def _readable(self) -> bool:
+        """Read what was typed, and return whether there was something."""
+        assert self._keyboard is not None
+        try:
+            keys = self._keyboard.keys()
+        except OSError:
+            keys = b''
+        if keys:
+            self._typed(keys)
+        return bool(keys)
+
+
+# ECMA-48: CSI with parameters, SS3, an Esc before a character for Alt
+_SEQUENCE = re.compile(
+    r'\x1b(?:'
+    r'\[(?P<parameters>[0-?]{0,48})[ -/]{0,8}(?P<end>[@-~])'
+    r'|O(?P<single>[ -~])'
+    r'|(?P<alt>[^\x1b\[O])'
+    r')'
+)
+# the start of one
+_UNFINISHED = re.compile(r'\x1b(?:\[[0-?]{0,48}[ -/]{0,8}|O)?\Z')
+
+# of xterm and those that do as it does; rxvt and the console differ in some
+_BY_END = {
+    'A': 'up',
+    'B': 'down',
+    'C': 'right',
+    'D': 'left',
+    'H': 'home',
+    'F': 'end',
+}
+_BY_NUMBER = {
+    '1': 'home',
+    '3': 'delete',
+    '4': 'end',
+    '7': 'home',
+    '8': 'end',
+}
+_CONTROLS = {
+    '\r': 'enter',
+    '\n': 'enter',
+    '\t': 'tab',
+    '\x7f': 'backspace',
+    '\x08': 'backspace',
+}
+
+
+class KeyDecoder:
+    """
+    Decodes bytes, which may be split anywhere, into keys.
+
+    A key is a character, or a name of several: `enter`, `left`, `ctrl-a`,
+    `alt-b`, `ctrl-right`. Other sequences are ignored.
+    """
+
+    def __init__(self) -> None:
+        self._decoder = codecs.getincrementaldecoder('utf-8')('replace')
+        self._text = ''
+
+    @property
+    def is_waiting(self) -> bool:
+        """Whether an Esc may be the start of more."""
+        return self._text.startswith('\x1b')
+
+    def feed(self, data: bytes) -> None:
+        """Add bytes, whose keys :meth:`pressed` returns."""
+        self._text += self._decoder.decode(data)
+
+    def pressed(self) -> Iterator[str]:
+        """Return all keys so far."""
+        while self._text:
+            size, key = self._first(self._text)
+            if not size:
+                return
+            self._text = self._text[size:]
+            if key:
+                yield key
+
+    def settle(self) -> Iterator[str]:
+        """Return all keys, as nothing has come for a while."""
+        if self.is_waiting:
+            self._text = self._text[1:]
+            yield 'esc'
+            yield from self.pressed()
+
+    def _first(self, text: str) -> tuple[int, str]:
+        """Return the first key and its characters, 0 for none yet."""
+        if text[0] != '\x1b':
+            return 1, _plain(text[0])
+        match = _SEQUENCE.match(text)
+        if match is None:
+            return (0, '') if _UNFINISHED.match(text) else (1, 'esc')
+        if match['alt']:
+            key = _plain(match['alt'])
+            return match.end(), f'alt-{key}' if key else ''
+        if match['single']:
+            return match.end(), _BY_END.get(match['single'], '')
+        return match.end(), _named(match['parameters'], match['end'])
+
+
+def _plain(character: str) -> str:
+    if character in _CONTROLS:
+        return _CONTROLS[character]
+    if character < ' ':
+        # as the keyboard has it (ASCII)
+        return f'ctrl-{chr(ord(character) + 0x40).lower()}'
+    return character if character.isprintable() else ''
+
+
+def _named(parameters: str, end: str) -> str:
+    first, _, modifier = parameters.partition(';')
+    name = _BY_NUMBER.get(first) if end == '~' else _BY_END.get(end)
+    # 1 is added to the sum of Shift 1, Alt 2 and Ctrl 4
+    is_word = modifier.isdecimal() and (int(modifier[:3]) - 1) & 6
+    return f'ctrl-{name}' if name and is_word else name or ''

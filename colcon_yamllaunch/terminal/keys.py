@@ -3,96 +3,77 @@
 
 """What the keys mean that are typed at the terminal of a launch."""
 
-from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Iterator
+from collections.abc import Mapping
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
-from typing import Literal
 
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.control.process_names import ProcessNames
 from colcon_yamllaunch.engine.state import ComponentState
 from colcon_yamllaunch.observers.line_filter import Filtering
-from colcon_yamllaunch.observers.log_levels import Level
 from colcon_yamllaunch.terminal.input_line import InputLine
-from colcon_yamllaunch.terminal.key_decoder import KeyDecoder
 from colcon_yamllaunch.terminal.keyboard import ESCAPE
 from colcon_yamllaunch.terminal.keyboard import ESCAPE_NAME
+from colcon_yamllaunch.terminal.keyboard import KeyDecoder
+from colcon_yamllaunch.terminal.keymap import BLOCK_ALL
 from colcon_yamllaunch.terminal.keymap import BLOCK_HELP
 from colcon_yamllaunch.terminal.keymap import FOR_ALL
 from colcon_yamllaunch.terminal.keymap import FOR_ONE
-from colcon_yamllaunch.terminal.keymap import hint
-from colcon_yamllaunch.terminal.keymap import OneAction
 from colcon_yamllaunch.terminal.keymap import only_its_container_writes
-from colcon_yamllaunch.terminal.name_search import matching
+from colcon_yamllaunch.terminal.keymap import without_effect
 from colcon_yamllaunch.terminal.status_block import View
 from colcon_yamllaunch.terminal.status_model import StatusModel
 
-#: What is done with one process.
-Action = OneAction | Literal['detach']
-#: What is done otherwise: `break` ends a line, as in any terminal, to tell
-#: what comes from what was.
-General = Literal['watch', 'errors', 'help', 'quit', 'break']
-
 
 @dataclass(frozen=True, slots=True)
-class Act:
-    """Something is to be done with a process or component."""
+class Press:
+    """
+    A key whose effect is outside of the status block.
 
-    action: Action
-    label: str
+    :param name: The name of the key in the keymap
+    :param label: The process or component that it is for, None for all
+    """
+
+    name: str
+    label: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Typed:
-    """Keys are to go to the process that has the keyboard."""
+    """Input for the process that has the keyboard."""
 
     keys: bytes
 
 
-Command = Act | Typed | General
-
-_ACTIONS = {meaning.key: action for action, meaning in FOR_ONE.items()}
-# those that mean the same whether a process is chosen or not
-_FOR_ALL = frozenset(('/', ':', 'L', 't', 'M', 'w', 'E'))
+_FOR_ONE = {key.key: key for key in FOR_ONE}
+_FOR_ALL = {key.key: key for key in FOR_ALL}
 # those that go back from an overlay and do nothing else, and those of them
 # that go on to its next page
 _BACK = frozenset(('esc', 'q', 'E', '?', 'enter', ' '))
 _ON = frozenset(('?', 'enter', ' '))
-#: What does not run, and so cannot be stopped
+#: The conditions in which nothing can be stopped.
 DOWN = frozenset(('ended', 'stopped', 'failed'))
+# the keys that the block tells of while no process is chosen
+_IN_HINT = (
+    *('help', 'search', 'level', 'times', 'mute_all'),
+    *('errors', 'watch', 'quit'),
+)
 #: How many names are shown of those that `:` may mean.
 NAMES_SHOWN = 5
-#: How the keys for all processes are told in the block.
-_HINT = hint(
-    FOR_ALL[action]
-    for action in ('help', 'search', 'level', 'times', 'mute_all')
-)
-_HINT += '  q stop'
 
 
 class Keys:
     """
-    Makes commands of what is typed.
+    What the user types at the status block: keys, a search, or input.
 
     :param model: Has the processes
-    :param names_of: Returns further names of a process by its label
-    :param can_type_at: Tells whether a process takes keys now, by its label
     """
 
-    def __init__(
-        self,
-        model: StatusModel,
-        names_of: Callable[[str], Iterable[str]],
-        can_type_at: Callable[[str], bool],
-    ) -> None:
+    def __init__(self, model: StatusModel) -> None:
         self._model = model
-        self._names_of = names_of
-        self._can_type_at = can_type_at
         self._decoder = KeyDecoder()
-        #: Whether there is a `--watch` to be switched.
-        self.can_watch = False
         #: What the keys have made of the output that is shown.
         self.filtering = Filtering()
         # what the next key is for
@@ -104,8 +85,6 @@ class Keys:
         self._prompt = ''
         self._line = InputLine()
         self._searches: tuple[str, ...] = ()
-        # those by which processes are found, while one is typed
-        self._names: dict[str, tuple[str, ...]] = {}
         self._search_before = ''
         #: The process that has the keyboard, if one has.
         self.attached: str | None = None
@@ -118,11 +97,11 @@ class Keys:
         """Whether an Esc may be the start of another key."""
         return self._decoder.is_waiting
 
-    def feed(self, data: bytes) -> Iterator[Command]:
+    def feed(self, data: bytes) -> Iterator[Press | Typed]:
         """
-        Take what was typed, and return what is to be done.
+        Handle what was typed; yield what has an effect elsewhere.
 
-        Each of it is to be done before the next is asked for.
+        The caller carries out each before it asks for the next.
         """
         while data:
             label = self.attached
@@ -132,7 +111,7 @@ class Keys:
                     yield Typed(keys)
                 if escape:
                     self.detach()
-                    yield Act('detach', label)
+                    yield Press('detach', label)
                 continue
             # where a key is the last one, those after it go elsewhere
             self._decoder.feed(data[:1])
@@ -140,8 +119,8 @@ class Keys:
             for key in self._decoder.pressed():
                 yield from self._press(key)
 
-    def settle(self) -> Iterator[Command]:
-        """Take into account that nothing has come for a while."""
+    def settle(self) -> Iterator[Press | Typed]:
+        """Handle an Esc that nothing followed, as :meth:`feed` does."""
         for key in self._decoder.settle():
             yield from self._press(key)
 
@@ -166,7 +145,7 @@ class Keys:
         self.attached = None
 
     def tell(self, note: str) -> None:
-        """Tell something until the next key."""
+        """Show a note until the next key."""
         self._pages.clear()
         self._note = note
 
@@ -243,38 +222,37 @@ class Keys:
             return '  '.join(words)
         if self._chosen is not None:
             return f'{self._meant_by_keys(self._chosen)}  Esc none'
-        first, rest = _HINT.split('  ', 1)
-        if self._model.state.errors:
-            rest = rest.replace('q stop', 'E errors  q stop')
-        if self.can_watch:
-            rest = rest.replace('q stop', 'w watch  q stop')
+        left_out = without_effect(self._model.state, None)
+        words = [
+            f'{key.key} {key.short}'
+            for name in _IN_HINT
+            if name not in left_out and (key := BLOCK_ALL[name])
+        ]
         keys = self._process_keys()
-        return f'{first}  {keys} choose  {rest}' if keys else _HINT
+        if keys:
+            words.insert(1, f'{keys} choose')
+        return '  '.join(words)
 
     def _meant_by_keys(self, label: str) -> str:
         """Return what keys mean for a process as it is now."""
-        part = self._model.part(label)
+        state, part = self._model.state, self._model.part(label)
         is_down = part is not None and part.condition in DOWN
-        left_out: set[OneAction] = set()
+        left_out = without_effect(state, part)
         if is_down:
             left_out |= {'stop', 'kill'}
-        if isinstance(part, ComponentState):
-            left_out |= {'kill', 'attach', 'mute', 'only', 'debug'}
-        if is_down or not self._can_type_at(label):
-            left_out.add('attach')
-        if self._model.state.stopping:
+        if state.stopping:
             left_out |= {'restart', 'debug'}
-        words: dict[OneAction, str] = {}
+        words: dict[str, str] = {}
         if is_down:
             words['restart'] = 'start'
         if label in self.filtering.muted:
             words['mute'] = 'unmute'
         if self.filtering.only == {label}:
             words['only'] = 'all'
-        return hint(
-            replace(meaning, short=words.get(action, meaning.short))
-            for action, meaning in FOR_ONE.items()
-            if action not in left_out
+        return '  '.join(
+            f'{key.key} {words.get(key.name, key.short)}'
+            for key in FOR_ONE
+            if key.name not in left_out
         )
 
     def _process_keys(self) -> str:
@@ -285,7 +263,7 @@ class Keys:
             return ''.join(keys)
         return f'{keys[0]}-{keys[-1]}'
 
-    def _press(self, key: str) -> Iterator[Command]:
+    def _press(self, key: str) -> Iterator[Press | Typed]:
         self._note = ''
         if self._pages:
             del self._pages[: 1 if key in _ON else None]
@@ -304,86 +282,74 @@ class Keys:
 
     # for all processes
 
-    def _press_for_all(self, key: str) -> Iterator[Command]:
-        filtering = self.filtering
-        match key:
-            case '/' | ':':
-                self._prompt = key
-                self._names.clear()
-                self._search_before = filtering.search
-                self._line = InputLine(self._searches if key == '/' else ())
-                if key == '/':
-                    self._filter(search='')
-            case 'L':
-                levels = list(Level)
-                place = levels.index(filtering.level) + 1
-                self._filter(level=levels[place % len(levels)])
-            case 't':
-                self._filter(times=not filtering.times)
+    def _press_for_all(self, key: str) -> Iterator[Press | Typed]:
+        state = self._model.state
+        row = _FOR_ALL.get(key)
+        label = self._model.label_of(key)
+        if key in ('/', ':'):
+            self._begin_prompt(key)
+        elif row is not None and row.filter is not None:
+            self.filtering = row.filter(self.filtering, state)
+            if row.name == 'times':
                 self._note = (
-                    'lines have no time any more'
-                    if filtering.times
-                    else 'lines have their time from now on'
+                    'lines have their time from now on'
+                    if self.filtering.times
+                    else 'lines have no time any more'
                 )
-            case 'M':
-                labels = {p.label for p in self._model.state.processes}
-                is_quiet = labels <= filtering.muted
-                muted = frozenset(() if is_quiet else labels)
-                self._filter(muted=muted)
-            case 'w':
-                yield 'watch'
-            case 'E' if not self._model.state.errors:
-                self._note = 'no build has failed'
-            case 'E':
-                yield 'errors'
-            case '?':
-                yield 'help'
-            case 'q':
-                yield 'quit'
-            case 'enter':
-                yield 'break'
-            case 'esc':
-                if self.filtering.text:
-                    self._note = 'all is shown again'
-                self.filtering = Filtering(times=filtering.times)
-            case _:
-                label = self._model.label_of(key)
-                if label is not None:
-                    self._chosen = label
-                elif key in _ACTIONS or key in ('m', 'o'):
-                    keys = self._process_keys()
-                    self._note = (
-                        f"'{key}' is for one process; choose it first: "
-                        f'{keys}, or : and its name'
-                    )
-                elif len(key) == 1:
-                    self._note = f"no process has the key '{key}'; ? helps"
+        elif key == 'E' and not state.errors:
+            self._note = 'no build has failed'
+        elif row is not None:
+            yield Press(row.name)
+        elif key == 'q':
+            yield Press('quit')
+        elif key == 'enter':
+            yield Press('break')
+        elif key == 'esc':
+            if self.filtering.text:
+                self._note = 'all is shown again'
+            self.filtering = self.filtering.cleared()
+        elif label is not None:
+            self._chosen = label
+        elif key in _FOR_ONE:
+            self._note = (
+                f"'{key}' is for one process; choose it first: "
+                f'{self._process_keys()}, or : and its name'
+            )
+        elif len(key) == 1:
+            self._note = f"no process has the key '{key}'; ? helps"
 
-    def _filter(self, **changes: Any) -> None:
-        self.filtering = replace(self.filtering, **changes)
+    def _begin_prompt(self, prompt: str) -> None:
+        """Ask for a text that lines have (`/`), or for a name (`:`)."""
+        self._prompt = prompt
+        self._search_before = self.filtering.search
+        self._line = InputLine(self._searches if prompt == '/' else ())
+        if prompt == '/':
+            self._search('')
+
+    def _search(self, text: str) -> None:
+        self.filtering = replace(self.filtering, search=text)
 
     # for one
 
-    def _press_for_one(self, label: str, key: str) -> Iterator[Command]:
+    def _press_for_one(self, label: str, key: str) -> Iterator[Press | Typed]:
         part = self._model.part(label)
         self._chosen = None
         if part is None:
             return
-        if key in ('m', 'o') and isinstance(part, ComponentState):
-            self._note = only_its_container_writes(label)
-        elif key == 'm':
-            self._filter(muted=self.filtering.muted ^ {label})
-        elif key == 'o':
-            is_off = self.filtering.only == {label}
-            self._filter(only=frozenset(() if is_off else (label,)))
+        row = _FOR_ONE.get(key)
+        if row is not None and row.filter is not None:
+            if isinstance(part, ComponentState):
+                self._note = only_its_container_writes(label)
+            else:
+                self.filtering = row.filter(self.filtering, label)
         elif key == '?':
             self._chosen = label
-            yield 'help'
-        elif key in _ACTIONS:
-            yield Act(_ACTIONS[key], label)
+            yield Press('help')
+        elif row is not None:
+            yield Press(row.name, label)
         elif self._model.label_of(key) is not None:
             self._chosen = self._model.label_of(key)
-        elif key in _FOR_ALL:
+        elif key == ':' or key in _FOR_ALL:
             yield from self._press_for_all(key)
         elif key == 'q':
             # who goes back so elsewhere does not end the launch by it
@@ -400,12 +366,12 @@ class Keys:
             self._prompt = ''
         elif key in ('esc', 'ctrl-g'):
             self._prompt = ''
-            self._filter(search=self._search_before)
+            self._search(self._search_before)
         elif key == 'backspace' and not self._line.text:
             self._prompt = ''
         else:
             self._line.press(key)
-            self._filter(search=self._line.text)
+            self._search(self._line.text)
 
     def _press_in_name(self, key: str) -> None:
         matches = self._matches()
@@ -426,25 +392,21 @@ class Keys:
             self._line.press(key)
 
     def _meant(self) -> str | None:
-        """Return whom the name means that is typed now."""
+        """Return the process that the typed name means."""
         if self._prompt != ':' or not self._line.text:
             return None
         return next(iter(self._matches()), None)
 
     def _matches(self) -> list[str]:
         """Return the labels that are meant, the best first."""
-        before = self._names
-        self._names = {
-            label: before.get(label) or (label, *self._names_of(label))
-            for label in self._model.state.by_label
-        }
-        return matching(self._line.text, self._names)
+        names = {p.label: ProcessNames.of_state(p) for p in self._model.parts}
+        return matching(self._line.text, names)
 
-    def _press_in_input(self, label: str, key: str) -> Iterator[Command]:
+    def _press_in_input(self, label: str, key: str) -> Iterator[Press | Typed]:
         line = self._input_line(label)
         if key == 'ctrl-]':
             self.detach()
-            yield Act('detach', label)
+            yield Press('detach', label)
         elif key == 'enter':
             text = line.enter(remember=not self._is_secret)
             yield Typed(text.encode(errors='replace') + b'\n')
@@ -479,3 +441,27 @@ def help_lines(columns: int = 80) -> list[str]:
             subsequent_indent=' ' * width,
         )
     return lines
+
+
+def matching(text: str, names: Mapping[str, Iterable[str]]) -> list[str]:
+    """
+    Return the labels that a part of a name means, the best first.
+
+    A whole name comes before the beginning of one, and that before any other
+    part; equals stay in the order of the plan.
+
+    :param text: A part of a name, in upper or lower case
+    :param names: The names of each, by label, in the order of the plan
+    """
+    wanted = text.lower()
+    ranks: list[tuple[int, str]] = []
+    for label, called in names.items():
+        lower = [name.lower() for name in called]
+        if wanted in lower:
+            ranks.append((0, label))
+        elif any(name.startswith(wanted) for name in lower):
+            ranks.append((1, label))
+        elif any(wanted in name for name in lower):
+            ranks.append((2, label))
+    ranks.sort(key=lambda rank: rank[0])
+    return [label for _, label in ranks]

@@ -13,15 +13,22 @@ from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.outcome import signal_name
-from colcon_yamllaunch.engine.state import Condition
 from colcon_yamllaunch.engine.state import Countdown
 from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.state import Part
-from colcon_yamllaunch.engine.state import UNKNOWN
 from colcon_yamllaunch.terminal.cells import cut
 from colcon_yamllaunch.terminal.cells import cut_inside
 from colcon_yamllaunch.terminal.cells import width
+from colcon_yamllaunch.terminal.status_model import ALARM
+from colcon_yamllaunch.terminal.status_model import BOLD
+from colcon_yamllaunch.terminal.status_model import DIM
+from colcon_yamllaunch.terminal.status_model import GREEN
+from colcon_yamllaunch.terminal.status_model import HEALTHY
+from colcon_yamllaunch.terminal.status_model import LOOKS
+from colcon_yamllaunch.terminal.status_model import RED
+from colcon_yamllaunch.terminal.status_model import REVERSE
 from colcon_yamllaunch.terminal.status_model import StatusModel
+from colcon_yamllaunch.terminal.status_model import YELLOW
 
 #: Lines that the block takes at most.
 MAXIMUM_LINES = 4
@@ -39,51 +46,7 @@ _Chip = tuple[str, int]
 _GAP = '  '
 _SPACE = '   '
 _RESET = '\x1b[0m'
-_DIM = '\x1b[2m'
-_BOLD = '\x1b[1m'
-_REVERSE = '\x1b[7m'
-_RED = '\x1b[31m'
-_ALARM = '\x1b[1;31m'
-_GREEN = '\x1b[32m'
-_YELLOW = '\x1b[33m'
 _HURRIES = ' (Ctrl-C hurries)'
-
-
-#: The rank of what is as it should be.
-_HEALTHY = 2
-
-
-@dataclass(frozen=True, slots=True)
-class _Look:
-    """
-    How a condition looks.
-
-    :param sign: In a terminal that has more than ASCII
-    :param plain_sign: In one that has not
-    :param colour: Of the sign
-    :param text_colour: Of the label
-    :param rank: What comes first where not all fit
-    """
-
-    sign: str
-    plain_sign: str
-    colour: str
-    text_colour: str = ''
-    rank: int = _HEALTHY
-
-
-#: How each condition looks.
-LOOKS: dict[Condition, _Look] = {
-    'waiting': _Look('○', '.', _DIM, _DIM),
-    'starting': _Look('◌', ':', _YELLOW),
-    'running': _Look('●', '*', _GREEN),
-    'stopping': _Look('◍', '-', _YELLOW, rank=1),
-    'held': _Look('‖', '|', _YELLOW, rank=1),
-    'respawn': _Look('↻', '@', _YELLOW, rank=1),
-    'ended': _Look('✓', '+', _DIM, _DIM),
-    'stopped': _Look('■', '#', _DIM, _DIM),
-    'failed': _Look('✗', '!', _ALARM, _ALARM, rank=0),
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,7 +136,7 @@ def block_of(
     if view.overlay:
         # the output keeps one
         lines = [*view.overlay[: max(0, style.height - 2)]]
-        return _block([*lines, _painted(view.hint, _DIM, style)], style)
+        return _block([*lines, _painted(view.hint, DIM, style)], style)
     typing = view.prompt is not None
     told = _told(view, style, columns, max(1, style.lines - typing - 1))
     news = _news(model.state, view, style, now, waits_for)
@@ -249,7 +212,7 @@ def _processes(
         if len(lines) <= named:
             return lines
     ordered = sorted(parts, key=lambda part: _rank(part, model, view))
-    healthy = (True, _HEALTHY)
+    healthy = (True, HEALTHY)
     notable = sum(_rank(part, model, view) < healthy for part in ordered)
     most = min(notable, count * columns // shortest)
     chips = [_chip(p, model, view, style) for p in ordered[:most]]
@@ -279,39 +242,38 @@ def _rank(part: Part, model: StatusModel, view: View) -> tuple[bool, int, int]:
     if part.label in model.cpu or (condition == 'running' and part.failure):
         rank = min(rank, 1)
     if condition == 'stopping' and model.state.stopping:
-        rank = _HEALTHY
+        rank = HEALTHY
     return part.label != view.chosen, rank, -part.turn
 
 
 def _chip(part: Part, model: StatusModel, view: View, style: Style) -> _Chip:
     """Return what is shown of one process."""
-    condition, label = part.condition, part.label
-    look = LOOKS[condition]
-    sign = look.plain_sign if style.ascii else look.sign
-    text = one_line(label)
-    text_colour = look.text_colour
+    row = model.row(part)
+    label, look = part.label, row.look
+    text, text_colour = row.title, look.text_colour
     if label in view.muted or (view.only and label not in view.only):
         text = f'({text})'
-        text_colour = text_colour or _DIM
-    details = []
-    if part.restarts:
-        colour = _RED if part.failure else _YELLOW
-        details.append((f'×{part.restarts}', colour))
-    if label in model.cpu:
-        details.append((f'{model.cpu[label] * 100:.0f}%', _YELLOW))
-    if part.lifecycle not in (None, UNKNOWN, 'active'):
-        details.append((part.lifecycle or '', _YELLOW))
-    if part.failure and not (condition == 'running' and part.restarts):
-        details.append((part.failure, _RED))
-    words = [(sign, look.colour), (text, text_colour), *details]
-    if label in model.keys:
-        words.insert(0, (model.keys[label], _BOLD))
+        text_colour = text_colour or DIM
+    failure = part.failure
+    if part.condition == 'running' and part.restarts:
+        # the colour of the restarts tells
+        failure = ''
+    words = [
+        (row.key, BOLD),
+        (look.plain_sign if style.ascii else look.sign, look.colour),
+        (text, text_colour),
+        (row.restarts, RED if part.failure else YELLOW),
+        (row.cpu, YELLOW),
+        (row.lifecycle, YELLOW),
+        (failure, RED),
+    ]
+    words = [(word, colour) for word, colour in words if word]
     plain = ' '.join(word for word, _ in words)
     if label != view.chosen:
         painted = ' '.join(_painted(word, c, style) for word, c in words)
         return painted, width(plain)
     if style.color:
-        return _painted(plain, _REVERSE, style), width(plain)
+        return _painted(plain, REVERSE, style), width(plain)
     return _measured(f'>{plain}<')
 
 
@@ -358,17 +320,17 @@ def _last_lines(
     hint = _packed([_measured(w) for w in hint.split(_GAP)], columns)[0]
     if news and hint and width(news) + len(_SPACE + hint) > columns:
         if room > 1:
-            return [cut(news, columns), _painted(hint, _DIM, style)]
+            return [cut(news, columns), _painted(hint, DIM, style)]
         hint = hint.partition(_GAP)[0]
         news = cut(news, max(1, columns - len(_SPACE + hint)))
-    return [_SPACE.join(filter(None, (news, _painted(hint, _DIM, style))))]
+    return [_SPACE.join(filter(None, (news, _painted(hint, DIM, style))))]
 
 
 def _told(view: View, style: Style, columns: int, count: int) -> list[str]:
     """Return lines with what the last key did, or the next one may be."""
     colour = ''
     if view.note:
-        colour = _YELLOW
+        colour = YELLOW
         words = [_measured(word) for word in one_line(view.note).split()]
         lines = _packed(words, columns, ' ')
     elif view.hint and (view.chosen is not None or view.prompt is not None):
@@ -390,7 +352,7 @@ def _news(
         if width(text) > style.columns - 2:
             # it was told when it began
             text = text.replace(_HURRIES, '')
-        news.append(_painted(text, _YELLOW, style))
+        news.append(_painted(text, YELLOW, style))
     else:
         watched = state.change
         if watched is not None and not watched.is_final:
@@ -403,7 +365,7 @@ def _news(
         if watched is not None and watched.is_final:
             news.append(_watched(watched, style))
     if view.filter:
-        news.append(_painted(one_line(view.filter), _YELLOW, style))
+        news.append(_painted(one_line(view.filter), YELLOW, style))
     return news
 
 
@@ -426,11 +388,11 @@ def _stopping(countdown: Countdown | None, now: float) -> str:
 def _watched(event: events.Watched | events.Checked, style: Style) -> str:
     failed = event.severity != 'INFO'
     if not event.is_final:
-        sign, colour = '…', _YELLOW
+        sign, colour = '…', YELLOW
     elif failed:
-        sign, colour = LOOKS['failed'].sign, _ALARM
+        sign, colour = LOOKS['failed'].sign, ALARM
     else:
-        sign, colour = LOOKS['ended'].sign, _GREEN
+        sign, colour = LOOKS['ended'].sign, GREEN
     text = one_line(' '.join(event.lines()))
     return f'{_painted(sign, colour, style)} {text}'
 

@@ -1,18 +1,103 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What the status block shows of the state of a launch."""
+"""What both views show of the processes and components of a launch."""
 
 from collections.abc import Mapping
+import re
 
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.printable import one_line
+from colcon_yamllaunch.engine.state import ComponentState
+from colcon_yamllaunch.engine.state import Condition
 from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.state import Part
+from colcon_yamllaunch.engine.state import UNKNOWN
 
 #: The keys that choose a process, in the order in which they are assigned:
 #: those that mean something for all processes are left out.
 KEYS = '1234567890abcdefghijklmnoprsuvxyzABCDFGHIJKNOPQRSTUVWXYZ'
 #: The share of a processor from which on it is shown.
 MUCH_CPU = 0.5
+#: The rank of what is as it should be.
+HEALTHY = 2
+
+#: Colours of a terminal (ECMA-48).
+DIM, BOLD, REVERSE = '\x1b[2m', '\x1b[1m', '\x1b[7m'
+RED, GREEN, YELLOW = '\x1b[31m', '\x1b[32m', '\x1b[33m'
+ALARM = '\x1b[1;31m'
+
+#: How a process failed, in full; see `outcome.Outcome`.
+_FAILED = re.compile(r'exited with code (\d+)|died by (\w+)( \([^)]*\))?')
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """
+    How a condition looks.
+
+    :param sign: In a terminal that has more than ASCII
+    :param plain_sign: In one that has not
+    :param colour: Of the sign in the status block
+    :param style: Of the sign on the full screen
+    :param text_colour: Of the label in the status block
+    :param rank: What comes first where not all fit
+    """
+
+    sign: str
+    plain_sign: str
+    colour: str
+    style: str
+    text_colour: str = ''
+    rank: int = HEALTHY
+
+
+#: How each condition looks.
+LOOKS: dict[Condition, Look] = {
+    'waiting': Look('○', '.', DIM, 'bright_black', DIM),
+    'starting': Look('◌', ':', YELLOW, 'yellow'),
+    'running': Look('●', '*', GREEN, 'green'),
+    'stopping': Look('◍', '-', YELLOW, 'yellow', rank=1),
+    'held': Look('‖', '|', YELLOW, 'yellow', rank=1),
+    'respawn': Look('↻', '@', YELLOW, 'yellow', rank=1),
+    'ended': Look('✓', '+', DIM, 'bright_black', DIM),
+    'stopped': Look('■', '#', DIM, 'bright_black', DIM),
+    'failed': Look('✗', '!', ALARM, 'bold red', ALARM, rank=0),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """
+    What is shown of a process or component.
+
+    :param label: Its label, None for a row about something else
+    :param title: What it is called
+    :param look: How it looks
+    :param style: The colour of its sign on the full screen
+    :param key: The key that chooses it
+    :param state: Its state in words
+    :param restarts: How often it was started again, empty for never
+    :param cpu: Its share of a processor if that is much
+    :param lifecycle: The state of its lifecycle node unless that is active
+    :param depth: How far it is indented
+    """
+
+    label: str | None
+    title: str
+    look: Look
+    style: str = ''
+    key: str = ''
+    state: str = ''
+    restarts: str = ''
+    cpu: str = ''
+    lifecycle: str = ''
+    depth: int = 0
+
+    @property
+    def note(self) -> str:
+        """What there is to say about it in short."""
+        return ' '.join(filter(None, (self.state, self.restarts, self.cpu)))
 
 
 class StatusModel:
@@ -23,7 +108,7 @@ class StatusModel:
     """
 
     def __init__(self, state: LaunchState) -> None:
-        self.state = state
+        self._state = state
         #: The shares of a processor, by label; those that are not much are
         #: left out.
         self.cpu: dict[str, float] = {}
@@ -31,6 +116,11 @@ class StatusModel:
         self._labels: dict[str, str] = {}
         self._assigned = -1
         self._measured = 0
+
+    @property
+    def state(self) -> LaunchState:
+        """The state of the launch."""
+        return self._state
 
     @property
     def version(self) -> tuple[int, int]:
@@ -42,9 +132,9 @@ class StatusModel:
         """The processes and components, in the order of the plan."""
         return tuple(self.state.by_label.values())
 
-    def part(self, label: str) -> Part | None:
+    def part(self, label: str | None) -> Part | None:
         """Return the process or component with a label."""
-        return self.state.by_label.get(label)
+        return None if label is None else self.state.by_label.get(label)
 
     @property
     def keys(self) -> Mapping[str, str]:
@@ -69,6 +159,27 @@ class StatusModel:
             self.cpu = cpu
             self._measured += 1
 
+    def row(self, part: Part, depth: int = 0) -> Row:
+        """Return what is shown of a process or component."""
+        label, condition = part.label, part.condition
+        look = LOOKS[condition]
+        has_failed = condition == 'respawn' and part.failure
+        cpu = self.cpu.get(label)
+        is_steady = part.lifecycle in (None, UNKNOWN, 'active')
+        return Row(
+            label,
+            one_line(label),
+            look,
+            LOOKS['failed'].style if has_failed else look.style,
+            self.keys.get(label, ''),
+            # as the status block has it: the code, or the signal
+            _FAILED.sub(lambda m: m[2] or f'exit {m[1]}', state_of(part)),
+            f'×{part.restarts}' if part.restarts else '',
+            '' if cpu is None else f'{cpu * 100:.0f}%',
+            '' if is_steady else part.lifecycle or '',
+            depth,
+        )
+
     def _assign(self) -> None:
         """Assign keys to new processes; others keep theirs."""
         if self._assigned == self.state.version:
@@ -83,3 +194,14 @@ class StatusModel:
         for label, key in zip(new, free, strict=False):
             self._keys[label] = key
             self._labels[key] = label
+
+
+def state_of(part: Part) -> str:
+    """Return the state of a process or component, as a word or a sentence."""
+    if part.phase in ('running', 'loaded') and part.lifecycle is not None:
+        return part.lifecycle
+    if part.phase == 'respawn':
+        return f'respawns ({part.ending})'
+    if part.phase == 'failed' or not isinstance(part, ComponentState):
+        return one_line(part.ending) or part.phase
+    return part.phase

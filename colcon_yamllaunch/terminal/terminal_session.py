@@ -2,7 +2,7 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-What a launch has of the terminal that it was started in.
+The view of a launch in the terminal that it was started in.
 
 That is the status block below the output, and the keyboard. Both are somebody
 else's while the launch is suspended or in the background.
@@ -12,14 +12,19 @@ from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Mapping
 from collections.abc import Sequence
+import math
 import os
 from pathlib import Path
 import signal
 import time
+from typing import Any
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine.commands import Debug
+from colcon_yamllaunch.engine.commands import Described
+from colcon_yamllaunch.engine.commands import Refused
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.exit_conditions import ExitConditions
 from colcon_yamllaunch.engine.output.channels import size_of
@@ -31,25 +36,27 @@ from colcon_yamllaunch.observers.screen import Screen
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.terminal.attachment import Attachment
 from colcon_yamllaunch.terminal.cpu_shares import CpuShares
-from colcon_yamllaunch.terminal.key_acts import KeyActs
-from colcon_yamllaunch.terminal.key_decoder import ESCAPE_DELAY
+from colcon_yamllaunch.terminal.keyboard import ESCAPE_DELAY
 from colcon_yamllaunch.terminal.keyboard import is_in_foreground
 from colcon_yamllaunch.terminal.keyboard import Keyboard
-from colcon_yamllaunch.terminal.keys import Act
-from colcon_yamllaunch.terminal.keys import Command
+from colcon_yamllaunch.terminal.keyboard import WatchedKeyboard
+from colcon_yamllaunch.terminal.keymap import cannot_be_typed_at
+from colcon_yamllaunch.terminal.keymap import FOR_ALL
+from colcon_yamllaunch.terminal.keymap import FOR_ONE
+from colcon_yamllaunch.terminal.keys import DOWN
 from colcon_yamllaunch.terminal.keys import help_lines
 from colcon_yamllaunch.terminal.keys import Keys
+from colcon_yamllaunch.terminal.keys import Press
 from colcon_yamllaunch.terminal.keys import Typed
 from colcon_yamllaunch.terminal.status_block import Block
 from colcon_yamllaunch.terminal.status_block import block_of
 from colcon_yamllaunch.terminal.status_block import MAXIMUM_LINES
 from colcon_yamllaunch.terminal.status_block import next_change
+from colcon_yamllaunch.terminal.status_block import next_second
 from colcon_yamllaunch.terminal.status_block import Style
 from colcon_yamllaunch.terminal.status_block import View
 from colcon_yamllaunch.terminal.status_model import StatusModel
 from colcon_yamllaunch.terminal.status_writer import StatusWriter
-from colcon_yamllaunch.terminal.waits import waits
-from colcon_yamllaunch.terminal.watched_keyboard import WatchedKeyboard
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.terminal.pager import PagedOutput
@@ -67,11 +74,13 @@ PART = 3
 MODES_INTERVAL = 0.25
 #: Bytes of a line that may change that are looked at.
 _SEEN = 4096
+# those that send a command
+_COMMANDS = {key.name: key.command for key in (*FOR_ONE, *FOR_ALL)}
 
 
 class TerminalSession:
     """
-    Has the terminal of a launch, as long as that is in its foreground.
+    The terminal of a launch, as long as that is in its foreground.
 
     :param state: The state of the launch
     :param writer: Writes to the terminal
@@ -109,7 +118,7 @@ class TerminalSession:
         self._filter = LineFilter(
             color=color, is_ascii=is_plain, form_of=self._form_of
         )
-        self._keys = Keys(self.model, self._names_of, self._can_type_at)
+        self._keys = Keys(self.model)
         self._attachment = Attachment(self._keys, screen, attach)
         # when an Esc has been a key
         self._escape_due: float | None = None
@@ -118,13 +127,12 @@ class TerminalSession:
         # when it came that is shown after that
         self._time: float | None = None
         self._guard = guard
-        self._keyboard = WatchedKeyboard(keyboard, self._take_keys)
+        self._keyboard = WatchedKeyboard(keyboard, self._typed)
         self._color = color
         self._is_plain = is_plain
         self._conditions = conditions
         self._clock = clock
         self._engine: Engine | None = None
-        self._acts: KeyActs | None = None
         self._show: events.Listener = screen.handle
         self._shares = CpuShares()
         self._next_look = clock() + LOOK_INTERVAL
@@ -145,14 +153,6 @@ class TerminalSession:
     def connect(self, engine: Engine) -> None:
         """Use an engine, before it runs."""
         self._engine = engine
-        self._acts = KeyActs(
-            engine,
-            self.model,
-            self._keys,
-            self._attachment,
-            self._tell,
-            self._page,
-        )
         self._attachment.connect(engine)
         self._keyboard.connect(engine.loop)
         engine.when_suspended.append(self._suspend)
@@ -220,7 +220,7 @@ class TerminalSession:
             return
         self._is_active = not self._is_active
         if not self._is_active:
-            self._keyboard.let_go()
+            self._keyboard.release()
             return
         modes = self._keyboard.grab(keeps_early=self._attachment.is_wanted)
         self._guard.terminal(self._writer.descriptor, modes)
@@ -229,33 +229,22 @@ class TerminalSession:
         self._show_all(self._filter.end())
         self._is_active = False
         self._writer.leave()
-        self._keyboard.let_go()
+        self._keyboard.release()
         self._guard.no_terminal()
 
-    def _take_keys(self, typed: bytes) -> None:
+    # keys
+
+    def _typed(self, typed: bytes) -> None:
         self._attachment.mind_modes()
         self._do(self._keys.feed(typed))
 
-    def _do(self, commands: Iterable[Command]) -> None:
-        """Do what keys have been pressed for."""
-        assert self._acts is not None
-        for command in commands:
-            match command:
-                case Typed():
-                    self._attachment.type(command.keys)
-                case Act():
-                    self._acts.do(command)
-                case 'watch':
-                    self._acts.switch_watch()
-                case 'help':
-                    self._overlay(help_lines)
-                case 'errors':
-                    self._overlay(self._error_lines)
-                case 'quit':
-                    os.kill(os.getpid(), signal.SIGINT)
-                case 'break':
-                    self._show_all(self._filter.settle())
-                    self._writer.write(None, b'\n')
+    def _do(self, presses: Iterable[Press | Typed]) -> None:
+        """Carry out keys that were pressed."""
+        for press in presses:
+            if isinstance(press, Typed):
+                self._attachment.type(press.keys)
+            else:
+                self._press(press.name, press.label)
         filtering = self._keys.filtering
         if filtering != self._filter.filtering:
             self._show_all(self._filter.settle())
@@ -265,6 +254,77 @@ class TerminalSession:
         if self._keys.is_waiting:
             self._escape_due = self._clock() + ESCAPE_DELAY
         self._writer.touch(at_once=True)
+
+    def _press(self, name: str, label: str | None) -> None:
+        """Send the command of a key, or call its method."""
+        command_of = _COMMANDS.get(name)
+        engine, state = self._engine, self.model.state
+        if command_of is None or engine is None:
+            getattr(self, f'key_{name}')(label)
+            return
+        part = self.model.part(label)
+        if name in ('stop', 'kill') and part and part.condition in DOWN:
+            self._keys.tell(f'{label} does not run')
+
+        command = command_of(state if label is None else label)
+
+        def reply(response: Any) -> None:
+            if isinstance(response, Refused):
+                self._keys.tell(response.error)
+            elif after := getattr(self, f'after_{name}', None):
+                after(command, response)
+
+        engine.ask(command, reply)
+
+    def after_debug(self, command: Debug, _: object) -> None:
+        """Type at a process as soon as its debugger runs."""
+        self._attachment.await_start(command.process)
+
+    def after_describe(self, _: object, response: Described) -> None:
+        """Show what a process or component is."""
+        # few are asked for it
+        from colcon_yamllaunch.control.description_lines import (
+            description_lines,
+        )
+
+        self._show_all(self._filter.settle())
+        self._screen.show_table(description_lines(response.description))
+
+    def key_attach(self, label: str) -> None:
+        """Type at a process."""
+        part = self.model.part(label)
+        if part is not None and not self._attachment.attach(label):
+            self._keys.tell(cannot_be_typed_at(part))
+
+    def key_detach(self, label: str) -> None:
+        """Go back from the process that is typed at."""
+        self._attachment.detached(label)
+
+    def key_log(self, label: str) -> None:
+        """Show the log of a process in the pager."""
+        part = self.model.part(label)
+        log = None if part is None else self.model.state.log_of(part)
+        if log is None:
+            self._keys.tell(f'{label} has no log')
+        else:
+            self._page(log)
+
+    def key_help(self, _: None) -> None:
+        """Show all keys in place of the block."""
+        self._overlay(help_lines)
+
+    def key_errors(self, _: None) -> None:
+        """Show the errors of the last build that failed likewise."""
+        self._overlay(self._error_lines)
+
+    def key_quit(self, _: None) -> None:
+        """Stop the launch as Ctrl-C does."""
+        os.kill(os.getpid(), signal.SIGINT)
+
+    def key_break(self, _: None) -> None:
+        """End a line of the output."""
+        self._show_all(self._filter.settle())
+        self._writer.write(None, b'\n')
 
     def _overlay(self, lines: Callable[[int], Sequence[str]]) -> None:
         """
@@ -286,16 +346,11 @@ class TerminalSession:
         )
         return [part for line in lines for part in textwrap.wrap(line, width)]
 
-    def _tell(self, lines: Iterable[str]) -> None:
-        self._show_all(self._filter.settle())
-        self._screen.show_table(lines)
-
     # the pager
 
-    def _page(self, label: str, log: str | None) -> None:
+    def _page(self, log: str) -> None:
         """Leave the terminal to the pager, with the log of a process."""
-        if log is None or self._engine is None:
-            self._keys.tell(f'{label} has no log')
+        if self._engine is None:
             return
         # few are looked at
         from colcon_yamllaunch.terminal.pager import PagedOutput
@@ -343,16 +398,6 @@ class TerminalSession:
         variables = dict(process.environment)
         return variables.get(FORMAT, self._environment.get(FORMAT))
 
-    def _names_of(self, label: str) -> Iterable[str]:
-        # few ask
-        from colcon_yamllaunch.control.process_names import names_of
-
-        return () if self._engine is None else names_of(self._engine, label)
-
-    def _can_type_at(self, label: str) -> bool:
-        engine = self._engine
-        return engine is not None and engine.terminals.has_keyboard(label)
-
     def _compose(self, now: float) -> tuple[Block | None, float | None]:
         """Return the block, if there is one, and when to ask again."""
         self._mind_foreground()
@@ -376,12 +421,7 @@ class TerminalSession:
             self._is_plain,
             size.lines,
         )
-        waits_for, until = '', None
-        if self._engine is not None:
-            is_idle = all(p.pid is None for p in state.processes)
-            waits_for, until = waits(
-                self._engine, self._conditions, now, is_idle=is_idle
-            )
+        pending, until = self._pending(now)
         view = View(live=self._live())
         next_modes = None
         if self._keyboard.has_keys:
@@ -389,9 +429,8 @@ class TerminalSession:
                 # the process may have changed them without a word
                 self._attachment.mind_modes()
                 next_modes = now + MODES_INTERVAL
-            self._keys.can_watch = state.watch is not None
             view = self._keys.view(view.live)
-        block = block_of(model, view, style, now, waits_for)
+        block = block_of(model, view, style, now, pending)
         is_typing = block.cursor is not None
         if is_typing != self._is_typing:
             self._is_typing = is_typing
@@ -404,6 +443,33 @@ class TerminalSession:
             next_modes,
         )
         return block, min(time for time in times if time is not None)
+
+    def _pending(self, now: float) -> tuple[str, float | None]:
+        """Return what the launch waits for, and until when that is right."""
+        engine, state = self._engine, self.model.state
+        if engine is None:
+            return '', None
+        texts = []
+        times = []
+        seen = [f"'{text}'" for text in self._conditions.waited_for()]
+        if seen:
+            texts.append(f'waits for {", ".join(seen)}')
+        due = self._conditions.due()
+        if due is not None and due > now:
+            texts.append(f'{_seconds(due - now)} left')
+            times.append(next_second(due, now))
+        if not state.stopping:
+            due = engine.supervisor.next_timer()
+            if due is not None and due > now:
+                texts.append(f'timer in {_seconds(due - now)}')
+                times.append(next_second(due, now))
+            if state.watch_paused:
+                texts.append('--watch is off')
+            elif state.watch is not None and not any(
+                process.pid for process in state.processes
+            ):
+                texts.append('waits for a change')
+        return ', '.join(texts), min(times, default=None)
 
     def _shares_elsewhere(self) -> Mapping[str, float]:
         """Return what processes on other machines take of a processor."""
@@ -418,3 +484,11 @@ class TerminalSession:
             .expandtabs()
             for output in self._filter.live
         )
+
+
+def _seconds(seconds: float) -> str:
+    whole = math.ceil(seconds)
+    if whole < 100:
+        return f'{whole} s'
+    minutes, whole = divmod(whole, 60)
+    return f'{minutes}:{whole:02}'

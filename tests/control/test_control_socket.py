@@ -17,6 +17,7 @@ from colcon_yamllaunch.control.client import LaunchEndedError
 from colcon_yamllaunch.control.client import running_launches
 from colcon_yamllaunch.control.client import RunningLaunch
 from colcon_yamllaunch.control.orphaned_launches import orphaned_launches
+from colcon_yamllaunch.engine import commands
 import pytest
 from support.controlled import ABOUT
 from support.controlled import idles
@@ -74,11 +75,11 @@ def test_a_process_is_stopped_and_restarted(controlled, sh, is_running):
         sh('b', 'sleep 99; true'),
     )
     first = c.becomes('a', 'running').pid
-    c.client.request('stop', process='a')
+    c.client.do(commands.Stop('a'))
     stopped = c.becomes('a', 'ended')
     assert stopped.ending == 'stopped'
     assert not is_running(first)
-    c.client.request('restart', process='a')
+    c.client.do(commands.Restart('a'))
     second = c.becomes('a', 'running')
     assert second.pid != first
     assert second.restarts == 1
@@ -101,7 +102,7 @@ def test_a_single_stop_reaches_what_the_process_started(
         sleep('b'),
     )
     c.one.shows('[a]      ')
-    c.client.request('stop', process='a')
+    c.client.do(commands.Stop('a'))
     c.becomes('a', 'ended')
     (b,) = [p.pid for p in c.client.status().processes if p.label == 'b']
     assert [p for p in c.one.processes() if os.getpgid(p) != b] == []
@@ -109,7 +110,7 @@ def test_a_single_stop_reaches_what_the_process_started(
 
 def test_a_refusal_says_why(idle):
     with pytest.raises(ControlError, match="no process 'x'"):
-        idle.client.request('stop', process='x')
+        idle.client.do(commands.Stop('x'))
     with pytest.raises(ControlError, match='emulate_tty'):
         idle.client.request('attach', process='a')
     assert idle.process('a').phase == 'running'
@@ -117,7 +118,7 @@ def test_a_refusal_says_why(idle):
 
 def test_a_shutdown_ends_the_launch(controlled, sleep):
     c = controlled(sleep('a'))
-    c.client.request('shutdown')
+    c.client.do(commands.Shutdown())
     c.client.wait_for_end(c.one.popen.pid)
     assert c.one.ends() == 0
     assert running_launches(c.place, pytest.fail) == []
@@ -306,7 +307,7 @@ def test_an_attached_client_is_told_of_the_end(controlled, python):
     c.client.send({'keys': '\x04'})
     assert told(c.client, 'ended') == {'ended': 'finished', 'again': True}
     assert told(c.client, 'started')['started'] > 0
-    c.connect().request('stop', process='a')
+    c.connect().do(commands.Stop('a'))
     assert told(c.client, 'ended')['again'] is False
 
 

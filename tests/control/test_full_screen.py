@@ -47,9 +47,11 @@ def play(app, act):
 def test_a_launch_is_shown_from_its_beginning_to_its_end(controlled, sh):
     c = controlled(sh('a', 'echo one; sleep 99'), sh('b', 'echo two; exit 3'))
     c.becomes('b', 'ended')
-    app = LaunchApp(c.client.subscribe(BEGINNING), Around())
+    c.client.subscribe(BEGINNING, states=True)
+    app = LaunchApp(c.client, Around())
     # others may look, too
-    other = c.connect().subscribe()
+    other = c.connect()
+    other.subscribe()
     model = app.panes.model
 
     def lines():
@@ -63,7 +65,7 @@ def test_a_launch_is_shown_from_its_beginning_to_its_end(controlled, sh):
         await pilot.press('r')
         await until(lambda: model.part('a').pid not in (None, pid))
         await pilot.press('s')
-        await until(lambda: model.exit_code is not None and model.ending)
+        await until(lambda: model.state.exit_code is not None and model.ending)
         assert ('b', 'two') in lines()
 
     play(app, act)
@@ -80,7 +82,8 @@ def test_a_flood_drowns_neither_the_screen_nor_the_launch(
     flood['argv'].append(str(dry))
     c = controlled(flood)
     c.becomes('a', 'running')
-    app = LaunchApp(c.client.subscribe(), Around())
+    c.client.subscribe(states=True)
+    app = LaunchApp(c.client, Around())
     model = app.panes.model
 
     async def act(pilot, until):

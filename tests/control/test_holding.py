@@ -14,7 +14,6 @@ from colcon_yamllaunch.control.client import LaunchEndedError
 from colcon_yamllaunch.control.journal import Journal
 from colcon_yamllaunch.control.protocol import ProtocolError
 from colcon_yamllaunch.control.subscribers import Subscribers
-from colcon_yamllaunch.control.subscription import Answered
 from colcon_yamllaunch.control.subscription import BEGINNING
 from colcon_yamllaunch.control.subscription import Happened
 from colcon_yamllaunch.control.subscription import Missed
@@ -49,8 +48,8 @@ def test_a_holder_gets_everything_once_over_many_connections(
     while not written.endswith(b'done\n'):
         connections += 1
         client = c.connect()
-        news = client.subscribe(point, holder='test')
-        for number, one in enumerate(news):
+        client.subscribe(point, holder='test')
+        for number, one in enumerate(client.events()):
             ready.touch()
             assert not isinstance(one, Missed)
             if isinstance(one, Wrote):
@@ -59,8 +58,8 @@ def test_a_holder_gets_everything_once_over_many_connections(
                 events.append(one.name)
             if number == connections or written.endswith(b'done\n'):
                 break
-        point = news.point
-        news.ask('ping', ack=point.as_json())
+        point = client.point
+        client.send_request('ping', bool, ack=point.as_json())
         client.close()
     assert written == c.one.log_folder.joinpath('a/stdout.log').read_bytes()
     assert written.count(b'\n') == 100_001
@@ -70,35 +69,45 @@ def test_a_holder_gets_everything_once_over_many_connections(
 
 
 def test_only_the_holder_acknowledges(idle):
-    holder = idle.connect().subscribe(holder='one')
+    holder = _holder(idle, 'one')
     with pytest.raises(ControlError, match='another client holds'):
         idle.connect().subscribe(holder='other')
     now = holder.now.as_json()
-    assert _answer_to(holder, 'ping', ack=now).error is None
+    assert _answer_to(holder, 'ping', ack=now)['ok']
     before = time.time()
-    clock = _answer_to(holder, 'ping').answer['clock']
+    clock = _answer_to(holder, 'ping')['clock']
     assert before <= clock <= time.time()
-    other = idle.connect().subscribe()
-    assert _answer_to(other, 'ping').error is None
-    assert 'another' in _answer_to(other, 'ping', ack=now).error
+    other = _holder(idle, None)
+    assert _answer_to(other, 'ping')['ok']
+    assert 'another' in _answer_to(other, 'ping', ack=now)['error']
     # with another connection, it is the same one
-    again = idle.connect().subscribe(holder='one')
-    assert 'another' in _answer_to(holder, 'ping', ack=now).error
-    assert _answer_to(again, 'ping', ack=now).error is None
+    again = _holder(idle, 'one')
+    assert 'another' in _answer_to(holder, 'ping', ack=now)['error']
+    assert _answer_to(again, 'ping', ack=now)['ok']
 
 
-def _answer_to(subscription, name, **more):
-    subscription.ask(name, **more)
-    return next(one for one in subscription if isinstance(one, Answered))
+def _holder(controlled, holder, **more):
+    client = controlled.connect()
+    client.subscribe(holder=holder, **more)
+    return client
+
+
+def _answer_to(client, name, **more):
+    answers = []
+    client.send_request(name, answers.append, **more)
+    while not answers:
+        client.read()
+        list(client.received())
+    return answers[0]
 
 
 def test_a_launch_whose_lease_expires_is_stopped(controlled, sh):
     c = controlled(sh('a', 'sleep 99'), sh('b', 'setsid sleep 99'))
     c.becomes('a', 'running')
-    news = c.connect().subscribe(holder='test', lease=0.4)
+    news = _holder(c, 'test', lease=0.4)
     begin = time.monotonic()
     while time.monotonic() < begin + 1.2:
-        assert _answer_to(news, 'ping').error is None
+        assert _answer_to(news, 'ping')['ok']
         time.sleep(0.05)
     # others do not renew it
     with pytest.raises(LaunchEndedError):

@@ -10,6 +10,7 @@ import signal
 from colcon_yamllaunch.control.client import ControlError
 from colcon_yamllaunch.control.client import LaunchEndedError
 from colcon_yamllaunch.control.orphaned_launches import orphaned_launches
+from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine.process.cgroup import process_folder
 import pytest
 from support.controlled import ABOUT
@@ -85,7 +86,7 @@ def test_orphans_are_found_and_stopped_by_name_and_all_together(
     a = state.processes[0]
     assert (a.name, a.node) == ('sleep-1', '/demo/a')
     assert a.log == str(o.one.log_folder / 'a-1/stdout_stderr.log')
-    launch.request('stop', process='b')
+    launch.do(commands.Stop('b'))
 
     def phases():
         return [p.phase for p in launch.status().processes]
@@ -93,10 +94,10 @@ def test_orphans_are_found_and_stopped_by_name_and_all_together(
     wait_until(lambda: phases() == ['running', 'ended', 'running'])
     assert path.exists()
     with pytest.raises(ControlError, match='launcher was killed'):
-        launch.request('restart', process='a')
+        launch.do(commands.Restart('a'))
     # another terminal knows as much
     again = o.found()
-    again.request('shutdown')
+    again.do(commands.Shutdown())
     again.wait_for_end(0)
     assert o.one.processes() == []
     with pytest.raises(LaunchEndedError):
@@ -120,7 +121,7 @@ def test_what_loses_its_parent_by_the_stop_is_stopped_too(
     o = Orphaned(one, wait_until)
     assert is_running(pid)
     orphan = o.found()
-    orphan.request('shutdown')
+    orphan.do(commands.Shutdown())
     orphan.wait_for_end(0)
     assert not is_running(pid)
 
@@ -136,7 +137,7 @@ def test_what_their_group_alone_tells_of_is_stopped_too(
     pid = int(o.one.screen.partition('lost ')[2].split()[0])
     folder = Path(process_folder(pid)).parent
     launch = o.found()
-    launch.request('shutdown')
+    launch.do(commands.Shutdown())
     launch.wait_for_end(0)
     assert not is_running(pid)
     assert not folder.exists()
@@ -152,7 +153,7 @@ def test_the_mark_alone_is_enough(orphaned, sleep):
     assert [p.label for p in state.processes] == ['sleep-1']
     # who uses other folders does not see it
     assert found(o.one, TMPDIR=str(o.folder)) == []
-    launch.request('shutdown')
+    launch.do(commands.Shutdown())
     launch.wait_for_end(0)
     assert o.one.processes() == []
 
@@ -176,7 +177,7 @@ def test_what_the_guard_stops_is_left_to_it(launch, python, wait_until):
     one.popen.wait()
     wait_until((one.folder / 'begun').exists)
     (orphaned,) = found(one)
-    orphaned.request('shutdown')
+    orphaned.do(commands.Shutdown())
     state = orphaned.status()
     assert state.stopping
     assert [p.phase for p in state.processes] == ['stopping']

@@ -3,12 +3,11 @@
 
 """Which processes of a launch a name means."""
 
-from types import SimpleNamespace
-
 from colcon_yamllaunch.control.process_names import meant_by
-from colcon_yamllaunch.control.process_names import names_of
 from colcon_yamllaunch.control.process_names import ProcessNames
 import pytest
+from support.launch_states import component_state
+from support.launch_states import process_state
 
 
 @pytest.mark.parametrize(
@@ -89,24 +88,14 @@ def test_processes_on_machines_are_known_with_them_and_without(pattern, meant):
     assert meant_by(pattern, known) == meant
 
 
-def test_a_launch_has_the_names_of_its_parts():
-    process = SimpleNamespace(
-        label='driver', ros_name='cam.py-2', argv=('cam',), node_name='/a/cam'
-    )
-    component = SimpleNamespace(plugin='demo::Talker', node_name='/b/talker')
-    part = SimpleNamespace(label='talker', component=component, full_name=None)
-    engine = SimpleNamespace(
-        find=lambda _: None,
-        supervisor=SimpleNamespace(tasks=[SimpleNamespace(process=process)]),
-        composition=SimpleNamespace(tasks=[part]),
+def test_a_state_has_the_names_of_its_part():
+    process = process_state(
+        'driver', name='cam.py-2', executable='cam', node='/a/cam'
     )
     assert {'driver', 'cam.py-2', '/a/cam', '/a'} <= set(
-        names_of(engine, 'driver')
+        ProcessNames.of_state(process)
     )
+    component = component_state('talker', node='/b/talker')
     assert {'talker', 'demo::Talker', 'b/talker'} <= set(
-        names_of(engine, 'talker')
+        ProcessNames.of_state(component)
     )
-    # what ROS says is better than what the launch file says
-    part.full_name = '/c/talker'
-    assert '/c' in names_of(engine, 'talker')
-    assert names_of(engine, 'nobody') == ()

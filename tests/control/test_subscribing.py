@@ -12,12 +12,12 @@ import socket
 from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.control.client import ControlError
 from colcon_yamllaunch.control.client import LaunchEndedError
-from colcon_yamllaunch.control.subscription import Answered
 from colcon_yamllaunch.control.subscription import BEGINNING
 from colcon_yamllaunch.control.subscription import Happened
 from colcon_yamllaunch.control.subscription import Missed
 from colcon_yamllaunch.control.subscription import Point
 from colcon_yamllaunch.control.subscription import Wrote
+from colcon_yamllaunch.engine import commands
 import pytest
 from support.controlled import idles
 from support.controlled import memory_of
@@ -42,11 +42,16 @@ TALKER = (
 TALK = 1000 * 8192 + 5
 
 
-def news_of(subscription, until=None):
-    """Return all news up to one, or to the end of the launch."""
+def subscribed(client, since=None, **more):
+    client.subscribe(since, **more)
+    return client
+
+
+def news_of(client, until=None):
+    """Return what is received up to one, or to the end of the launch."""
     found = []
     try:
-        for one in subscription:
+        for one in client.events():
             found.append(one)
             if until is not None and until(one):
                 break
@@ -55,13 +60,13 @@ def news_of(subscription, until=None):
     return found
 
 
-def answer_to(subscription, name, **more):
-    number = subscription.ask(name, **more)
-    news = news_of(
-        subscription,
-        lambda one: isinstance(one, Answered) and one.number == number,
-    )
-    return news[-1]
+def answer_to(client, name, **more):
+    answers = []
+    client.send_request(name, answers.append, **more)
+    while not answers:
+        client.read()
+        list(client.received())
+    return answers[0]
 
 
 def size_of(news):
@@ -80,16 +85,16 @@ def test_a_client_is_told_all_from_the_beginning_to_the_end(controlled, sh):
     )
     c.becomes('a', 'ended')
     c.one.shows('[b]      up')
-    before = c.client.subscribe(BEGINNING)
+    before = subscribed(c.client, BEGINNING)
     assert [p.label for p in before.state.processes] == ['a', 'b']
-    after = c.connect().subscribe(output=False)
+    after = subscribed(c.connect(), output=False)
     assert after.now == after.point == before.now
-    assert before.ask('kill', process='b') == 1
+    responses = []
+    before.ask(commands.Kill('b'), responses.append)
     news = news_of(before)
     # by then the logs are written
     assert c.one.ends() == 1
-    (answer,) = [one for one in news if isinstance(one, Answered)]
-    assert answer.error is None
+    assert responses == [commands.DONE]
     events = [one.fields for one in news if isinstance(one, Happened)]
     lines = c.one.log('events.jsonl').splitlines()
     assert list(map(untimed, events)) == [
@@ -119,26 +124,29 @@ def untimed(record):
 
 
 def test_a_client_that_has_subscribed_asks_all_the_same(idle):
-    news = idle.connect().subscribe(events=False)
+    news = subscribed(idle.connect(), events=False)
     answer = answer_to(news, 'stop', process='x')
-    assert answer.error == "there is no process 'x'"
-    description = answer_to(news, 'describe', process='a').answer[
-        'description'
-    ]
+    assert answer['error'] == "there is no process 'x'"
+    description = answer_to(news, 'describe', process='a')['description']
     assert description['argv'] == ['sleep', '9999']
     assert description['position'] == '/ws/demo.yaml:14:5'
     assert (description['cwd'], description['environment']) == ('/', {})
-    (branch,) = answer_to(news, 'tree').answer['tree']
+    (branch,) = answer_to(news, 'tree')['tree']
     assert (branch['kind'], branch['title']) == ('process', 'a')
-    assert 'another connection' in answer_to(news, 'attach', process='a').error
-    assert answer_to(news, 'status').answer['launch']['title']
-    refused = answer_to(news, 'watch', action='pause').error
+    assert (
+        'another connection' in answer_to(news, 'attach', process='a')['error']
+    )
+    assert answer_to(news, 'status')['launch']['title']
+    refused = answer_to(news, 'watch', action='pause')['error']
     assert refused == 'no files are watched; that is --watch'
     # a second time takes the place of the first
-    again = answer_to(news, 'subscribe', since={'events': 0, 'bytes': 0})
-    assert again.answer['now'] == news.now.as_json()
-    (started,) = news_of(news, lambda one: isinstance(one, Happened))
-    assert started.fields['event'] == 'started'
+    answers, received = [], []
+    news.send_request('subscribe', answers.append, since=BEGINNING.as_json())
+    while not received:
+        news.read()
+        received += news.received()
+    assert answers[0]['now'] == news.now.as_json()
+    assert received[0].name == 'started'
 
 
 def test_answers_have_the_id_of_their_request(idle):
@@ -164,10 +172,10 @@ def test_answers_have_the_id_of_their_request(idle):
 )
 def test_nonsense_ends_a_subscription_and_not_the_launch(idle, message):
     client = idle.connect()
-    news = client.subscribe()
+    client.subscribe()
     client.send({'version': protocol.VERSION, **message})
     with pytest.raises(LaunchEndedError):
-        for _ in news:
+        for _ in client.events():
             pass
     assert idle.process('a').phase == 'running'
 
@@ -175,10 +183,10 @@ def test_nonsense_ends_a_subscription_and_not_the_launch(idle, message):
 def test_who_says_no_more_is_told_on(controlled, sh):
     c = controlled(sh('a', 'sleep 99'))
     c.becomes('a', 'running')
-    news = c.client.subscribe()
+    c.client.subscribe()
     c.client.connection.shutdown(socket.SHUT_WR)
     c.one.sends(signal.SIGINT)
-    assert news_of(news)[-1].name == 'ended'
+    assert news_of(c.client)[-1].name == 'ended'
 
 
 @pytest.mark.full
@@ -189,9 +197,9 @@ def test_no_client_makes_a_launch_wait_or_grow(controlled, python, tmp_path):
     c = controlled(talker)
     c.becomes('a', 'running')
     pid = c.one.popen.pid
-    reader = c.client.subscribe()
+    reader = subscribed(c.client)
     deaf = [c.connect() for _ in range(protocol.MAXIMUM_CLIENTS - 1)]
-    deaf = [client.subscribe() for client in deaf]
+    deaf = [subscribed(client) for client in deaf]
     before = memory_of(pid)
     ready.touch()
     read = news_of(
@@ -204,7 +212,7 @@ def test_no_client_makes_a_launch_wait_or_grow(controlled, python, tmp_path):
     # those that die are forgotten
     for one in deaf[1:]:
         one.close()
-    assert answer_to(reader, 'status').error is None
+    assert answer_to(reader, 'status')['ok']
     assert idles(pid)
     c.one.sends(signal.SIGINT)
     late = news_of(deaf[0])
@@ -224,7 +232,7 @@ def test_a_process_is_started_under_a_debugger_once(controlled, sh, tmp_path):
         environment={'PATH': f'{tmp_path}:{os.environ["PATH"]}'},
     )
     c.one.shows('  begun')
-    c.client.request('debug', process='a')
+    c.client.do(commands.Debug('a'))
     c.wait_until(lambda: c.process('a').terminal)
     typist = c.connect()
     typist.request('attach', process='a')
@@ -232,7 +240,7 @@ def test_a_process_is_started_under_a_debugger_once(controlled, sh, tmp_path):
     c.one.shows('gdb -q --args sh -c echo').shows('got run')
     c.wait_until(lambda: c.one.screen.count('  begun') == 2)
     assert c.process('a').restarts == 1
-    c.client.request('restart', process='a')
+    c.client.do(commands.Restart('a'))
     c.wait_until(lambda: c.process('a').restarts == 2)
     with pytest.raises(ControlError, match='emulate_tty'):
         c.client.request('attach', process='a')

@@ -13,6 +13,7 @@ from colcon_yamllaunch.common import temporary_folders
 from colcon_yamllaunch.control import socket_folder
 from colcon_yamllaunch.control.client import running_launches
 from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine.commands import Stop
 import pytest
 
 
@@ -75,7 +76,7 @@ def test_what_comes_later_is_a_part_like_any_other(
         'c-3',
         'd',
     ]
-    running.request('stop', process='b-2')
+    running.do(Stop('b-2'))
     wait_until(lambda: started.events('exited')[-1]['label'] == 'b')
     running.close()
     assert started.sends(signal.SIGINT).ends() == 0

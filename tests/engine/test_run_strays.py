@@ -14,6 +14,7 @@ import sys
 
 import colcon_yamllaunch
 from colcon_yamllaunch.control.client import running_launches
+from colcon_yamllaunch.engine.commands import Stop
 import pytest
 
 pytestmark = pytest.mark.hostile
@@ -109,7 +110,7 @@ def test_a_stray_is_stopped_with_its_process_and_no_other(
     # apart from other launches of the user
     place = dict.fromkeys(('TMPDIR', 'XDG_RUNTIME_DIR'), str(one.folder))
     (client,) = wait_until(lambda: running_launches(place, pytest.fail))
-    client.request('stop', process='a')
+    client.do(Stop('a'))
     wait_until(lambda: not is_running(strays['a']))
     assert is_running(strays['b'])
     client.close()

@@ -5,28 +5,31 @@
 
 from collections.abc import Callable
 from collections.abc import Iterator
-from collections.abc import Mapping
-from dataclasses import asdict
 import os
 from typing import Any
 
 from colcon_yamllaunch.control.client import LaunchEndedError
-from colcon_yamllaunch.control.subscription import Answered
 from colcon_yamllaunch.control.subscription import Happened
-from colcon_yamllaunch.control.subscription import News
+from colcon_yamllaunch.control.subscription import Received
 from colcon_yamllaunch.control.subscription import Wrote
+from colcon_yamllaunch.engine.commands import Command
+from colcon_yamllaunch.engine.commands import Describe
+from colcon_yamllaunch.engine.commands import Described
+from colcon_yamllaunch.engine.commands import DONE
+from colcon_yamllaunch.engine.commands import PlanTree
+from colcon_yamllaunch.engine.commands import Refused
+from colcon_yamllaunch.engine.commands import Tree
+from colcon_yamllaunch.engine.commands import Watch
 from colcon_yamllaunch.engine.description import Description
 from colcon_yamllaunch.engine.description import Parameter
 from colcon_yamllaunch.engine.description import Surrounding
+from colcon_yamllaunch.engine.plan_tree import Branch
 from colcon_yamllaunch.engine.state import ComponentState
 from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.state import ProcessState
-from colcon_yamllaunch.engine.state import to_json
 from support.launch_states import component_state
 from support.launch_states import launch_state
 from support.launch_states import process_state
-
-Answer = Callable[[Mapping[str, Any]], Mapping[str, Any]]
 
 
 def process(label: str, **more: Any) -> ProcessState:
@@ -101,20 +104,25 @@ def exited(label: str, code: int) -> Happened:
 
 
 class ShownLaunch:
-    """Stands for a subscription; what is asked for is answered at once."""
+    """
+    Stands for a `RunningLaunch`; it responds at once.
+
+    :ivar state: Its state, as if each change of it was received at once
+    """
 
     def __init__(self, *parts: Any, **more: Any) -> None:
         self.state = state_of(*parts, **more)
-        self.asked: list[tuple[str, dict[str, Any]]] = []
-        self.tree: list[dict[str, Any]] = []
+        #: The commands and requests that were sent.
+        self.asked: list[object] = []
+        self.tree: tuple[Branch, ...] = ()
         self.refused = ''
-        self._news: list[News] = []
+        self._received: list[Received] = []
         self._has_ended = False
         self._reader, self._writer = os.pipe()
 
-    def tell(self, *news: News) -> None:
-        """Have something happen."""
-        self._news += news
+    def tell(self, *received: Received) -> None:
+        """Send something to the screen."""
+        self._received += received
         os.write(self._writer, b'.')
 
     def end(self) -> None:
@@ -131,37 +139,40 @@ class ShownLaunch:
             os.close(self._writer)
             self._reader = -1
 
-    def ask(self, name: str, **more: Any) -> int:
+    def ask(
+        self, command: Command[Any], reply: Callable[[Any], object] = bool
+    ) -> None:
+        self.asked.append(command)
+        match command:
+            case Tree():
+                reply(PlanTree(self.tree))
+            case Describe():
+                reply(Described(description(command.process)))
+            case Watch() if self.state.watch is None:
+                reply(Refused('no files are watched; that is --watch'))
+            case _:
+                reply(Refused(self.refused) if self.refused else DONE)
+
+    def send_request(self, name: str, _: object, **more: Any) -> None:
         self.asked.append((name, more))
-        number = len(self.asked)
-        answer: dict[str, Any] = {}
-        if name == 'status':
-            answer = {'launch': to_json(self.state)}
-        elif name == 'tree':
-            answer = {'tree': self.tree}
-        elif name == 'describe':
-            described = asdict(description(more['process']))
-            described['environment'] = dict(described['environment'])
-            answer = {'description': described}
-        acts = name not in ('status', 'tree', 'describe')
-        error = self.refused if acts and self.refused else None
-        self.tell(Answered(number, error, answer))
-        return number
+
+    def subscribe(self, *_: object, **_more: object) -> None:
+        pass
 
     def read(self) -> None:
         os.read(self._reader, 1 << 16)
 
-    def news(self) -> Iterator[News]:
-        taken, self._news = self._news, []
+    def received(self) -> Iterator[Received]:
+        taken, self._received = self._received, []
         yield from taken
         if self._has_ended:
             raise LaunchEndedError
 
     @property
-    def acts(self) -> list[tuple[str, str]]:
-        """What was asked for but the state and the plan."""
+    def commands(self) -> list[object]:
+        """The commands that change something."""
         return [
-            (name, more['process'])
-            for name, more in self.asked
-            if 'process' in more
+            c
+            for c in self.asked
+            if isinstance(c, Command) and not isinstance(c, Tree | Describe)
         ]

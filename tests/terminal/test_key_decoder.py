@@ -3,7 +3,7 @@
 
 """Keys of the bytes of terminals."""
 
-from colcon_yamllaunch.terminal.key_decoder import KeyDecoder
+from colcon_yamllaunch.terminal.keyboard import KeyDecoder
 from hypothesis import given
 from hypothesis import settings
 from hypothesis import strategies as st

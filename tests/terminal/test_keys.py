@@ -14,9 +14,9 @@ from colcon_yamllaunch.observers.log_levels import Level
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.terminal.keys import Act
 from colcon_yamllaunch.terminal.keys import help_lines
 from colcon_yamllaunch.terminal.keys import Keys
+from colcon_yamllaunch.terminal.keys import Press
 from colcon_yamllaunch.terminal.keys import Typed
 from colcon_yamllaunch.terminal.status_model import StatusModel
 from hypothesis import given
@@ -26,17 +26,12 @@ import pytest
 from support.launch_states import planned_state
 
 PLACE = Position('/ws/demo.yaml', 14, 5)
-NAMES = {'kitchen': ('thermometer.py-1',)}
-
-
-def yes(_):
-    return True
 
 
 def keys_of(*labels):
-    entries = [Process(n, ('true',), PLACE, '/') for n in labels]
+    entries = [Process(n, (f'run_{n[::-1]}',), PLACE, '/') for n in labels]
     model = StatusModel(planned_state(*entries))
-    return Keys(model, lambda label: NAMES.get(label, ()), yes)
+    return Keys(model)
 
 
 @pytest.fixture
@@ -65,7 +60,7 @@ def test_what_is_done_with_a_process(keys, key, action):
     assert typed(keys, '2') == []
     assert keys.view().chosen == 'bath'
     assert 's stop' in keys.view().hint
-    assert typed(keys, key) == [Act(action, 'bath')]
+    assert typed(keys, key) == [Press(action, 'bath')]
     assert keys.view().chosen is None
 
 
@@ -74,7 +69,7 @@ def test_what_is_done_with_a_process(keys, key, action):
     [('w', 'watch'), ('?', 'help'), ('q', 'quit'), ('\r', 'break')],
 )
 def test_what_is_done_with_all(keys, key, command):
-    assert typed(keys, key) == [command]
+    assert typed(keys, key) == [Press(command)]
 
 
 def test_the_help_has_all_keys():
@@ -122,7 +117,7 @@ def test_what_is_long_is_shown_page_by_page(keys):
 def test_the_errors_of_the_last_build_are_shown_if_there_are_any():
     entry = Process('a', ('true',), PLACE, '/')
     model = StatusModel(planned_state(entry))
-    keys = Keys(model, lambda _: (), yes)
+    keys = Keys(model)
     assert typed(keys, 'E') == []
     assert keys.view().note == 'no build has failed'
     model.state.apply(
@@ -132,7 +127,7 @@ def test_the_errors_of_the_last_build_are_shown_if_there_are_any():
     model.state.apply(Watched('b.py changed: restarted b'))
     model.state.apply(Watched('c.py changed: could not start c', True))
     assert model.state.errors == ('a.cpp changed: the build failed', 'a.cpp:1')
-    assert typed(keys, 'E') == ['errors']
+    assert typed(keys, 'E') == [Press('errors')]
     assert 'E errors' in keys.view().hint
 
 
@@ -147,7 +142,7 @@ def test_another_process_is_chosen(keys):
     assert list(keys.settle()) == []
     assert keys.view().chosen is None
     # the help is no choice
-    assert typed(keys, '1?') == ['help']
+    assert typed(keys, '1?') == [Press('help')]
     assert keys.view().chosen == 'kitchen'
 
 
@@ -187,13 +182,13 @@ def test_only_one(keys):
 def test_a_component_writes_by_its_container():
     component = Component('part', 'box', 'a::B', 'part', PLACE)
     model = StatusModel(planned_state(component))
-    keys = Keys(model, lambda _: (), yes)
+    keys = Keys(model)
     for key in 'mo':
         assert typed(keys, f'1{key}') == []
         assert 'container' in keys.view().note
     typed(keys, 'M')
     assert keys.filtering == Filtering()
-    assert typed(keys, '1s') == [Act('stop', 'part')]
+    assert typed(keys, '1s') == [Press('stop', 'part')]
 
 
 def test_the_level_goes_round(keys):
@@ -216,7 +211,7 @@ def test_to_go_back_is_not_to_stop_all(keys):
     assert typed(keys, '2q') == []
     assert keys.view().chosen is None
     assert 'q stops the launch' in keys.view().note
-    assert typed(keys, 'q') == ['quit']
+    assert typed(keys, 'q') == [Press('quit')]
 
 
 def test_a_key_for_one_process_without_one(keys):
@@ -237,12 +232,16 @@ def test_all_is_shown_again(keys):
 
 def test_the_hint_is_about_now(process):
     model = StatusModel(planned_state(process('a'), process('b')))
-    keys = Keys(model, lambda _: (), yes)
+    model.state.process('a').terminal = True
+    keys = Keys(model)
     assert '? help  1-2 choose  / search' in keys.view().hint
     assert 'w watch' not in keys.view().hint
-    keys.can_watch = True
+    model.state.watch = ''
     assert 'w watch  q stop' in keys.view().hint
     typed(keys, '1m1o1')
+    # who is alone is not muted
+    assert 'm mute  o all' in keys.view().hint
+    typed(keys, 'm1')
     assert 'm unmute  o all' in keys.view().hint
     assert 's stop  r restart  k kill  a attach' in keys.view().hint
     model.state.apply(Started(process('b'), 7))
@@ -258,7 +257,7 @@ def test_the_hint_is_about_now(process):
 def test_the_hint_has_what_is_possible(process):
     component = Component('part', 'box', 'a::B', 'part', PLACE)
     model = StatusModel(planned_state(process('a'), component))
-    keys = Keys(model, lambda _: (), lambda _: False)
+    keys = Keys(model)
     typed(keys, '1')
     hint = keys.view().hint
     assert hint.startswith('s stop  r restart  k kill  m mute  o only')
@@ -310,7 +309,7 @@ def test_a_search_is_dropped(keys):
     ('name', 'label'),
     [
         ('kit', 'kitchen'),
-        ('THERMO', 'kitchen'),
+        ('RUN_NE', 'kitchen'),
         ('chen', 'kitchen'),
         ('bath', 'bath'),
         ('athr', 'bathroom'),
@@ -324,7 +323,7 @@ def test_a_process_is_chosen_by_its_name(keys, name, label):
     assert keys.view().hint.startswith(f'Enter chooses {label}  Tab')
     typed(keys, '\r')
     assert keys.view().chosen == label
-    assert typed(keys, 's') == [Act('stop', label)]
+    assert typed(keys, 's') == [Press('stop', label)]
 
 
 def test_what_a_name_may_be_is_told(keys):
@@ -359,7 +358,7 @@ def test_lines_are_typed_at_a_process(keys):
     assert typed(keys, '\x15\t\x04\x01') == []
     assert keys.view().typed == ' '
     assert typed(keys, '\x0b\x04') == [Typed(b'\x04')]
-    assert typed(keys, 'x\x1dq') == [Act('detach', 'bath'), 'quit']
+    assert typed(keys, 'x\x1dq') == [Press('detach', 'bath'), Press('quit')]
     # what was not sent is there again
     keys.attach('bath')
     assert keys.view().typed == 'x'
@@ -397,8 +396,8 @@ def test_raw_keys_go_at_once(keys):
     assert 'Ctrl-] goes back' in keys.view().hint
     assert typed(keys, 'q\x1b[A\r\x1d1s') == [
         Typed(b'q\x1b[A\r'),
-        Act('detach', 'bath'),
-        Act('stop', 'kitchen'),
+        Press('detach', 'bath'),
+        Press('stop', 'kitchen'),
     ]
 
 
@@ -406,18 +405,18 @@ def test_a_process_is_attached_within_what_was_typed(keys):
     done = []
     for command in keys.feed(b'2aq\r\x1d1s'):
         done.append(command)
-        if command == Act('attach', 'bath'):
+        if command == Press('attach', 'bath'):
             keys.attach('bath', is_raw=True)
     assert done[1:] == [
         Typed(b'q\r'),
-        Act('detach', 'bath'),
-        Act('stop', 'kitchen'),
+        Press('detach', 'bath'),
+        Press('stop', 'kitchen'),
     ]
 
 
 def test_a_chosen_process_that_is_dropped(process):
     model = StatusModel(planned_state(process('kitchen')))
-    keys = Keys(model, lambda _: (), yes)
+    keys = Keys(model)
     typed(keys, '1')
     model.state.apply(Dropped(process('kitchen')))
     assert typed(keys, 's') == []
@@ -442,7 +441,7 @@ def _do(keys, pieces):
     commands = []
     for piece in pieces:
         for command in keys.feed(piece):
-            if isinstance(command, Act) and command.action == 'attach':
+            if isinstance(command, Press) and command.name == 'attach':
                 keys.attach(command.label)
             commands.append(command)
     return commands

@@ -3,7 +3,7 @@
 
 """Who is meant by a part of a name."""
 
-from colcon_yamllaunch.terminal.name_search import matching
+from colcon_yamllaunch.terminal.keys import matching
 
 NAMES = {
     'talker-2': ('talker-2', '/left/talker', 'left/talker', 'talker'),

@@ -3,23 +3,18 @@
 
 """All that is known of one process or component, as text."""
 
-from collections.abc import Mapping
 from collections.abc import Sequence
-from dataclasses import fields
 
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.common.table import duration
 from colcon_yamllaunch.common.table import size
 from colcon_yamllaunch.control.description_lines import description_lines
-from colcon_yamllaunch.control.protocol import ProtocolError
 from colcon_yamllaunch.control.resource_usage import Usage
 from colcon_yamllaunch.engine.description import Description
-from colcon_yamllaunch.engine.description import Parameter
-from colcon_yamllaunch.engine.description import Surrounding
 from colcon_yamllaunch.engine.state import ComponentState
 from colcon_yamllaunch.engine.state import ProcessState
 from colcon_yamllaunch.terminal.full_screen.launch_model import LaunchModel
-from colcon_yamllaunch.terminal.full_screen.part_rows import state_of
+from colcon_yamllaunch.terminal.status_model import state_of
 from rich.text import Text
 
 _BARS = '▁▂▃▄▅▆▇█'
@@ -61,17 +56,12 @@ def curve(values: Sequence[float]) -> str:
     return ''.join(_BARS[round(v / top * last)] for v in values)
 
 
-def in_full(model: LaunchModel, label: str, described: object) -> Text:
-    """
-    Return a process or component with all that is known of it.
-
-    :param described: Its description as `protocol` has it
-    :raises ProtocolError: when that makes no sense
-    """
+def in_full(model: LaunchModel, label: str, description: Description) -> Text:
+    """Return a process or component with all that is known of it."""
     text = in_short(model, label, 60)
     text.no_wrap = False
     # below its name, which is there already
-    for line in tuple(description_lines(_description(described)))[1:]:
+    for line in tuple(description_lines(description))[1:]:
         text.append(f'\n{one_line(line)}')
     return text
 
@@ -84,21 +74,3 @@ def _resources(
         ('CPU', f'{latest.cpu:.1%}', [u.cpu for u in history]),
         ('RAM', size(latest.memory), [float(u.memory) for u in history]),
     ]
-
-
-def _description(described: object) -> Description:
-    if not isinstance(described, Mapping):
-        raise ProtocolError('there is no description')
-    known = {
-        field.name: described[field.name]
-        for field in fields(Description)
-        if field.name in described
-    }
-    try:
-        known['within'] = [Surrounding(**one) for one in known['within']]
-        known['parameters'] = [Parameter(**p) for p in known['parameters']]
-        variables = known.get('environment') or {}
-        known['environment'] = sorted(variables.items())
-        return Description(**known)
-    except (AttributeError, KeyError, TypeError) as error:
-        raise ProtocolError('the description is of another form') from error

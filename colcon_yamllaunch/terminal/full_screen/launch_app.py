@@ -15,11 +15,11 @@ import signal
 from typing import Any
 from typing import ClassVar
 
+from colcon_yamllaunch.control.client import RunningLaunch
 from colcon_yamllaunch.control.resource_usage import Usage
 from colcon_yamllaunch.control.resource_usage import usage_of
 from colcon_yamllaunch.terminal.full_screen.launch_screen import LaunchScreen
 from colcon_yamllaunch.terminal.full_screen.launch_screen import Terminal
-from colcon_yamllaunch.terminal.full_screen.link import LaunchFeed
 from colcon_yamllaunch.terminal.keyboard import is_in_foreground
 from textual.app import App
 from textual.binding import Binding
@@ -42,8 +42,8 @@ class LaunchApp(App[None]):
     """
     Shows a launch until somebody leaves.
 
-    :param feed: Tells of the launch, and asks it for things
-    :param terminal: What it can have done outside of itself
+    :param launch: The launch, which was subscribed to
+    :param terminal: What is outside of the screen
     :param measure: Tells what process groups use; it may take some time
     :param shown: Is told when the terminal is the app's, and when it is not
     """
@@ -78,7 +78,7 @@ class LaunchApp(App[None]):
 
     def __init__(
         self,
-        feed: LaunchFeed,
+        launch: RunningLaunch,
         terminal: Terminal,
         measure: Measure = usage_of,
         shown: Callable[[bool], None] = lambda _: None,
@@ -88,7 +88,7 @@ class LaunchApp(App[None]):
         self._measure = measure
         #: Is told when the terminal is ours, and when it is not.
         self.tell_shown = shown
-        self.panes = LaunchScreen(feed, terminal)
+        self.panes = LaunchScreen(launch, terminal)
         #: The signal that ended it, None where the user left.
         self.signal: int | None = None
         #: The defect of ours that ended it, if one did.
@@ -114,7 +114,7 @@ class LaunchApp(App[None]):
 
     def action_leave(self) -> None:
         """Do what q does."""
-        self.panes.action_leave()
+        self.panes.key_leave()
 
     def end_by(self, number: int) -> None:
         """End as a signal came; its handler may call this at any time."""

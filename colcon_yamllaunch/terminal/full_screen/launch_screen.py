@@ -1,10 +1,9 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""The panes, and what each key does."""
+"""The full screen: the panes, and what each key does."""
 
 from asyncio import get_running_loop
-from collections.abc import Mapping
 from dataclasses import replace
 import os
 from typing import Any
@@ -12,29 +11,27 @@ from typing import ClassVar
 from typing import Protocol
 
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.control.protocol import ProtocolError
+from colcon_yamllaunch.control.client import RunningLaunch
+from colcon_yamllaunch.engine.commands import Command
+from colcon_yamllaunch.engine.commands import Described
+from colcon_yamllaunch.engine.commands import PartCommand
+from colcon_yamllaunch.engine.commands import Refused
+from colcon_yamllaunch.engine.commands import Watch
 from colcon_yamllaunch.engine.state import ComponentState
 from colcon_yamllaunch.engine.state import Part
-from colcon_yamllaunch.engine.state import ProcessState
 from colcon_yamllaunch.observers.line_filter import Filtering
 from colcon_yamllaunch.observers.log_levels import FORMAT
-from colcon_yamllaunch.observers.log_levels import Level
+from colcon_yamllaunch.terminal.full_screen.dialogs import Asked
 from colcon_yamllaunch.terminal.full_screen.dialogs import LeaveQuestion
 from colcon_yamllaunch.terminal.full_screen.dialogs import Leaving
+from colcon_yamllaunch.terminal.full_screen.dialogs import Prompt
 from colcon_yamllaunch.terminal.full_screen.dialogs import Reading
 from colcon_yamllaunch.terminal.full_screen.inspection import in_full
 from colcon_yamllaunch.terminal.full_screen.inspection import in_short
 from colcon_yamllaunch.terminal.full_screen.launch_model import LaunchModel
-from colcon_yamllaunch.terminal.full_screen.link import Done
-from colcon_yamllaunch.terminal.full_screen.link import LaunchFeed
-from colcon_yamllaunch.terminal.full_screen.link import Link
+from colcon_yamllaunch.terminal.full_screen.launch_model import LaunchReader
 from colcon_yamllaunch.terminal.full_screen.output_pane import OutputPane
 from colcon_yamllaunch.terminal.full_screen.part_list import PartList
-from colcon_yamllaunch.terminal.full_screen.part_rows import label_of_key
-from colcon_yamllaunch.terminal.full_screen.part_rows import part_rows
-from colcon_yamllaunch.terminal.full_screen.part_rows import tree_rows
-from colcon_yamllaunch.terminal.full_screen.prompt import Asked
-from colcon_yamllaunch.terminal.full_screen.prompt import Prompt
 from colcon_yamllaunch.terminal.full_screen.screen_lines import help_table
 from colcon_yamllaunch.terminal.full_screen.screen_lines import keys_text
 from colcon_yamllaunch.terminal.full_screen.screen_lines import title_text
@@ -42,6 +39,7 @@ from colcon_yamllaunch.terminal.keymap import cannot_be_typed_at
 from colcon_yamllaunch.terminal.keymap import ON_ALL
 from colcon_yamllaunch.terminal.keymap import ON_ONE
 from colcon_yamllaunch.terminal.keymap import only_its_container_writes
+from colcon_yamllaunch.terminal.keymap import without_effect
 from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding
@@ -60,15 +58,13 @@ SHOWN_FOR = 6.0
 #: Columns below which there is one pane at a time.
 NARROW = 60
 
-#: Said where there is nothing to switch off.
-NOT_WATCHED = 'no files are watched; that is --watch'
-
-# what keys do while somebody types
-_WHILE_TYPING = ('clear', 'switch')
+_KEYS = {key.name: key for key in (*ON_ONE, *ON_ALL)}
+# those that are no text while somebody types
+_WHILE_TYPING = frozenset(('clear', 'switch'))
 
 
 class Terminal(Protocol):
-    """What the screen can have done outside of itself."""
+    """What is outside of the screen."""
 
     @property
     def owns_launch(self) -> bool:
@@ -91,26 +87,27 @@ class LaunchScreen(Screen[None]):
         *(
             # with priority, as others are for who had the focus when the key
             # came: several at once, as by a slow line, would miss the prompt
-            Binding(key.keys, key.action, show=False, priority=True)
-            for key in (*ON_ONE, *ON_ALL)
-            if key.action
-        ),
-        *(
-            Binding(digit, f'go({digit})', show=False, priority=True)
-            for digit in '1234567890'
+            Binding(
+                name,
+                f'press("{key.name}", "{name}")',
+                show=False,
+                priority=True,
+            )
+            for key in _KEYS.values()
+            for name in (key.names or key.key).split(',')
         ),
     ]
     AUTO_FOCUS = '#parts'
 
     def __init__(
         self,
-        feed: LaunchFeed,
+        launch: RunningLaunch,
         terminal: Terminal,
     ) -> None:
         super().__init__()
-        self._feed = feed
+        self._launch = launch
         self._terminal = terminal
-        self.model = LaunchModel(feed.state, os.environ.get(FORMAT))
+        self.model = LaunchModel(launch, os.environ.get(FORMAT))
         self._parts = PartList()
         self._output = OutputPane(self.model.view)
         self._shows_plan = False
@@ -118,14 +115,13 @@ class LaunchScreen(Screen[None]):
         self._prompt = Prompt(self._take_typed, self._ask_no_more)
         self._search_before = ''
         self._is_due = False
-        self._is_asked = False
         self._drawn = 0.0
         self._lines = {
             name: Static(id=name) for name in ('title', 'short', 'keys')
         }
         self._shown: dict[str, Text] = {}
         self._said: tuple[str, str] = ('', '')
-        self._link: Link | None = None
+        self._reader: LaunchReader | None = None
         self._stops_to_leave = False
         self._is_closed = False
 
@@ -143,8 +139,8 @@ class LaunchScreen(Screen[None]):
     def on_mount(self) -> None:
         """Begin to listen."""
         self.app.app_resume_signal.subscribe(self, self._resumed)
-        self._link = Link(
-            self._feed,
+        self._reader = LaunchReader(
+            self._launch,
             get_running_loop(),
             self.model,
             self.changed,
@@ -157,17 +153,19 @@ class LaunchScreen(Screen[None]):
 
     def check_action(
         self,
-        action: str,
-        parameters: tuple[object, ...],  # noqa: ARG002
+        action: str,  # noqa: ARG002
+        parameters: tuple[object, ...],
     ) -> bool | None:
-        """Tell whether a key means something now, or is typed."""
-        return not self._prompt.asked or action in _WHILE_TYPING
+        """Return whether a key has an effect now; otherwise it is text."""
+        return not self._prompt.asked or not _WHILE_TYPING.isdisjoint(
+            parameters
+        )
 
     def close(self) -> None:
         """Leave the launch alone, and draw no more."""
         self._is_closed = True
-        if self._link is not None:
-            self._link.close()
+        if self._reader is not None:
+            self._reader.close()
 
     def on_resize(self, event: Resize) -> None:
         """Show one pane, or both."""
@@ -185,51 +183,77 @@ class LaunchScreen(Screen[None]):
 
     def look_again(self) -> None:
         """Draw what was measured, and ask for what others have measured."""
-        if self._link is not None:
-            self._link.look_again()
+        if self._reader is not None:
+            self._reader.look_again()
         self.changed()
 
-    # -- what a key does to one
+    # -- keys
 
-    def action_stop(self) -> None:
-        """Stop what the cursor is on."""
-        self._act('stop')
+    def action_press(self, name: str, pressed: str) -> None:
+        """
+        Send the command of a key, change the filter, or call its method.
 
-    def action_restart(self) -> None:
-        """Start it anew."""
-        self._act('restart')
+        :param pressed: The key itself, as it may be one of several
+        """
+        key = _KEYS[name]
+        subject: Any = self.model.state
+        if key in ON_ONE:
+            part = self._part()
+            if part is None:
+                return
+            if key.filter and isinstance(part, ComponentState):
+                self.say(only_its_container_writes(part.label), 'red')
+                return
+            subject = part.label
+        if key.filter is not None:
+            self._filter(key.filter(self._filtering, subject))
+        elif key.command is not None:
+            self._send(name, key.command(subject))
+        elif key in ON_ONE:
+            getattr(self, f'key_{name}')(part)
+        else:
+            getattr(self, f'key_{name}')(pressed)
 
-    def action_kill(self) -> None:
-        """Kill it."""
-        self._act('kill')
+    def _send(self, name: str, command: Command[Any]) -> None:
+        def reply(response: Any) -> None:
+            if isinstance(response, Refused):
+                self.say(response.error, 'red')
+            elif after := getattr(self, f'after_{name}', None):
+                after(command, response)
+            elif isinstance(command, PartCommand):
+                self.say(f'{command.process}: {name} requested')
 
-    def action_debug(self) -> None:
-        """Start it under a debugger."""
-        self._act('debug', 'starts under a debugger: a types at it')
+        if not self._has_ended() and self._reader is not None:
+            self._reader.send(self._launch.ask, command, reply)
 
-    def action_attach(self) -> None:
-        """Type at it."""
-        part = self._part()
-        if part is None:
-            return
-        process = part if isinstance(part, ProcessState) else None
-        if process is None or not process.terminal:
-            why = cannot_be_typed_at(
-                part.label,
-                is_process=process is not None,
-                runs=process is not None and process.pid is not None,
-            )
-            self.say(why, 'red')
+    def after_debug(self, command: PartCommand[Any], _: object) -> None:
+        """Say how to go on."""
+        text = 'starts under a debugger: a types at it'
+        self.say(f'{command.process}: {text}')
+
+    def after_describe(
+        self, command: PartCommand[Any], response: Described
+    ) -> None:
+        """Show what a process or component is."""
+        text = in_full(self.model, command.process, response.description)
+        self.app.push_screen(Reading(one_line(command.process), text))
+
+    def after_watch(self, command: Watch, _: object) -> None:
+        """Say whether changes of files have consequences."""
+        is_off = command.action == 'pause'
+        self.say(f'--watch is {"off: w switches it on" if is_off else "on"}')
+
+    def key_attach(self, part: Part) -> None:
+        """Type at a process."""
+        if isinstance(part, ComponentState) or not part.terminal:
+            self.say(cannot_be_typed_at(part), 'red')
             return
         with self.app.suspend():
             self._terminal.attach(part.label)
         self.app.refresh()
 
-    def action_log(self) -> None:
+    def key_log(self, part: Part) -> None:
         """Show its log."""
-        part = self._part()
-        if part is None:
-            return
         if part.log is None:
             self.say(f'{part.label} has no log of its own', 'red')
             return
@@ -237,134 +261,61 @@ class LaunchScreen(Screen[None]):
             self._terminal.page(part.log)
         self.app.refresh()
 
-    def action_describe(self) -> None:
-        """Show what it is."""
-        part = self._part()
-        if part is None or self._has_ended() or self._link is None:
-            return
-        label = part.label
-
-        def show(error: str | None, answer: Mapping[str, Any]) -> None:
-            try:
-                text = in_full(self.model, label, answer.get('description'))
-            except ProtocolError as e:
-                self.say(error or str(e), 'red')
-            else:
-                self.app.push_screen(Reading(one_line(label), text))
-
-        self._link.ask('describe', show, process=label)
-
-    def action_mute(self) -> None:
-        """Show no output of it, or do."""
-        label = self._writer()
-        if label is not None:
-            muted = self._filtering.muted ^ {label}
-            self._filter(replace(self._filtering, muted=muted))
-
-    def action_only(self) -> None:
-        """Show its output only, or all."""
-        label = self._writer()
-        if label is not None:
-            only = frozenset((label,)) - self._alone()
-            muted = self._filtering.muted - only
-            self._filter(replace(self._filtering, only=only, muted=muted))
-
-    def action_choose(self) -> None:
-        """Show its output beside that of others, or not."""
-        label = self._writer()
-        if label is not None:
-            only = self._filtering.only ^ {label}
-            muted = self._filtering.muted - only
-            self._filter(replace(self._filtering, only=only, muted=muted))
-
-    # -- what a key does to all
-
-    def action_search(self) -> None:
+    def key_search(self, _: str) -> None:
         """Ask for a text that lines have."""
         self._search_before = self._filtering.search
         self._prompt.ask('search', self._filtering.search)
 
-    def action_find(self) -> None:
+    def key_find(self, _: str) -> None:
         """Ask for the name of a process."""
         self._prompt.ask('find')
 
-    def action_level(self) -> None:
-        """Show less, or all again."""
-        levels = tuple(Level)
-        place = levels.index(self._filtering.level) + 1
-        level = levels[place % len(levels)]
-        self._filter(replace(self._filtering, level=level))
-
-    def action_times(self) -> None:
-        """Show when each line came, or do not."""
-        self._output.timestamps = not self._output.timestamps
-        self.changed()
-
-    def action_mute_all(self) -> None:
-        """Show no output, or do."""
-        labels = frozenset(p.label for p in self.model.state.processes)
-        muted = self._filtering.muted
-        muted = frozenset() if labels <= muted else labels
-        self._filter(replace(self._filtering, muted=muted))
-
-    def action_watch(self) -> None:
-        """Have nothing follow from changes of files, or again."""
-        state = self.model.state
-        if self._has_ended() or self._link is None:
-            return
-        if state.watch is None:
-            self.say(NOT_WATCHED, 'red')
-            return
-        action = 'resume' if state.watch_paused else 'pause'
-        done = 'off: w switches it on' if action == 'pause' else 'on'
-        told = self._told_of(f'--watch is {done}')
-        self._link.ask('watch', told, action=action)
-
-    def action_plan(self) -> None:
+    def key_plan(self, _: str) -> None:
         """Show the plan, or the processes."""
         self._shows_plan = not self._shows_plan
         self.changed()
 
-    def action_go(self, digit: int) -> None:
+    def key_go(self, digit: str) -> None:
         """Go to one of the first processes."""
-        label = label_of_key(self.model, str(digit))
+        label = self.model.label_of(digit)
         if label is not None:
             self._parts.go_to(label)
 
-    def action_failed(self) -> None:
+    def key_failed(self, _: str) -> None:
         """Go to the next that failed."""
         if not self._parts.next_of(self.model.failed):
             self.say('nothing has failed')
 
-    def action_switch(self) -> None:
+    def key_switch(self, _: str) -> None:
         """Go to the other pane."""
         self._is_output = not self._is_output
         self.set_class(self._is_output, 'output')
         self._ask_no_more()
 
-    def action_clear(self) -> None:
+    def key_clear(self, _: str) -> None:
         """Show all again, or ask no more."""
         if self._prompt.asked == 'search':
             self._filter(replace(self._filtering, search=self._search_before))
         elif not self._prompt.asked:
-            self._filter(Filtering())
+            self._filter(self._filtering.cleared())
         self._ask_no_more()
 
-    def action_errors(self) -> None:
+    def key_errors(self, _: str) -> None:
         """Show what the last build that failed has said."""
-        if not self.model.errors:
+        errors = self.model.state.errors
+        if not errors:
             self.say('no build has failed')
             return
-        text = Text('\n'.join(map(one_line, self.model.errors)))
+        text = Text('\n'.join(map(one_line, errors)))
         self.app.push_screen(Reading('Errors', text))
 
-    def action_help(self) -> None:
+    def key_help(self, _: str) -> None:
         """Show what the keys do."""
         owns = self._terminal.owns_launch
         last = 'stop the launch; once more hurries' if owns else 'leave'
         self.app.push_screen(Reading('Keys', help_table(last)))
 
-    def action_leave(self) -> None:
+    def key_leave(self, _: str = '') -> None:
         """Leave, and ask what is to become of the launch."""
         if self.model.ending or not self._terminal.owns_launch:
             self.app.exit()
@@ -410,14 +361,9 @@ class LaunchScreen(Screen[None]):
 
     def _filter(self, filtering: Filtering) -> None:
         self.model.view.choose(filtering)
-        if self._link is not None:
-            self._link.choose()
+        if self._reader is not None:
+            self._reader.choose()
         self.changed()
-
-    def _alone(self) -> frozenset[str]:
-        """Return the process that alone is shown, if one is."""
-        only = self._filtering.only
-        return only if len(only) == 1 else frozenset()
 
     def _take_typed(self, asked: Asked, text: str) -> None:
         if asked == 'search' and text != self._filtering.search:
@@ -432,35 +378,11 @@ class LaunchScreen(Screen[None]):
             self.say('go to a process or component first', 'red')
         return part
 
-    def _writer(self) -> str | None:
-        """Return the process that the cursor is on, likewise."""
-        part = self._part()
-        if isinstance(part, ComponentState):
-            self.say(only_its_container_writes(part.label), 'red')
-            return None
-        return None if part is None else part.label
-
     def _has_ended(self) -> bool:
         """Tell whether nothing can be done any more, and say so."""
         if self.model.ending:
             self.say(self.model.ending, 'red')
         return bool(self.model.ending)
-
-    def _act(self, name: str, done: str = '') -> None:
-        part = self._part()
-        if part is None or self._has_ended() or self._link is None:
-            return
-        label = part.label
-        told = self._told_of(f'{label}: {done or name + " requested"}')
-        self._link.ask(name, told, process=label)
-
-    def _told_of(self, done: str) -> Done:
-        """Return what says that something was done, or why it was not."""
-
-        def told(error: str | None, _: Mapping[str, Any]) -> None:
-            self.say(done if error is None else error, 'red' * bool(error))
-
-        return told
 
     def _leave(self, answer: Leaving | None) -> None:
         if answer == 'leave' or (answer == 'stop' and self.model.ending):
@@ -476,7 +398,7 @@ class LaunchScreen(Screen[None]):
         self.changed()
 
     def _ended(self, reason: str) -> None:
-        if not reason and self.model.exit_code is None:
+        if not reason and self.model.state.exit_code is None:
             reason = 'the launcher is gone; colcon launch --status shows rests'
         self.model.end(reason)
         self._said = ('', '')
@@ -492,8 +414,9 @@ class LaunchScreen(Screen[None]):
         self._drawn = get_running_loop().time()
         if self._is_closed:
             return
-        rows = tree_rows if self._shows_plan else part_rows
-        self._parts.show(rows(self.model), self._filtering)
+        model = self.model
+        rows = model.plan_rows() if self._shows_plan else model.rows()
+        self._parts.show(rows, self._filtering)
         self._output.changed()
         follows = self._output.follows
         self._put('title', title_text(self.model, follows=follows))
@@ -528,19 +451,7 @@ class LaunchScreen(Screen[None]):
         return keys_text(
             width,
             is_narrow=width < NARROW,
-            left_out=self._meaningless(),
+            left_out=without_effect(
+                self.model.state, self.model.part(self._parts.label)
+            ),
         )
-
-    def _meaningless(self) -> set[str]:
-        """Return the actions that can do nothing now."""
-        found = set()
-        if self.model.state.watch is None:
-            found.add('watch')
-        if not self.model.errors:
-            found.add('errors')
-        match self.model.part(self._parts.label):
-            case ComponentState():
-                found |= {'kill', 'attach', 'mute', 'only', 'debug'}
-            case ProcessState(terminal=False):
-                found.add('attach')
-        return found

@@ -10,7 +10,6 @@ from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.observers.log_levels import Level
 from colcon_yamllaunch.terminal.full_screen.output_store import Line
 from colcon_yamllaunch.terminal.full_screen.output_view import OutputView
-from colcon_yamllaunch.terminal.full_screen.output_view import places
 from colcon_yamllaunch.terminal.full_screen.output_view import plain
 from colcon_yamllaunch.terminal.full_screen.output_view import RowIndex
 from rich.cells import cell_len
@@ -65,14 +64,12 @@ class OutputPane(ScrollView, can_focus=True):
         self._top: Line | None = None
         #: Whether the end is in sight, and stays so.
         self.follows = True
-        #: Whether to show when each line came.
-        self.timestamps = False
 
     def changed(self) -> None:
         """Show what is new."""
         view = self._view
         width = self._columns
-        layout = view.version, width, self.timestamps
+        layout = view.version, width
         gone = 0
         altered = view.take_altered()
         if layout != self._layout:
@@ -166,7 +163,7 @@ class OutputPane(ScrollView, can_focus=True):
     def _prefix_of(self, line: Line) -> tuple[str, str, str]:
         """Return the time, the label and the count in front of a line."""
         moment = label = count = ''
-        if self.timestamps and line.time:
+        if self._view.filtering.times and line.time:
             clock = time.strftime('%H:%M:%S', time.localtime(line.time))
             moment = f'{clock}.{int(line.time % 1 * 1000):03} '
         if line.label is not None and self._names:
@@ -202,8 +199,7 @@ class OutputPane(ScrollView, can_focus=True):
             body.expand_tabs(_TABS)
             if is_bad and line.is_leveled and '\x1b' not in line.text:
                 body.stylize(colour)
-            search = self._view.filtering.search
-            for start, end in places(search, body.plain):
+            for start, end in self._view.filtering.places(body.plain):
                 body.stylize(_FOUND, start, end)
             text.append_text(body)
         return text

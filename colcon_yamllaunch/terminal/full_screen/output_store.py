@@ -12,6 +12,7 @@ from operator import attrgetter
 
 from colcon_yamllaunch.control.subscription import Wrote
 from colcon_yamllaunch.engine.output.lines import legible
+from colcon_yamllaunch.observers.line_filter import FIRST_LEVELS
 from colcon_yamllaunch.observers.line_filter import last_state
 from colcon_yamllaunch.observers.line_filter import TIMES
 from colcon_yamllaunch.observers.log_levels import Level
@@ -166,9 +167,7 @@ class OutputStore:
         piece = last_state(piece)
         own_level = level_of(piece, self._form)
         level = own_level or kept.levels.get(stream)
-        if level is None:
-            # what nodes log goes to stderr, and begins with a level
-            level = Level.ERROR if stream == 'stderr' else Level.INFO
+        level = level or FIRST_LEVELS.get(stream, Level.INFO)
         kept.levels[stream] = level
         text = legible(piece[: 4 * LONGEST_LINE], terminal=True).decode()
         if len(text) > LONGEST_LINE:

@@ -25,21 +25,6 @@ def plain(text: str) -> str:
     return _SEQUENCE.sub('', text) if '\x1b' in text else text
 
 
-def places(search: str, text: str) -> list[tuple[int, int]]:
-    """Return where a text has what is searched for."""
-    if not search:
-        return []
-    if search == search.lower():
-        text = text.lower()
-    found = []
-    start = text.find(search)
-    while start != -1:
-        end = start + len(search)
-        found.append((start, end))
-        start = text.find(search, end)
-    return found
-
-
 class OutputView:
     """
     The lines that are seen.
@@ -93,8 +78,7 @@ class OutputView:
             return False
         if line.label is not None and not filtering.has(line.label):
             return False
-        search = filtering.search
-        return not search or bool(places(search, plain(line.text)))
+        return not filtering.search or filtering.matches(plain(line.text))
 
     def _trim(self) -> None:
         # a part of them at once, as that moves all others

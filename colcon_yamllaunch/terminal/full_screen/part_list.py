@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from typing import ClassVar
 
 from colcon_yamllaunch.observers.line_filter import Filtering
-from colcon_yamllaunch.terminal.full_screen.part_rows import Row
-from colcon_yamllaunch.terminal.status_block import LOOKS
+from colcon_yamllaunch.terminal.status_model import LOOKS
+from colcon_yamllaunch.terminal.status_model import Row
 from rich.text import Text
 from textual.binding import Binding
 from textual.binding import BindingType
@@ -158,14 +158,14 @@ class PartList(ScrollView, can_focus=True):
         text = Text(no_wrap=True, end='')
         text.append(f'{row.key or " "} ', 'bright_black')
         text.append('  ' * row.depth)
-        text.append(f'{row.sign} ', row.style)
+        text.append(f'{row.look.sign} ', row.style)
         filtering = self._filtering
         hidden = row.label is not None and not filtering.has(row.label)
         chosen = row.label in filtering.only
         style = (
             'bold underline'
             if chosen
-            else row.style * (row.sign == LOOKS['failed'].sign)
+            else row.style * (row.look == LOOKS['failed'])
         )
         text.append(row.title, style or ('dim' if hidden else ''))
         if row.label in filtering.muted:

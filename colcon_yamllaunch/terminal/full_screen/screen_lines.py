@@ -30,8 +30,8 @@ def title_text(model: LaunchModel, *, follows: bool) -> Text:
     text = Text(no_wrap=True, overflow='ellipsis')
     if model.ending:
         words = 'ended'
-        if model.exit_code is not None:
-            words += f', exit code {model.exit_code}'
+        if state.exit_code is not None:
+            words += f', exit code {state.exit_code}'
         text.append(f' {words} ', 'bold reverse')
     elif state.stopping:
         text.append(' stopping ', 'bold reverse yellow')
@@ -62,26 +62,26 @@ def keys_text(
     Return what keys do, as far as there is room.
 
     :param is_narrow: Whether there is one pane at a time
-    :param left_out: The actions that can do nothing now
+    :param left_out: The names of keys that can do nothing now
     """
     text = Text(no_wrap=True)
     leading = (*_LEADING, _SWITCH) if is_narrow else _LEADING
     keys = [
-        key.meaning
+        key
         for key in (*ON_ONE, *ON_ALL)
-        if key.meaning.short and key.action not in left_out
+        if key.short and key.name not in left_out
     ]
-    last = [meaning for meaning in keys if meaning.key in leading]
+    last = [key for key in keys if key.key in leading]
     room = width - sum(len(m.key) + len(m.short) + 3 for m in last)
     shown = []
-    for meaning in keys:
-        cells = len(meaning.key) + len(meaning.short) + 3
-        if meaning not in last and cells <= room:
+    for key in keys:
+        cells = len(key.key) + len(key.short) + 3
+        if key not in last and cells <= room:
             room -= cells
-            shown.append(meaning)
-    for meaning in (*shown, *last):
-        text.append(f'{meaning.key} ', 'bold cyan')
-        text.append(f'{meaning.short}  ', 'dim')
+            shown.append(key)
+    for key in (*shown, *last):
+        text.append(f'{key.key} ', 'bold cyan')
+        text.append(f'{key.short}  ', 'dim')
     return text
 
 
@@ -100,7 +100,7 @@ def help_table(last: str) -> Table:
     ):
         table.add_row('', Text(title, 'bold'))
         for key in keys:
-            table.add_row(key.meaning.key, key.meaning.text)
+            table.add_row(key.key, key.text)
         table.add_row()
     table.add_row('Ctrl-]', 'come back from the process that is typed at')
     table.add_row('Ctrl-C', last)

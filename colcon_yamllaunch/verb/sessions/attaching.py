@@ -16,6 +16,7 @@ from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.control.client import ControlError
 from colcon_yamllaunch.control.client import LaunchEndedError
 from colcon_yamllaunch.control.client import RunningLaunch
+from colcon_yamllaunch.control.orphaned_launches import ONLY_STOPS
 from colcon_yamllaunch.control.process_names import meant_by
 from colcon_yamllaunch.control.process_names import ProcessNames
 from colcon_yamllaunch.control.protocol import ProtocolError
@@ -91,9 +92,9 @@ def attach(chosen: Candidate, parts: Sequence[Part]) -> int:
             f'as its container {process.process or process.container}'
         )
     keyboard = Keyboard(need_terminal())
+    if not isinstance(chosen.launch, RunningLaunch):
+        raise ControlError(ONLY_STOPS)
     chosen.launch.request('attach', process=process.label)
-    # one without a launcher refuses
-    assert isinstance(chosen.launch, RunningLaunch)
     greeting = (
         f'attached to {process.label} of {chosen.state.title}: {ESCAPE_NAME} '
         'detaches, and so does Ctrl-C; Ctrl-Z suspends this terminal only'
@@ -170,7 +171,7 @@ class _Conversation:
     def _take(self) -> str | None:
         """Show what was sent; return how the process ended for good."""
         self._launch.read()
-        while (message := self._launch.received()) is not None:
+        while (message := self._launch.next_message()) is not None:
             _show(message)
             if 'ended' in message and not message.get('again'):
                 return str(message['ended'])

@@ -21,6 +21,7 @@ from colcon_yamllaunch.control.client import PROGRESS_INTERVAL
 from colcon_yamllaunch.control.resource_usage import Usage
 from colcon_yamllaunch.control.resource_usage import usage_of
 from colcon_yamllaunch.control.resource_usage import use_of
+from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine.state import ComponentState
 from colcon_yamllaunch.engine.state import Part
 from colcon_yamllaunch.engine.state import ProcessState
@@ -44,6 +45,7 @@ from colcon_yamllaunch.workspace.packages.workspace_root import find_root
 
 #: Seconds between two questions to a launch that was asked for something.
 POLL_INTERVAL = 0.05
+_COMMANDS = {'stop': commands.Stop, 'restart': commands.Restart}
 _UNSETTLED = ('stopping', 'loading', 'unloading', 'unknown')
 
 
@@ -183,7 +185,7 @@ def _stop_launches(candidates: Sequence[Candidate]) -> int:
 
 
 def _begin_to_stop(chosen: Candidate) -> None:
-    chosen.launch.request('shutdown')
+    chosen.launch.do(commands.Shutdown())
     say_line(f'stopping {chosen.state.title} (pid {chosen.state.pid})')
 
 
@@ -209,7 +211,7 @@ def _end(chosen: Candidate, parts: Sequence[Part], action: str) -> int:
     refusals = []
     for part in parts:
         try:
-            chosen.launch.request(action, process=part.label)
+            chosen.launch.do(_COMMANDS[action](part.label))
         except LaunchEndedError:
             raise
         except ControlError as e:

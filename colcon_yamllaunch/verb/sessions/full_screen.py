@@ -97,10 +97,10 @@ def show(launch: RunningLaunch, terminal: 'OuterTerminal') -> int | None:
     """
     # it takes long to import
     from colcon_yamllaunch.terminal.full_screen.launch_app import LaunchApp
-    from colcon_yamllaunch.terminal.full_screen.link import BEHIND
+    from colcon_yamllaunch.terminal.full_screen.launch_model import BEHIND
 
     try:
-        subscription = launch.subscribe(BEGINNING, behind=BEHIND)
+        launch.subscribe(BEGINNING, states=True, behind=BEHIND)
     except LaunchEndedError:
         raise
     except ControlError as e:
@@ -115,7 +115,7 @@ def show(launch: RunningLaunch, terminal: 'OuterTerminal') -> int | None:
         os.environ.pop('NO_COLOR', None)
     with ScreenKeeper(0) as keeper:
         app = LaunchApp(
-            subscription,
+            launch,
             terminal,
             shown=lambda is_shown: keeper.take(is_shown=is_shown),
         )

@@ -9,6 +9,7 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.suggestions import listing
 from colcon_yamllaunch.control.client import ControlError
 from colcon_yamllaunch.control.client import LaunchEndedError
+from colcon_yamllaunch.engine.commands import ChangeState
 from colcon_yamllaunch.engine.components.transitions import TRANSITIONS
 from colcon_yamllaunch.engine.components.transitions import transitions_of
 from colcon_yamllaunch.engine.state import LaunchState
@@ -69,11 +70,9 @@ def choose_lifecycle_nodes(
 def _change(chosen: Candidate, label: str, transition: str) -> str | None:
     """Change the state of a node; return why that failed, if it did."""
     try:
-        chosen.launch.request(
-            'change_state',
+        chosen.launch.do(
+            ChangeState(label, transition),  # type: ignore[arg-type]
             waiting=lambda: say_line(f'waiting for {label}'),
-            process=label,
-            transition=transition,
         )
     except LaunchEndedError:
         raise

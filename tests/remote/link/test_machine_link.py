@@ -16,6 +16,7 @@ from colcon_yamllaunch.control.client import running_launches
 from colcon_yamllaunch.engine.commands import Describe
 from colcon_yamllaunch.engine.commands import Kill
 from colcon_yamllaunch.engine.commands import Restart
+from colcon_yamllaunch.engine.commands import Shutdown
 from colcon_yamllaunch.engine.commands import Type
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan_json import plan_to_json
@@ -282,7 +283,7 @@ def test_part_without_launcher_is_listed_on_its_machine(
             variables = {'XDG_RUNTIME_DIR': str(plain.home)}
             for launch in running_launches(variables, print):
                 if launch.pid == engine:
-                    launch.request('shutdown')
+                    launch.do(Shutdown())
                 launch.close()
             part.wait_for(lambda: not phases(engine))
     plain.clear()

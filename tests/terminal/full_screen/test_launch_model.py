@@ -9,7 +9,13 @@ from typing import Any
 
 from colcon_yamllaunch.control.resource_usage import Usage
 from colcon_yamllaunch.control.subscription import Missed
+from colcon_yamllaunch.engine.events import Ended
+from colcon_yamllaunch.engine.events import Exited
+from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.engine.plan_tree import Branch
 from colcon_yamllaunch.observers.log_levels import Level
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.terminal.full_screen.event_sentences import (
     level_of_event,
 )
@@ -18,15 +24,12 @@ from colcon_yamllaunch.terminal.full_screen.event_sentences import SENTENCES
 from colcon_yamllaunch.terminal.full_screen.inspection import curve
 from colcon_yamllaunch.terminal.full_screen.launch_model import HISTORY
 from colcon_yamllaunch.terminal.full_screen.launch_model import LaunchModel
-from colcon_yamllaunch.terminal.full_screen.part_rows import label_of_key
-from colcon_yamllaunch.terminal.full_screen.part_rows import part_rows
-from colcon_yamllaunch.terminal.full_screen.part_rows import tree_rows
 import pytest
 from support.shown_launch import component
 from support.shown_launch import exited
 from support.shown_launch import happened
 from support.shown_launch import process
-from support.shown_launch import state_of
+from support.shown_launch import ShownLaunch
 from support.shown_launch import wrote
 
 
@@ -40,7 +43,7 @@ class Clock:
 
 
 def model_of(*parts: Any) -> LaunchModel:
-    return LaunchModel(state_of(*parts))
+    return LaunchModel(ShownLaunch(*parts))
 
 
 def lines_of(model: LaunchModel) -> list[tuple[str | None, str]]:
@@ -48,7 +51,7 @@ def lines_of(model: LaunchModel) -> list[tuple[str | None, str]]:
 
 
 def rows_of(model: LaunchModel) -> list[str]:
-    return [f'{r.sign} {r.title} {r.note}'.strip() for r in part_rows(model)]
+    return [f'{r.look.sign} {r.title} {r.note}'.strip() for r in model.rows()]
 
 
 def test_a_row_has_the_signal_only() -> None:
@@ -82,28 +85,22 @@ def test_rows_say_what_is_going_on() -> None:
         '▢ /far not of this launch',
         '○ remote waiting',
     ]
-    assert label_of_key(model, '2') == 'box'
-    assert label_of_key(model, '0') is None
+    assert model.label_of('2') == 'box'
+    assert model.label_of('0') is None
 
 
 def test_the_plan_is_a_tree() -> None:
     model = model_of(process('a'), process('b'))
 
-    def branch(kind: str, title: str, *children: Any) -> dict[str, Any]:
-        position = '/ws/demo.yaml:3:5'
-        return {
-            'kind': kind,
-            'title': title,
-            'position': position,
-            'children': list(children),
-        }
+    def branch(kind: str, title: str, *children: Branch) -> Branch:
+        return Branch(kind, title, '/ws/demo.yaml:3:5', list(children))
 
     group = branch('group', '/left', branch('process', 'b'))
     include = branch('file', '/ws/more.yaml', group)
     model.tree = [
         branch('file', '/ws/demo.yaml', branch('process', 'a'), include)
     ]
-    assert [(r.depth, r.title, r.note, r.key) for r in tree_rows(model)] == [
+    assert [(r.depth, r.title, r.note, r.key) for r in model.plan_rows()] == [
         (0, 'demo.yaml', '', ''),
         (1, 'a', 'running', '1'),
         (1, 'more.yaml', 'demo.yaml:3:5', ''),
@@ -124,25 +121,25 @@ def test_what_is_lost_is_counted_where_it_is() -> None:
         (None, '… 0.5 KiB not shown …'),
     ]
     assert model.missed_bytes == 2560
-    assert model.wants_state
+    assert model.wants_tree
 
 
 def test_after_the_end_nothing_runs_and_time_stands_still() -> None:
     clock = Clock()
     names = ('a', 'b', 'c')
     parts = *map(process, names), component('talker', 'a')
-    state = state_of(*parts, stopping=True, clock=clock)
-    model = LaunchModel(state)
+    launch = ShownLaunch(*parts, stopping=True, clock=clock)
+    model = LaunchModel(launch)
     clock.now += 4
-    model.take(exited('a', 0))
-    # it runs again as the launcher is killed
-    model.take(exited('b', 3))
-    model.take(happened('started', 'b', pid=7))
-    model.take(happened('ended', exit_code=1))
+    plan = Process('a', ('true',), Position('/ws/demo.yaml', 1, 1), '/')
+    finished = Exited(plan, 7, Outcome(code=0), 1.0, False, False)
+    launch.state.apply(finished)
+    launch.state.apply(Ended(1))
+    # the others run as the launcher is killed
     model.end('')
     clock.now += 50
-    assert state.seconds == 10.0
-    assert model.exit_code == 1
+    assert model.state.seconds == 10.0
+    assert model.state.exit_code == 1
     assert rows_of(model) == [
         '✓ a finished',
         '✓ talker unloaded',
@@ -157,13 +154,11 @@ def test_use_of_resources_is_remembered_for_a_while() -> None:
         model.take_usage({7: Usage(float(number), 1)})
     assert len(model.usage['a']) == HISTORY
     assert model.usage['a'][0].cpu == 5.0
-    assert not model.wants_state
     # those of other machines come with the state
     there = process('b', pid=7, machine='arm', cpu=0.25, memory=2)
     model = model_of(there)
     model.take_usage({7: Usage(1.0, 1)})
     assert list(model.usage['b']) == [Usage(0.25, 2)]
-    assert model.wants_state
     assert curve([0.0, 0.5, 1.0]) == '▁▅█'
     assert curve([0.0, 0.0]) == '▁▁'
 
@@ -212,5 +207,5 @@ def test_signs_are_those_of_the_status_block() -> None:
         'stopped': '■',
     }
     model = model_of(*(process(look, condition=look) for look in looks))
-    signs = {row.title: row.sign for row in part_rows(model)}
+    signs = {row.title: row.look.sign for row in model.rows()}
     assert signs == looks

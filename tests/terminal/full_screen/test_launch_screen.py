@@ -12,6 +12,13 @@ import re
 from typing import Any
 
 from colcon_yamllaunch.control.subscription import Missed
+from colcon_yamllaunch.engine.commands import Debug
+from colcon_yamllaunch.engine.commands import Kill
+from colcon_yamllaunch.engine.commands import Restart
+from colcon_yamllaunch.engine.commands import Stop
+from colcon_yamllaunch.engine.commands import Watch
+from colcon_yamllaunch.engine.events import Watched
+from colcon_yamllaunch.engine.plan_tree import Branch
 from colcon_yamllaunch.terminal.full_screen.launch_app import LaunchApp
 from colcon_yamllaunch.terminal.full_screen.launch_screen import LaunchScreen
 from colcon_yamllaunch.terminal.full_screen.part_list import PartList
@@ -106,10 +113,10 @@ def play(
     return app
 
 
-def test_each_key_has_an_action() -> None:
+def test_each_key_has_an_effect() -> None:
     for key in (*ON_ONE, *ON_ALL):
-        if key.action:
-            assert hasattr(LaunchScreen, f'action_{key.action}')
+        by_itself = key.command or key.filter
+        assert by_itself or hasattr(LaunchScreen, f'key_{key.name}')
 
 
 def test_keys_act_on_what_the_cursor_is_on() -> None:
@@ -121,12 +128,12 @@ def test_keys_act_on_what_the_cursor_is_on() -> None:
     async def act(shown: Shown) -> None:
         await shown.shows('1 ● kitchen', '2 ● box', '● talker')
         await shown.types('s', 'down', 'r', 'down', 'k', '1', 'd')
-        await shown.until(lambda: len(launch.acts) == 4)
-        assert launch.acts == [
-            ('stop', 'kitchen'),
-            ('restart', 'box'),
-            ('kill', 'talker'),
-            ('debug', 'kitchen'),
+        await shown.until(lambda: len(launch.commands) == 4)
+        assert launch.commands == [
+            Stop('kitchen'),
+            Restart('box'),
+            Kill('talker'),
+            Debug('kitchen'),
         ]
         launch.refused = 'there is no debugger'
         await shown.types('d')
@@ -194,7 +201,7 @@ def test_what_is_typed_while_searching_is_no_key() -> None:
         await shown.types('escape')
         await shown.shows('warm')
         await shown.types('colon', 'a', 'l', 'enter', 's')
-        await shown.until(lambda: launch.acts == [('stop', 'hall')])
+        await shown.until(lambda: launch.commands == [Stop('hall')])
 
     play(launch, act)
 
@@ -213,9 +220,7 @@ def test_what_failed_is_seen_and_found_among_many() -> None:
         await shown.types('f')
         await shown.shows('✗ node150', 'died')
         launch.state = ShownLaunch(*nodes[100:]).state
-        launch.tree = [
-            {'kind': 'process', 'title': 'node150', 'position': 'x:1:1'}
-        ]
+        launch.tree = (Branch('process', 'node150', 'x:1:1'),)
         launch.tell(happened('dropped', 'node0'))
         await shown.types('p')
         await shown.hides('node151')
@@ -275,6 +280,9 @@ def test_after_the_end_all_can_be_read() -> None:
         await shown.shows('leave it running')
         launch.tell(wrote('kitchen', 'warm'), exited('kitchen', 3))
         launch.tell(happened('ended', exit_code=1))
+        failed = {'phase': 'ended', 'pid': None, 'failure': 'exit 3'}
+        parts = [process('kitchen', condition='failed', **failed)]
+        launch.state = state_of(*parts, exit_code=1)
         launch.end()
         await shown.shows('ended, exit code 1', '1 failed', 'q leaves')
         await shown.types('s')
@@ -358,9 +366,7 @@ def test_watching_is_switched_off_and_on() -> None:
             await shown.types('w')
             await shown.shows('is off: w switches' if paused else 'is on')
             await shown.until(
-                lambda action=action: (
-                    ('watch', {'action': action}) in launch.asked
-                )
+                lambda action=action: Watch(action) in launch.commands
             )
 
     play(launch, act, size=(120, 24))
@@ -370,7 +376,7 @@ def test_where_all_is_too_much_what_is_shown_is_read_only() -> None:
     launch = ShownLaunch(process('kitchen'), process('hall'))
 
     def wanted() -> list[Any]:
-        asked = [more for name, more in launch.asked if name == 'subscribe']
+        asked = [one[1] for one in launch.asked if isinstance(one, tuple)]
         return [more['processes'] for more in asked]
 
     async def act(shown: Shown) -> None:
@@ -438,6 +444,7 @@ def test_the_errors_of_a_build_are_shown_again() -> None:
         await shown.shows('no build has failed')
         text = 'pump.cpp changed: the build failed'
         errors = [text, 'pump.cpp:39:1: error']
+        launch.state.apply(Watched(text, failed=True, details=errors[1]))
         launch.tell(happened('watched', text=text, errors=errors))
         launch.tell(happened('watched', text='b.py changed: restarted b'))
         await shown.shows('restarted b')

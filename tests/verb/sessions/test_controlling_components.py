@@ -10,6 +10,8 @@ from typing import Any
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.control.client import ControlError
 from colcon_yamllaunch.control.client import LaunchEndedError
+from colcon_yamllaunch.engine.commands import ChangeState
+from colcon_yamllaunch.engine.commands import PartCommand
 from colcon_yamllaunch.engine.state import About
 from colcon_yamllaunch.engine.state import ComponentState
 from colcon_yamllaunch.engine.state import LaunchState
@@ -61,14 +63,14 @@ class FakeLaunch:
         self.refused: dict[str, str] = {}
         self.after: dict[str, dict[str, Any]] = {}
 
-    def request(
+    def do(
         self,
-        name: str,
+        command: PartCommand[Any],
         waiting: Callable[[], None] | None = None,
-        **more: str,
     ) -> None:
-        self.requests.append((name, *more.values()))
-        label = more['process']
+        label = command.process
+        more = [command.transition] if isinstance(command, ChangeState) else []
+        self.requests.append((command.name, label, *more))
         if waiting is not None:
             waiting()
         if label in self.refused:
@@ -300,7 +302,7 @@ def test_the_launch_may_end_meanwhile(
     def end(*_: object, **__: object) -> None:
         raise LaunchEndedError
 
-    monkeypatch.setattr(running, 'request', end)
+    monkeypatch.setattr(running, 'do', end)
     for action, more in (('lifecycle', 'shutdown'), ('stop', '')):
         with pytest.raises(UserError, match='demo: the launch has ended'):
             ask(action, 'mapper', transition=more)

@@ -12,6 +12,7 @@ import time
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.control.client import running_launches
+from colcon_yamllaunch.engine.commands import Shutdown
 from colcon_yamllaunch.verb.sessions.full_screen import MISSING
 from colcon_yamllaunch.verb.sessions.full_screen import need_screen
 import pytest
@@ -52,7 +53,7 @@ def test_a_new_launch_is_left_running_and_shown_again(
     assert t.modes() == t.modes_before
     second = terminal('--ui').shows('kitchen-1').shows('q ')
     (launch,) = running_launches(user.environment, pytest.fail)
-    launch.request('shutdown')
+    launch.do(Shutdown())
     launch.close()
     second.shows('exit code 1').types('\x03')
     assert second.ends() == 0

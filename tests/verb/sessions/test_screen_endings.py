@@ -24,13 +24,10 @@ from colcon_yamllaunch.verb.sessions.full_screen import show
 from support.shown_launch import process
 from support.shown_launch import ShownLaunch
 
-class Launch:
-    def subscribe(self, _, **_more):
-        return ShownLaunch(process('kitchen'))
-
 {defect}
 try:
-    sys.exit(128 + (show(Launch(), OuterTerminal(0, {})) or 0))
+    launch = ShownLaunch(process('kitchen'))
+    sys.exit(128 + (show(launch, OuterTerminal(0, {})) or 0))
 except ValueError as e:
     sys.exit(f'defect: {e}')
 """
