@@ -54,8 +54,8 @@ from colcon_yamllaunch.observers.presentation import present
 from colcon_yamllaunch.observers.presentation import Presentation
 from colcon_yamllaunch.plan.plan import ParametersOf
 from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.terminal.own_terminal import OwnTerminal
-from colcon_yamllaunch.terminal.own_terminal import status_writer
+from colcon_yamllaunch.terminal.launch_terminal import LaunchTerminal
+from colcon_yamllaunch.terminal.launch_terminal import status_writer
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.observers.log_store import LogStore
@@ -369,9 +369,9 @@ class _Launch:
 
     def _open_terminal(
         self, whole: Plan, state: LaunchState, stack: ExitStack
-    ) -> OwnTerminal:
+    ) -> LaunchTerminal:
         context, display, screen = self._context, self._display, self._screen
-        return OwnTerminal(
+        return LaunchTerminal(
             present(context.presentation, screen, whole, display, stack),
             state,
             display,

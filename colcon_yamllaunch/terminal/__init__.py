@@ -11,7 +11,7 @@ Both show the same `Launch`: its state, and the commands that it executes.
 - `observers.line_filter.Filtering` is what keys make of the output, in both.
 
 The full screen is in `full_screen/`. The terminal that a launch was started
-in is :mod:`.terminal_session`, if it has one (:mod:`.own_terminal`):
+in is :mod:`.terminal_session`, if it has one (:mod:`.launch_terminal`):
 
 - Keys: :mod:`.keyboard` reads bytes and decodes keys, :mod:`.keys` handles
   them, and the session carries out what has an effect elsewhere.

@@ -168,7 +168,8 @@ class WatchedKeyboard:
     A keyboard in the loop of a launch, while its terminal is the launch's.
 
     :param keyboard: The keyboard; None if somebody else has its keys
-    :param typed: Is called with what was typed
+    :param typed: Is called with what was typed, and with nothing when the
+      terminal is gone
     """
 
     def __init__(
@@ -225,6 +226,7 @@ class WatchedKeyboard:
     def _hung_up(self) -> None:
         if not self._readable():
             self.release()
+            self._typed(b'')
 
     def _readable(self) -> bool:
         """Read what was typed, and return whether there was something."""

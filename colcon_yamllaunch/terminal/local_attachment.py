@@ -6,8 +6,10 @@
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.observers.screen import Screen
+from colcon_yamllaunch.terminal.keyboard import ESCAPE
 from colcon_yamllaunch.terminal.keyboard import ESCAPE_NAME
 from colcon_yamllaunch.terminal.keyboard import Keyboard
+from colcon_yamllaunch.terminal.keyboard import WatchedKeyboard
 
 _HINT = (
     f'attached: {ESCAPE_NAME} detaches, Ctrl-C stops the launch, Ctrl-Z '
@@ -32,7 +34,7 @@ class LocalAttachment:
         show: events.Listener,
     ) -> None:
         self._label = label
-        self._keyboard = keyboard
+        self._keyboard = WatchedKeyboard(keyboard, self._typed)
         self._screen = screen
         self._show = show
         self._engine: Engine | None = None
@@ -42,6 +44,7 @@ class LocalAttachment:
     def connect(self, engine: Engine) -> None:
         """Use an engine, before it runs."""
         self._engine = engine
+        self._keyboard.connect(engine.loop)
         engine.when_suspended.append(self._suspend)
 
     def handle(self, event: events.Event) -> None:
@@ -67,18 +70,14 @@ class LocalAttachment:
         engine, started = self._engine, self._started
         if engine is None or started is None or self._is_attached:
             return
-        if self._keyboard.grab():
+        if self._keyboard.grab(keeps_early=True):
             self._is_attached = True
-            keyboard = self._keyboard.descriptor
-            engine.loop.add_reader(keyboard, self._typed)
-            engine.loop.add_hangup_handler(keyboard, self._hung_up)
             engine.terminals.add_sink(self._label, self._show_raw)
             engine.tell(events.Attached(started.process, _HINT))
 
     def _detach(self) -> None:
         if self._is_attached and self._engine is not None:
             self._is_attached = False
-            self._engine.loop.remove(self._keyboard.descriptor)
             self._engine.terminals.remove_sink(self._label, self._show_raw)
             self._keyboard.release()
             # what is shown next may be the shell's
@@ -89,26 +88,17 @@ class LocalAttachment:
             self._keyboard.release()
         elif not self._is_attached:
             self._attach()
-        elif not self._keyboard.grab():
+        elif not self._keyboard.grab(keeps_early=True):
             # the launch goes on in the background
             self._detach()
 
-    def _hung_up(self) -> None:
-        if not self._typed() and self._is_attached:
-            self._give_up()
-
-    def _typed(self) -> bool:
-        """Pass on what was typed, and return whether there was something."""
+    def _typed(self, data: bytes) -> None:
+        """Pass on what was typed; nothing is the end of the terminal."""
         assert self._engine is not None
-        try:
-            keys, escape = self._keyboard.read()
-        except OSError:
-            self._detach()
-            return False
+        keys, escape, _ = data.partition(ESCAPE)
         self._engine.terminals.type(self._label, keys)
-        if escape:
+        if escape or not data:
             self._give_up()
-        return bool(keys or escape)
 
     def _give_up(self) -> None:
         started, self._started = self._started, None

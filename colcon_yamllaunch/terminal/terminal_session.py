@@ -16,6 +16,7 @@ import math
 import os
 from pathlib import Path
 import signal
+import sys
 import time
 from typing import Any
 from typing import TYPE_CHECKING
@@ -30,12 +31,12 @@ from colcon_yamllaunch.engine.exit_conditions import ExitConditions
 from colcon_yamllaunch.engine.output.channels import size_of
 from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.stopping.guard_link import GuardLink
+from colcon_yamllaunch.observers.display import Display
 from colcon_yamllaunch.observers.line_filter import LineFilter
 from colcon_yamllaunch.observers.log_levels import FORMAT
 from colcon_yamllaunch.observers.screen import Screen
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.terminal.attachment import Attachment
-from colcon_yamllaunch.terminal.cpu_shares import CpuShares
 from colcon_yamllaunch.terminal.keyboard import ESCAPE_DELAY
 from colcon_yamllaunch.terminal.keyboard import is_in_foreground
 from colcon_yamllaunch.terminal.keyboard import Keyboard
@@ -55,6 +56,7 @@ from colcon_yamllaunch.terminal.status_block import next_change
 from colcon_yamllaunch.terminal.status_block import next_second
 from colcon_yamllaunch.terminal.status_block import Style
 from colcon_yamllaunch.terminal.status_block import View
+from colcon_yamllaunch.terminal.status_model import CpuShares
 from colcon_yamllaunch.terminal.status_model import StatusModel
 from colcon_yamllaunch.terminal.status_writer import StatusWriter
 
@@ -83,43 +85,50 @@ class TerminalSession:
     The terminal of a launch, as long as that is in its foreground.
 
     :param state: The state of the launch
-    :param writer: Writes to the terminal
-    :param screen: Shows what happens, by `writer`
-    :param guard: Is told of the terminal
-    :param keyboard: The same terminal, None if somebody else has its keys
-    :param color: Whether the block is coloured
-    :param is_plain: Whether the terminal has nothing but ASCII
-    :param environment: The environment for all processes
+    :param display: The terminal
+    :param screen: Shows what happens, in this terminal
+    :param show: Shows an event, by `screen`
+    :param guard: Restores the terminal if the launcher is killed
     :param conditions: What the launch waits for to end by itself
     :param clock: Returns seconds that never go back
     :param attach: The label of the process that has the keyboard at first
+    :param has_keys: Whether standard input is the same terminal
     """
 
     def __init__(
         self,
         state: LaunchState,
-        writer: StatusWriter,
+        display: Display,
         screen: Screen,
+        show: events.Listener,
         guard: GuardLink,
-        keyboard: Keyboard | None,
-        *,
-        color: bool,
-        is_plain: bool,
-        environment: Mapping[str, str],
         conditions: ExitConditions,
         clock: Callable[[], float],
-        attach: str | None = None,
+        attach: str | None,
+        *,
+        has_keys: bool,
     ) -> None:
+        assert isinstance(display.writer, StatusWriter)
         #: What the block tells.
         self.model = StatusModel(state)
-        self._writer = writer
+        self._writer = display.writer
         self._screen = screen
-        self._environment = environment
+        self._show = show
+        self._color, self._is_plain = display.color, display.is_ascii
+        self._environment = display.environment
         self._filter = LineFilter(
-            color=color, is_ascii=is_plain, form_of=self._form_of
+            color=self._color, is_ascii=self._is_plain, form_of=self._form_of
         )
         self._keys = Keys(self.model)
-        self._attachment = Attachment(self._keys, screen, attach)
+        self._attachment = Attachment(
+            self._keys, screen, attach if has_keys else None
+        )
+        keyboard = None
+        if has_keys:
+            keyboard = Keyboard(sys.stdin.fileno())
+        elif attach is None:
+            # what would be shown of keys would be in the block
+            keyboard = Keyboard(display.descriptor, takes_keys=False)
         # when an Esc has been a key
         self._escape_due: float | None = None
         # while a pager has the terminal
@@ -128,27 +137,15 @@ class TerminalSession:
         self._time: float | None = None
         self._guard = guard
         self._keyboard = WatchedKeyboard(keyboard, self._typed)
-        self._color = color
-        self._is_plain = is_plain
         self._conditions = conditions
         self._clock = clock
         self._engine: Engine | None = None
-        self._show: events.Listener = screen.handle
         self._shares = CpuShares()
         self._next_look = clock() + LOOK_INTERVAL
         self._drawn_version = (-1, 0)
         self._is_active = False
         # whether the cursor is in the block
         self._is_typing = False
-
-    def showing(self, show: events.Listener) -> events.Listener:
-        """
-        Return who shows what happens.
-
-        :param show: Shows it above the block
-        """
-        self._show = show
-        return self._handle
 
     def connect(self, engine: Engine) -> None:
         """Use an engine, before it runs."""
@@ -170,7 +167,8 @@ class TerminalSession:
         self._end()
         self._engine = None
 
-    def _handle(self, event: events.Event) -> None:
+    def handle(self, event: events.Event) -> None:
+        """Show an event above the block."""
         if self._paged is not None:
             self._paged.hold(event)
             return
@@ -385,7 +383,7 @@ class TerminalSession:
                 'them'
             )
         for self._time, event in paged.take():
-            self._handle(event)
+            self.handle(event)
         self._time = None
 
     def _stamp(self) -> bytes:

@@ -5,8 +5,8 @@
 
 from types import SimpleNamespace
 
-from colcon_yamllaunch.terminal import cpu_shares
-from colcon_yamllaunch.terminal.cpu_shares import CpuShares
+from colcon_yamllaunch.terminal import status_model
+from colcon_yamllaunch.terminal.status_model import CpuShares
 import pytest
 
 
@@ -19,11 +19,13 @@ def machine(monkeypatch):
         made.looks += 1
         return SimpleNamespace(ticks=made.ticks[pid])
 
-    monkeypatch.setattr(cpu_shares, '_TICKS', 100)
-    monkeypatch.setattr(cpu_shares.os, 'cpu_count', lambda: 2)
-    monkeypatch.setattr(cpu_shares, '_idle_seconds', lambda: made.idle)
-    monkeypatch.setattr(cpu_shares, 'read_process', read_process)
-    monkeypatch.setattr(cpu_shares.cgroup, 'process_folder', lambda pid: None)
+    monkeypatch.setattr(status_model, '_TICKS', 100)
+    monkeypatch.setattr(status_model.os, 'cpu_count', lambda: 2)
+    monkeypatch.setattr(status_model, '_idle_seconds', lambda: made.idle)
+    monkeypatch.setattr(status_model, 'read_process', read_process)
+    monkeypatch.setattr(
+        status_model.cgroup, 'process_folder', lambda pid: None
+    )
     return made
 
 
@@ -51,14 +53,14 @@ def test_shares_are_of_one_processor(machine):
 def test_nobody_is_looked_at_while_the_launch_is_idle(machine, monkeypatch):
     taken = {'/cgroup/launch': 0.0, '/cgroup/launch/0': 0.0}
     monkeypatch.setattr(
-        cpu_shares.cgroup, 'process_folder', lambda _: '/cgroup/launch/0'
+        status_model.cgroup, 'process_folder', lambda _: '/cgroup/launch/0'
     )
 
     def processor_time(folder):
         machine.looks += folder.endswith('/0')
         return taken[folder]
 
-    monkeypatch.setattr(cpu_shares.cgroup, 'processor_time', processor_time)
+    monkeypatch.setattr(status_model.cgroup, 'processor_time', processor_time)
     shares = CpuShares()
     for now in range(0, 10, 2):
         assert shares.look({'a': 7}, float(now)) == {}
@@ -70,4 +72,4 @@ def test_nobody_is_looked_at_while_the_launch_is_idle(machine, monkeypatch):
 
 
 def test_what_proc_tells_is_understood():
-    assert cpu_shares._idle_seconds() > 0.0
+    assert status_model._idle_seconds() > 0.0
