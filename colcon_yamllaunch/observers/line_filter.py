@@ -167,8 +167,8 @@ class LineFilter:
         self._count = 0
         self._repeated: events.Output | None = None
 
-    def take(self, event: events.Output) -> Sequence[events.Output]:
-        """Return what is to be shown now that there is some output."""
+    def shown(self, event: events.Output) -> Sequence[events.Output]:
+        """Return the output to show now that a process wrote some."""
         process = event.process
         if event.stream not in SHOWN[process.output]:
             return ()
@@ -230,7 +230,7 @@ class LineFilter:
             if label in (None, key[0]):
                 process, data = self._live.pop(key)
                 whole = events.Output(process, key[1], data + b'\n')
-                yield from self.take(whole)
+                yield from self.shown(whole)
         if label is None:
             yield from self.settle()
 

@@ -82,7 +82,7 @@ class Attachment:
         self._keys.attach(label)
         engine.tell(events.Attached(started.process, _HINT))
         engine.terminals.add_sink(label, self._show)
-        self.mind_modes()
+        self.read_modes()
         return True
 
     def detached(self, label: str) -> None:
@@ -99,7 +99,7 @@ class Attachment:
         if label is not None and self._engine is not None:
             self._engine.terminals.type(label, keys)
 
-    def mind_modes(self) -> None:
+    def read_modes(self) -> None:
         """See whether the process takes lines or keys now."""
         label = self._keys.attached
         if label is None or self._engine is None:
@@ -112,7 +112,7 @@ class Attachment:
         self._keys.attach(label, is_raw=is_raw, is_secret=is_secret)
 
     def _show(self, stream: events.Stream, data: bytes) -> None:
-        self.mind_modes()
+        self.read_modes()
         self._screen.show_raw((self._keys.attached, stream), data)
 
     def _end(self, label: str | None = None) -> None:

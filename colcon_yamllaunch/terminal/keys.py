@@ -144,7 +144,7 @@ class Keys:
         """Take the keys back."""
         self.attached = None
 
-    def tell(self, note: str) -> None:
+    def show_note(self, note: str) -> None:
         """Show a note until the next key."""
         self._pages.clear()
         self._note = note

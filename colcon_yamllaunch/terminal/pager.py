@@ -106,7 +106,7 @@ class PagedOutput:
         while self._size > KEPT:
             self._drop_oldest()
 
-    def take(self) -> Iterator[tuple[float, events.Event]]:
+    def held(self) -> Iterator[tuple[float, events.Event]]:
         """Return what was kept, with the time at which it happened."""
         while self._held:
             yield self._held.popleft()

@@ -67,7 +67,7 @@ class View:
       line of the block is the one to type in
     :param typed: What is being typed there
     :param cursor: How many characters of that are before the cursor
-    :param note: What is to be told once, such as why a key did nothing
+    :param note: What to show once, such as why a key did nothing
     :param overlay: Lines that stand in place of the block, above the hint, for
       which it may take nearly all of the terminal; empty for none
     """
@@ -123,13 +123,13 @@ def block_of(
     view: View,
     style: Style,
     now: float,
-    waits_for: str = '',
+    pending: str = '',
 ) -> Block:
     """
     Return the status block.
 
     :param now: The time by the clock of the launch
-    :param waits_for: What the launch waits for, in one line
+    :param pending: What the launch waits for, in one line
     """
     # the first column has the cursor, and the last is left free
     columns = max(1, style.columns - 2)
@@ -138,27 +138,29 @@ def block_of(
         lines = [*view.overlay[: max(0, style.height - 2)]]
         return _block([*lines, _painted(view.hint, DIM, style)], style)
     typing = view.prompt is not None
-    told = _told(view, style, columns, max(1, style.lines - typing - 1))
-    news = _news(model.state, view, style, now, waits_for)
-    if told and width(tail := _SPACE.join(('', *news))) <= columns - width(
-        told[-1]
-    ):
-        told[-1] += tail
-        news = []
-    if len(told) > style.lines - typing - 2:
+    answer = _answer_lines(
+        view, style, columns, max(1, style.lines - typing - 1)
+    )
+    summary = _summary(model.state, view, style, now, pending)
+    if answer and width(
+        tail := _SPACE.join(('', *summary))
+    ) <= columns - width(answer[-1]):
+        answer[-1] += tail
+        summary = []
+    if len(answer) > style.lines - typing - 2:
         # what the next key means comes first
-        news = [] if told else news
-    hint = '' if told or typing else view.hint
-    rows = style.lines - len(told) - bool(news or hint) - typing
-    if style.lines == 1 and not (typing or told or model.state.stopping):
+        summary = [] if answer else summary
+    hint = '' if answer or typing else view.hint
+    rows = style.lines - len(answer) - bool(summary or hint) - typing
+    if style.lines == 1 and not (typing or answer or model.state.stopping):
         # the states matter more than what comes next
-        news, hint, rows = [], '', 1
+        summary, hint, rows = [], '', 1
     lines = []
     if rows > 0:
         lines += _processes(model, view, style, columns, rows)
-    lines += told
+    lines += answer
     room = style.lines - len(lines) - typing
-    lines += _last_lines(_SPACE.join(news), hint, style, columns, room)
+    lines += _last_lines(_SPACE.join(summary), hint, style, columns, room)
     lines = [f' {line}' for line in lines]
     # the output and what is typed have a line each
     room = max(0, style.height - len(lines) - 2)
@@ -311,22 +313,24 @@ def _packed(
 
 
 def _last_lines(
-    news: str, hint: str, style: Style, columns: int, room: int
+    summary: str, hint: str, style: Style, columns: int, room: int
 ) -> list[str]:
     """Return what is new, and what keys mean: in a line, or one for each."""
-    if not (news or hint) or room < 1:
+    if not (summary or hint) or room < 1:
         return []
-    # whole words of it, which the news do not push out
+    # whole words of it, which the summary does not push out
     hint = _packed([_measured(w) for w in hint.split(_GAP)], columns)[0]
-    if news and hint and width(news) + len(_SPACE + hint) > columns:
+    if summary and hint and width(summary) + len(_SPACE + hint) > columns:
         if room > 1:
-            return [cut(news, columns), _painted(hint, DIM, style)]
+            return [cut(summary, columns), _painted(hint, DIM, style)]
         hint = hint.partition(_GAP)[0]
-        news = cut(news, max(1, columns - len(_SPACE + hint)))
-    return [_SPACE.join(filter(None, (news, _painted(hint, DIM, style))))]
+        summary = cut(summary, max(1, columns - len(_SPACE + hint)))
+    return [_SPACE.join(filter(None, (summary, _painted(hint, DIM, style))))]
 
 
-def _told(view: View, style: Style, columns: int, count: int) -> list[str]:
+def _answer_lines(
+    view: View, style: Style, columns: int, count: int
+) -> list[str]:
     """Return lines with what the last key did, or the next one may be."""
     colour = ''
     if view.note:
@@ -343,30 +347,30 @@ def _told(view: View, style: Style, columns: int, count: int) -> list[str]:
     return [_painted(line, colour, style) for line in lines]
 
 
-def _news(
-    state: LaunchState, view: View, style: Style, now: float, waits_for: str
+def _summary(
+    state: LaunchState, view: View, style: Style, now: float, pending: str
 ) -> list[str]:
-    news = []
+    summary = []
     if state.stopping:
         text = _stopping(state.countdown, now)
         if width(text) > style.columns - 2:
-            # it was told when it began
+            # it was shown when it began
             text = text.replace(_HURRIES, '')
-        news.append(_painted(text, YELLOW, style))
+        summary.append(_painted(text, YELLOW, style))
     else:
         watched = state.change
         if watched is not None and not watched.is_final:
             text = _watched(watched, style)
             if state.changed is not None and now >= state.changed + 1.0:
                 text = f'{math.floor(now - state.changed)} s {text}'
-            news.append(text)
-        if waits_for:
-            news.append(one_line(waits_for))
+            summary.append(text)
+        if pending:
+            summary.append(one_line(pending))
         if watched is not None and watched.is_final:
-            news.append(_watched(watched, style))
+            summary.append(_watched(watched, style))
     if view.filter:
-        news.append(_painted(one_line(view.filter), YELLOW, style))
-    return news
+        summary.append(_painted(one_line(view.filter), YELLOW, style))
+    return summary
 
 
 def _stopping(countdown: Countdown | None, now: float) -> str:

@@ -176,7 +176,7 @@ class TerminalSession:
         if isinstance(event, events.Output):
             if self._attachment.shows(event.process.label):
                 return
-            for output in self._filter.take(event):
+            for output in self._filter.shown(event):
                 self._show(output)
             if not self._filter.is_changing:
                 return
@@ -188,7 +188,7 @@ class TerminalSession:
             return
         if isinstance(event, events.ShuttingDown):
             # what was told last is in the way now
-            self._keys.tell('')
+            self._keys.show_note('')
         self._attachment.before(event)
         if self.model.version != self._drawn_version:
             self._writer.touch()
@@ -212,7 +212,7 @@ class TerminalSession:
         if not is_suspended:
             self._writer.begin(self._compose)
 
-    def _mind_foreground(self) -> None:
+    def _follow_foreground(self) -> None:
         """Take the terminal, or leave it to another job that has it."""
         if is_in_foreground(self._writer.descriptor) == self._is_active:
             return
@@ -233,7 +233,7 @@ class TerminalSession:
     # keys
 
     def _typed(self, typed: bytes) -> None:
-        self._attachment.mind_modes()
+        self._attachment.read_modes()
         self._do(self._keys.feed(typed))
 
     def _do(self, presses: Iterable[Press | Typed]) -> None:
@@ -262,13 +262,13 @@ class TerminalSession:
             return
         part = self.model.part(label)
         if name in ('stop', 'kill') and part and part.condition in DOWN:
-            self._keys.tell(f'{label} does not run')
+            self._keys.show_note(f'{label} does not run')
 
         command = command_of(state if label is None else label)
 
         def reply(response: Any) -> None:
             if isinstance(response, Refused):
-                self._keys.tell(response.error)
+                self._keys.show_note(response.error)
             elif after := getattr(self, f'after_{name}', None):
                 after(command, response)
 
@@ -292,7 +292,7 @@ class TerminalSession:
         """Type at a process."""
         part = self.model.part(label)
         if part is not None and not self._attachment.attach(label):
-            self._keys.tell(cannot_be_typed_at(part))
+            self._keys.show_note(cannot_be_typed_at(part))
 
     def key_detach(self, label: str) -> None:
         """Go back from the process that is typed at."""
@@ -303,7 +303,7 @@ class TerminalSession:
         part = self.model.part(label)
         log = None if part is None else self.model.state.log_of(part)
         if log is None:
-            self._keys.tell(f'{label} has no log')
+            self._keys.show_note(f'{label} has no log')
         else:
             self._page(log)
 
@@ -359,7 +359,7 @@ class TerminalSession:
             pager = Pager(Path(log), self._writer.descriptor, os.environ)
         except (OSError, ValueError) as error:
             reason = error.strerror if isinstance(error, OSError) else error
-            self._keys.tell(f'there is no pager by $PAGER: {reason}')
+            self._keys.show_note(f'there is no pager by $PAGER: {reason}')
             self._writer.begin(self._compose)
             return
         self._paged = PagedOutput(pager)
@@ -382,7 +382,7 @@ class TerminalSession:
                 f'{paged.lost} lines were not shown meanwhile; the logs have '
                 'them'
             )
-        for self._time, event in paged.take():
+        for self._time, event in paged.held():
             self.handle(event)
         self._time = None
 
@@ -398,7 +398,7 @@ class TerminalSession:
 
     def _compose(self, now: float) -> tuple[Block | None, float | None]:
         """Return the block, if there is one, and when to ask again."""
-        self._mind_foreground()
+        self._follow_foreground()
         if not self._is_active:
             return None, now + FOREGROUND_INTERVAL
         if self._escape_due is not None and now >= self._escape_due:
@@ -425,7 +425,7 @@ class TerminalSession:
         if self._keyboard.has_keys:
             if self._keys.attached is not None:
                 # the process may have changed them without a word
-                self._attachment.mind_modes()
+                self._attachment.read_modes()
                 next_modes = now + MODES_INTERVAL
             view = self._keys.view(view.live)
         block = block_of(model, view, style, now, pending)

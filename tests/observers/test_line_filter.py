@@ -43,22 +43,22 @@ def texts(outputs):
 
 def shown(one, *outputs):
     """Return all that is shown of outputs, as one text."""
-    parts = [part for output in outputs for part in one.take(output)]
+    parts = [part for output in outputs for part in one.shown(output)]
     return ''.join(o.data.decode() for o in (*parts, *one.end()))
 
 
 def test_all_passes_as_it_is(made):
     output = made('one\ntwo\n')
-    assert line_filter().take(output) == [output]
-    assert line_filter().take(output)[0] is output
+    assert line_filter().shown(output) == [output]
+    assert line_filter().shown(output)[0] is output
     many = made(''.join(f'{n}\n' for n in range(2 * FEW)))
-    assert line_filter(color=True).take(many)[0] is many
+    assert line_filter(color=True).shown(many)[0] is many
 
 
 def test_what_goes_to_the_log_only_is_left_to_it(made, process):
     one = line_filter()
     quiet = Output(process('a', output='own_log'), 'stdout', b'x\n' * 3)
-    assert not list(one.take(quiet))
+    assert not list(one.shown(quiet))
     assert not one.is_changing
 
 
@@ -73,7 +73,7 @@ def test_what_goes_to_the_log_only_is_left_to_it(made, process):
 )
 def test_who_is_shown(made, filtering, labels):
     one = line_filter(filtering)
-    assert [n for n in 'abc' if one.take(made('x\n', n))] == list(labels)
+    assert [n for n in 'abc' if one.shown(made('x\n', n))] == list(labels)
 
 
 def test_a_search(made):
@@ -123,30 +123,30 @@ def test_two_bars_keep_their_places(made):
     one = line_filter()
     for count in range(1, 4):
         for label in 'ab':
-            assert not one.take(made(f'{count}0%\r', label))
+            assert not one.shown(made(f'{count}0%\r', label))
     assert texts(one.live) == [('a', '30%'), ('b', '30%')]
     for label in 'cd':
-        assert not one.take(made('10%\r', label))
-    assert not one.take(made('40%\r', 'b'))
+        assert not one.shown(made('10%\r', label))
+    assert not one.shown(made('40%\r', 'b'))
     assert texts(one.live) == [('b', '40%'), ('c', '10%'), ('d', '10%')]
 
 
 def test_the_same_line_is_counted(made):
     one = line_filter()
-    assert texts(one.take(made('low\n'))) == [('a', 'low\n')]
+    assert texts(one.shown(made('low\n'))) == [('a', 'low\n')]
     assert not list(one.live)
-    assert not one.take(made('low\nlow\n'))
+    assert not one.shown(made('low\nlow\n'))
     assert texts(one.live) == [('a', 'low ×3\n')]
-    assert not one.take(made('low\n' * 2 * FEW))
+    assert not one.shown(made('low\n' * 2 * FEW))
     assert texts(one.live) == [('a', f'low ×{3 + 2 * FEW}\n')]
     # somebody else wrote something
-    assert texts(one.take(made('low\n', 'b'))) == [
+    assert texts(one.shown(made('low\n', 'b'))) == [
         ('a', f'low ×{3 + 2 * FEW}\n'),
         ('b', 'low\n'),
     ]
     assert texts(one.settle()) == []
     # and so it is a first one again
-    assert texts(one.take(made('low\n', 'b'))) == [('b', 'low\n')]
+    assert texts(one.shown(made('low\n', 'b'))) == [('b', 'low\n')]
 
 
 def test_the_same_line_at_another_time_is_counted(made):
@@ -167,25 +167,25 @@ def test_two_of_a_line_are_two_lines(made):
 def test_a_progress_bar_is_one_line(made):
     one = line_filter()
     for percent in (10, 20, 30):
-        assert not one.take(made(f'\rload {percent}%\r'))
+        assert not one.shown(made(f'\rload {percent}%\r'))
         assert texts(one.live) == [('a', f'load {percent}%')]
-    assert texts(one.take(made('other\n', 'b'))) == [('b', 'other\n')]
+    assert texts(one.shown(made('other\n', 'b'))) == [('b', 'other\n')]
     assert one.is_changing
-    assert texts(one.take(made('load 90%\rload 100%\r\nready\r\n'))) == [
+    assert texts(one.shown(made('load 90%\rload 100%\r\nready\r\n'))) == [
         ('a', 'load 100%\nready\n')
     ]
     assert not one.is_changing
     # erased with blanks
-    assert not one.take(made('almost\r'))
-    assert not one.take(made('      \r'))
+    assert not one.shown(made('almost\r'))
+    assert not one.shown(made('      \r'))
     assert not one.is_changing
 
 
 def test_a_progress_bar_stays_when_its_process_ends(made):
     one = line_filter()
     for label in 'abcde':
-        assert not one.take(made(f'{label} 1%\r', label))
-    assert not one.take(made('a 2%\r'))
+        assert not one.shown(made(f'{label} 1%\r', label))
+    assert not one.shown(made('a 2%\r'))
     # the last ones that have changed
     assert [t for _, t in texts(one.live)] == ['d 1%', 'e 1%', 'a 2%'][
         -MAXIMUM_LIVE:

@@ -94,7 +94,7 @@ def test_the_help_goes_with_the_next_key(keys):
     assert keys.view().chosen == 'bath'
     # what is told meanwhile is more urgent, and so is who is typed at
     keys.show(['one'], 5)
-    keys.tell('there is no debugger')
+    keys.show_note('there is no debugger')
     assert keys.view().overlay == ()
     keys.show(['one'], 5)
     keys.attach('bath')
@@ -153,7 +153,7 @@ def test_a_key_that_means_nothing(keys):
     assert keys.view().note == ''
     assert typed(keys, 'z') == []
     assert "'z'" in keys.view().note
-    keys.tell('something')
+    keys.show_note('something')
     assert keys.view().note == 'something'
 
 

@@ -21,7 +21,7 @@ def test_what_happened_meanwhile_comes_in_order_with_its_time(process):
     )
     for event in happened:
         paged.hold(event)
-    times, found = zip(*paged.take(), strict=True)
+    times, found = zip(*paged.held(), strict=True)
     assert found == happened
     assert list(times) == sorted(times)
     assert paged.lost == 0
@@ -35,7 +35,7 @@ def test_of_too_much_output_the_newest_is_kept_and_all_else(process):
     for number in range(6):
         data = b'%d\n%b' % (number, line)
         paged.hold(events.Output(kitchen, 'stdout', data))
-    found = [event for _, event in paged.take()]
+    found = [event for _, event in paged.held()]
     assert found[0] == events.Warned('it is warm')
     data = [e.data[:1] for e in found if isinstance(e, events.Output)]
     assert data == [b'3', b'4', b'5']

@@ -6,6 +6,5 @@ The full screen (`--ui`), which uses only the control socket of a launch.
 
 Start with :mod:`.launch_screen`, which draws the screen and handles its keys.
 :mod:`.launch_model` receives the events and output of the launch;
-:mod:`.output_store` keeps the output, and :mod:`.output_view` selects the
-lines that are shown.
+:mod:`.output_store` keeps the output and selects the lines that are shown.
 """

@@ -141,7 +141,7 @@ class LaunchApp(App[None]):
             pids = {p.local_pid for p in processes if p.local_pid is not None}
             # a process may end in the middle of it
             with suppress(OSError):
-                model.take_usage(await asyncio.to_thread(self._measure, pids))
+                model.add_usage(await asyncio.to_thread(self._measure, pids))
             self.panes.look_again()
             await asyncio.sleep(MEASURED_EVERY)
 

@@ -38,7 +38,7 @@ from colcon_yamllaunch.terminal.full_screen.event_sentences import (
 from colcon_yamllaunch.terminal.full_screen.event_sentences import sentence_of
 from colcon_yamllaunch.terminal.full_screen.output_store import Line
 from colcon_yamllaunch.terminal.full_screen.output_store import OutputStore
-from colcon_yamllaunch.terminal.full_screen.output_view import OutputView
+from colcon_yamllaunch.terminal.full_screen.output_store import OutputView
 from colcon_yamllaunch.terminal.status_model import Look
 from colcon_yamllaunch.terminal.status_model import Row
 from colcon_yamllaunch.terminal.status_model import StatusModel
@@ -101,21 +101,21 @@ class LaunchModel(StatusModel):
         """The labels of what failed since somebody started it."""
         return {p.label for p in self.state.by_label.values() if p.failure}
 
-    def take(self, received: Received) -> None:
+    def receive(self, received: Received) -> None:
         """Add an event, output or gap."""
         match received:
             case Wrote():
                 self._gap = None
-                self.view.add(self.store.take(received))
+                self.view.add(self.store.add(received))
             case Happened():
                 self._gap = None
-                self._take_event(received.name, received.fields)
+                self._add_event(received.name, received.fields)
             case Missed():
-                self._take_gap(received)
+                self._add_gap(received)
 
-    def take_usage(self, usage: Mapping[int, Usage]) -> None:
+    def add_usage(self, usage: Mapping[int, Usage]) -> None:
         """
-        Take what process groups of this machine use.
+        Add what process groups of this machine use.
 
         What runs on other ones is part of the state of the launch.
         """
@@ -216,7 +216,7 @@ class LaunchModel(StatusModel):
             self._keys = dict(zip(labels, _DIGITS, strict=False))
             self._labels = {key: label for label, key in self._keys.items()}
 
-    def _take_event(self, name: str, fields: Mapping[str, Any]) -> None:
+    def _add_event(self, name: str, fields: Mapping[str, Any]) -> None:
         label = fields.get('label')
         self.wants_tree |= name in _PLANNED
         text = sentence_of(name, fields)
@@ -232,11 +232,11 @@ class LaunchModel(StatusModel):
     def _say(
         self, label: str | None, text: str, time: float, level: Level
     ) -> Line:
-        line = self.store.tell(label, text, time, level)
+        line = self.store.add_note(label, text, time, level)
         self.view.add((line,))
         return line
 
-    def _take_gap(self, missed: Missed) -> None:
+    def _add_gap(self, missed: Missed) -> None:
         self.missed_bytes += missed.bytes
         self.wants_tree |= bool(missed.events)
         if self._gap is None:
@@ -322,7 +322,7 @@ class LaunchReader:
         try:
             self._launch.read()
             for received in self._launch.received():
-                self._model.take(received)
+                self._model.receive(received)
             self._settle()
         except ControlError as error:
             self._end(error)

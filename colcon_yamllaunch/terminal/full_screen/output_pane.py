@@ -3,19 +3,19 @@
 
 """The pane with the output."""
 
+from bisect import bisect_right
 import time
 from typing import ClassVar
 
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.observers.log_levels import Level
 from colcon_yamllaunch.terminal.full_screen.output_store import Line
-from colcon_yamllaunch.terminal.full_screen.output_view import OutputView
-from colcon_yamllaunch.terminal.full_screen.output_view import plain
-from colcon_yamllaunch.terminal.full_screen.output_view import RowIndex
+from colcon_yamllaunch.terminal.full_screen.output_store import OutputView
+from colcon_yamllaunch.terminal.full_screen.output_store import plain
+from colcon_yamllaunch.terminal.full_screen.part_list import SCROLLING
 from rich.cells import cell_len
 from rich.style import Style
 from rich.text import Text
-from textual.binding import Binding
 from textual.binding import BindingType
 from textual.geometry import Size
 from textual.message import Message
@@ -38,14 +38,7 @@ class OutputPane(ScrollView, can_focus=True):
     end until somebody scrolls up, and with what he looks at from then on.
     """
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding('up', 'move(-1)', show=False),
-        Binding('down', 'move(1)', show=False),
-        Binding('pageup', 'page(-1)', show=False),
-        Binding('pagedown', 'page(1)', show=False),
-        Binding('home', 'begin', show=False),
-        Binding('end', 'end', show=False),
-    ]
+    BINDINGS: ClassVar[list[BindingType]] = SCROLLING
 
     class Followed(Message):
         """The end is in sight, or is no more."""
@@ -71,7 +64,7 @@ class OutputPane(ScrollView, can_focus=True):
         width = self._columns
         layout = view.version, width
         gone = 0
-        altered = view.take_altered()
+        altered = view.pop_altered()
         if layout != self._layout:
             self._layout = layout
             self._index = RowIndex()
@@ -191,7 +184,7 @@ class OutputPane(ScrollView, can_focus=True):
         text.append(count, 'bold')
         is_bad = line.level >= Level.WARN
         colour = 'yellow' if line.level < Level.ERROR else 'red'
-        if line.is_told:
+        if line.is_note:
             style = f'bold {colour}' if is_bad else 'italic bright_black'
             text.append(line.text, style)
         else:
@@ -210,3 +203,49 @@ class OutputPane(ScrollView, can_focus=True):
             style = _LABEL_STYLES[len(self._styles) % len(_LABEL_STYLES)]
             self._styles[label] = style
         return style
+
+
+class RowIndex:
+    """Tells which line a row is of, where long lines take several."""
+
+    def __init__(self) -> None:
+        # for each line the rows up to it, with those of lines that are gone
+        self._ends: list[int] = []
+        self._gone = 0
+
+    def __len__(self) -> int:
+        return len(self._ends)
+
+    @property
+    def rows(self) -> int:
+        """The rows of all lines."""
+        return self._ends[-1] - self._gone if self._ends else 0
+
+    def add(self, rows: int) -> None:
+        """Take the next line."""
+        self._ends.append(self._gone + self.rows + rows)
+
+    def alter(self, line: int, rows: int) -> None:
+        """Take into account that a line has other rows."""
+        more = rows - (self._ends[line] - self._gone - self.first_row(line))
+        if more:
+            for number in range(line, len(self._ends)):
+                self._ends[number] += more
+
+    def drop(self, lines: int) -> int:
+        """Leave out the first lines, and return how many rows they had."""
+        if not lines or not self._ends:
+            return 0
+        before = self._gone
+        self._gone = self._ends[min(lines, len(self._ends)) - 1]
+        del self._ends[:lines]
+        return self._gone - before
+
+    def first_row(self, line: int) -> int:
+        """Return the first row of a line."""
+        return (self._ends[line - 1] if line else self._gone) - self._gone
+
+    def at(self, row: int) -> tuple[int, int]:
+        """Return the line that a row is of, and which of its rows it is."""
+        line = bisect_right(self._ends, row + self._gone)
+        return line, row - self.first_row(line)

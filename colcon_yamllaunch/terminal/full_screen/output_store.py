@@ -1,17 +1,22 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""The last lines of each process, in bounded memory."""
+"""The output of a launch: the lines that are kept, and those shown."""
 
+from bisect import bisect_left
 from collections import deque
 from collections.abc import Collection
+from collections.abc import Iterable
 from collections.abc import Iterator
 from dataclasses import dataclass
 import heapq
 from operator import attrgetter
+import re
 
+from colcon_yamllaunch.common.printable import SEQUENCE
 from colcon_yamllaunch.control.subscription import Wrote
 from colcon_yamllaunch.engine.output.lines import legible
+from colcon_yamllaunch.observers.line_filter import Filtering
 from colcon_yamllaunch.observers.line_filter import FIRST_LEVELS
 from colcon_yamllaunch.observers.line_filter import last_state
 from colcon_yamllaunch.observers.line_filter import TIMES
@@ -24,6 +29,10 @@ LINES_KEPT = 5_000
 CHARACTERS_KEPT = 16 * 1024 * 1024
 #: Characters that are kept of a line; the log has all of it.
 LONGEST_LINE = 4_000
+#: Lines that a view has at most.
+VIEW_LINES = 20_000
+
+_SEQUENCE = re.compile(SEQUENCE)
 
 
 @dataclass(slots=True, eq=False)
@@ -37,7 +46,7 @@ class Line:
     :param text: What is shown of it, colours included
     :param level: Its level, or that of a line before which it goes with
     :param is_leveled: Whether that is its own
-    :param is_told: Whether it tells of the process, which did not write it
+    :param is_note: Whether it is about the process, which did not write it
     :param count: How often it came in a row
     """
 
@@ -47,7 +56,7 @@ class Line:
     text: str
     level: Level = Level.INFO
     is_leveled: bool = False
-    is_told: bool = False
+    is_note: bool = False
     count: int = 1
 
 
@@ -98,9 +107,9 @@ class OutputStore:
         """The characters that are kept."""
         return self._size
 
-    def take(self, wrote: Wrote) -> list[Line]:
+    def add(self, wrote: Wrote) -> list[Line]:
         """
-        Take what a process wrote, and return the lines that are new.
+        Add the output of a process, and return the lines that are new.
 
         A progress display that goes back by a carriage return is one line,
         which changes. So does one that comes again.
@@ -121,16 +130,16 @@ class OutputStore:
         self._shrink()
         return made
 
-    def tell(
+    def add_note(
         self, label: str | None, text: str, time: float, level: Level
     ) -> Line:
-        """Take a line about a process, or about the launch."""
+        """Add a line about a process, or about the launch."""
         kept = self._of(label)
         # what the process writes next is no part of the line before
         kept.unfinished.clear()
         kept.levels.clear()
         line = self._new(time, label, text[:LONGEST_LINE], level)
-        line.is_told = True
+        line.is_note = True
         self._add(kept, line)
         self._last = None
         self._shrink()
@@ -160,7 +169,7 @@ class OutputStore:
     def _piece(
         self, kept: _Kept, wrote: Wrote, piece: bytes, is_open: bool
     ) -> Line | None:
-        """Take a line; return it unless it is one that was there."""
+        """Add a line; return it unless it is one that was there."""
         stream = wrote.stream
         goes_on = is_open and piece.endswith(b'\r')
         # what was written over is not seen any more
@@ -233,3 +242,71 @@ class OutputStore:
             biggest = max(self._kept.values(), key=attrgetter('size'))
             for _ in range((len(biggest.lines) + 1) // 2):
                 self._drop(biggest)
+
+
+class OutputView:
+    """
+    The lines that are seen.
+
+    :param limit: How many there are at most
+    """
+
+    def __init__(self, store: OutputStore, limit: int = VIEW_LINES) -> None:
+        self._store = store
+        self._limit = limit
+        self.filtering = Filtering()
+        self.lines: list[Line] = []
+        #: How many lines have been left out at the front since the last
+        #: choice.
+        self.dropped = 0
+        #: Grows with each choice.
+        self.version = 0
+
+    def choose(self, filtering: Filtering) -> None:
+        """Show the lines that a filter lets through."""
+        self.filtering = filtering
+        only = filtering.only or None
+        self.lines = list(filter(self._has, self._store.lines(only)))
+        self.dropped = 0
+        self.version += 1
+        self._trim()
+
+    def add(self, lines: Iterable[Line]) -> None:
+        """Add lines that are new in the store."""
+        self.lines += filter(self._has, lines)
+        self._trim()
+
+    def place_of(self, order: int) -> int:
+        """Return where a line stands, or the next one if it is not seen."""
+        return bisect_left(self.lines, order, key=attrgetter('order'))
+
+    def pop_altered(self) -> list[int]:
+        """Return where lines stand that have become others since."""
+        altered, self._store.altered = self._store.altered, {}
+        found = ((self.place_of(line.order), line) for line in altered)
+        return [
+            place
+            for place, line in found
+            if place < len(self.lines) and self.lines[place] is line
+        ]
+
+    def _has(self, line: Line) -> bool:
+        """Return whether a line is shown."""
+        filtering = self.filtering
+        if line.level < filtering.level:
+            return False
+        if line.label is not None and not filtering.has(line.label):
+            return False
+        return not filtering.search or filtering.matches(plain(line.text))
+
+    def _trim(self) -> None:
+        # a part of them at once, as that moves all others
+        if len(self.lines) > self._limit:
+            excess = len(self.lines) - self._limit * 3 // 4
+            del self.lines[:excess]
+            self.dropped += excess
+
+
+def plain(text: str) -> str:
+    """Return a line without colours."""
+    return _SEQUENCE.sub('', text) if '\x1b' in text else text

@@ -19,18 +19,24 @@ from textual.message import Message
 from textual.scroll_view import ScrollView
 from textual.strip import Strip
 
+#: The keys that scroll a pane.
+SCROLLING: list[BindingType] = [
+    Binding(key, action, show=False)
+    for key, action in (
+        ('up', 'move(-1)'),
+        ('down', 'move(1)'),
+        ('pageup', 'page(-1)'),
+        ('pagedown', 'page(1)'),
+        ('home', 'begin'),
+        ('end', 'end'),
+    )
+]
+
 
 class PartList(ScrollView, can_focus=True):
     """Rows with a cursor, which stays with its process."""
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding('up', 'move(-1)', show=False),
-        Binding('down', 'move(1)', show=False),
-        Binding('pageup', 'page(-1)', show=False),
-        Binding('pagedown', 'page(1)', show=False),
-        Binding('home', 'first', show=False),
-        Binding('end', 'last', show=False),
-    ]
+    BINDINGS: ClassVar[list[BindingType]] = SCROLLING
 
     class Moved(Message):
         """The cursor is on another row."""
@@ -103,11 +109,11 @@ class PartList(ScrollView, can_focus=True):
         """Go a screen up or down."""
         self._go(self._cursor + pages * max(1, self.size.height - 1))
 
-    def action_first(self) -> None:
+    def action_begin(self) -> None:
         """Go to the first row."""
         self._go(0)
 
-    def action_last(self) -> None:
+    def action_end(self) -> None:
         """Go to the last row."""
         self._go(len(self._rows))
 

@@ -21,9 +21,9 @@ from colcon_yamllaunch.terminal.full_screen.event_sentences import (
 )
 from colcon_yamllaunch.terminal.full_screen.event_sentences import sentence_of
 from colcon_yamllaunch.terminal.full_screen.event_sentences import SENTENCES
-from colcon_yamllaunch.terminal.full_screen.inspection import curve
 from colcon_yamllaunch.terminal.full_screen.launch_model import HISTORY
 from colcon_yamllaunch.terminal.full_screen.launch_model import LaunchModel
+from colcon_yamllaunch.terminal.full_screen.screen_texts import curve
 import pytest
 from support.shown_launch import component
 from support.shown_launch import exited
@@ -73,7 +73,7 @@ def test_rows_say_what_is_going_on() -> None:
         component('lost', 'box', phase='failed', ending='no such class'),
         component('remote', None, phase='waiting'),
     )
-    model.take_usage({1000: Usage(0.75, 1)})
+    model.add_usage({1000: Usage(0.75, 1)})
     assert rows_of(model) == [
         '● a running ×2 75%',
         '● box running 75%',
@@ -111,10 +111,10 @@ def test_the_plan_is_a_tree() -> None:
 
 def test_what_is_lost_is_counted_where_it_is() -> None:
     model = model_of(process('a'))
-    model.take(Missed(0, 1024))
-    model.take(Missed(2, 1024))
-    model.take(wrote('a', 'x'))
-    model.take(Missed(0, 512))
+    model.receive(Missed(0, 1024))
+    model.receive(Missed(2, 1024))
+    model.receive(wrote('a', 'x'))
+    model.receive(Missed(0, 512))
     assert lines_of(model) == [
         (None, '… 2.0 KiB not shown …'),
         ('a', 'x'),
@@ -151,13 +151,13 @@ def test_after_the_end_nothing_runs_and_time_stands_still() -> None:
 def test_use_of_resources_is_remembered_for_a_while() -> None:
     model = model_of(process('a', pid=7))
     for number in range(HISTORY + 5):
-        model.take_usage({7: Usage(float(number), 1)})
+        model.add_usage({7: Usage(float(number), 1)})
     assert len(model.usage['a']) == HISTORY
     assert model.usage['a'][0].cpu == 5.0
     # those of other machines come with the state
     there = process('b', pid=7, machine='arm', cpu=0.25, memory=2)
     model = model_of(there)
-    model.take_usage({7: Usage(1.0, 1)})
+    model.add_usage({7: Usage(1.0, 1)})
     assert list(model.usage['b']) == [Usage(0.25, 2)]
     assert curve([0.0, 0.5, 1.0]) == '▁▅█'
     assert curve([0.0, 0.0]) == '▁▁'

@@ -8,11 +8,11 @@ from collections.abc import Iterable
 from colcon_yamllaunch.control.subscription import Wrote
 from colcon_yamllaunch.observers.line_filter import Filtering
 from colcon_yamllaunch.observers.log_levels import Level
+from colcon_yamllaunch.terminal.full_screen.output_pane import RowIndex
 from colcon_yamllaunch.terminal.full_screen.output_store import Line
 from colcon_yamllaunch.terminal.full_screen.output_store import LONGEST_LINE
 from colcon_yamllaunch.terminal.full_screen.output_store import OutputStore
-from colcon_yamllaunch.terminal.full_screen.output_view import OutputView
-from colcon_yamllaunch.terminal.full_screen.output_view import RowIndex
+from colcon_yamllaunch.terminal.full_screen.output_store import OutputView
 from support.shown_launch import wrote
 
 
@@ -26,72 +26,72 @@ def raw(data: bytes, stream: str = 'stdout') -> Wrote:
 
 def test_lines_of_all_come_in_order() -> None:
     store = OutputStore()
-    store.take(wrote('a', '1', '2'))
-    store.take(wrote('b', '3'))
-    store.tell(None, '4', 1.0, Level.INFO)
-    store.take(wrote('a', '5'))
+    store.add(wrote('a', '1', '2'))
+    store.add(wrote('b', '3'))
+    store.add_note(None, '4', 1.0, Level.INFO)
+    store.add(wrote('a', '5'))
     assert texts(store.lines(None)) == ['1', '2', '3', '4', '5']
     assert texts(store.lines({'b'})) == ['3', '4']
 
 
 def test_no_more_is_kept_than_there_is_room_for() -> None:
     store = OutputStore(limit=10, characters=1000)
-    made = store.take(wrote('a', *map(str, range(100))))
+    made = store.add(wrote('a', *map(str, range(100))))
     assert (
         texts(made)
         == texts(store.lines(None))
         == list(map(str, range(90, 100)))
     )
-    store.take(wrote('b', 'x' * 2 * LONGEST_LINE))
+    store.add(wrote('b', 'x' * 2 * LONGEST_LINE))
     assert store.size <= 1000
     for label in 'abcdef':
         for number in range(20):
-            store.take(wrote(label, f'{number}' * 40))
+            store.add(wrote(label, f'{number}' * 40))
     assert store.size <= 1000
     assert store.size == sum(len(t) + 1 for t in texts(store.lines(None)))
 
 
 def test_a_line_that_comes_again_is_counted() -> None:
     store = OutputStore()
-    store.take(wrote('a', 'same', 'same'))
-    assert store.take(wrote('a', 'same')) == []
-    store.take(wrote('b', 'same'))
-    store.take(wrote('a', 'same'))
+    store.add(wrote('a', 'same', 'same'))
+    assert store.add(wrote('a', 'same')) == []
+    store.add(wrote('b', 'same'))
+    store.add(wrote('a', 'same'))
     assert [line.count for line in store.lines(None)] == [3, 1, 1]
 
 
 def test_the_time_of_a_node_makes_no_other_line_of_it() -> None:
     store = OutputStore()
-    (line,) = store.take(wrote('a', '[INFO] [1732000000.1] [a]: same'))
-    store.take(wrote('a', '[INFO] [1732000001.20] [a]: same'))
+    (line,) = store.add(wrote('a', '[INFO] [1732000000.1] [a]: same'))
+    store.add(wrote('a', '[INFO] [1732000001.20] [a]: same'))
     assert (line.count, line.text) == (2, '[INFO] [1732000001.20] [a]: same')
     assert list(store.altered) == [line]
     assert store.size == len(line.text) + 1
-    store.take(wrote('a', '', ''))
+    store.add(wrote('a', '', ''))
     assert texts(store.lines(None)) == [line.text, '', '']
 
 
 def test_a_progress_display_is_one_line() -> None:
     store = OutputStore()
-    (line,) = store.take(raw(b'10 %\r'))
+    (line,) = store.add(raw(b'10 %\r'))
     for data in (b'20 %\r', b'30 %\r40 %\r'):
-        assert store.take(raw(data)) == []
+        assert store.add(raw(data)) == []
     assert line.text == '40 %'
-    assert store.take(raw(b'done\nnext\n'))[0].text == 'next'
+    assert store.add(raw(b'done\nnext\n'))[0].text == 'next'
     assert texts(store.lines(None)) == ['done', 'next']
     assert store.size == len('done\nnext\n')
 
 
 def test_what_harms_a_terminal_is_no_part_of_a_line() -> None:
     store = OutputStore()
-    store.take(raw(b'\x1b[2J\x1b[31mred\x1b[0m\x07\xff\r\n'))
+    store.add(raw(b'\x1b[2J\x1b[31mred\x1b[0m\x07\xff\r\n'))
     assert texts(store.lines(None)) == ['\x1b[31mred\x1b[0m\ufffd\ufffd']
 
 
 def test_lines_without_a_level_go_with_the_one_before() -> None:
     store = OutputStore()
     data = b'plain\n[ERROR] [1.2] [a]: hot\n  trace\n'
-    lines = store.take(raw(data)) + store.take(raw(b'other\n', 'stderr'))
+    lines = store.add(raw(data)) + store.add(raw(b'other\n', 'stderr'))
     assert [line.level for line in lines] == [
         Level.INFO,
         Level.ERROR,
@@ -99,7 +99,7 @@ def test_lines_without_a_level_go_with_the_one_before() -> None:
         Level.ERROR,
     ]
     assert [line.is_leveled for line in lines] == [False, True, False, False]
-    (line,) = OutputStore(form='{severity}, ').take(raw(b'WARN, hm\n'))
+    (line,) = OutputStore(form='{severity}, ').add(raw(b'WARN, hm\n'))
     assert line.level == Level.WARN
 
 
@@ -107,8 +107,8 @@ def test_only_what_is_chosen_is_seen() -> None:
     store = OutputStore()
     view = OutputView(store)
     for label in 'abc':
-        view.add(store.take(wrote(label, f'[INFO] [1] [x]: {label} Hello')))
-        view.add(store.take(wrote(label, f'[ERROR] [1] [x]: {label} Hot')))
+        view.add(store.add(wrote(label, f'[INFO] [1] [x]: {label} Hello')))
+        view.add(store.add(wrote(label, f'[ERROR] [1] [x]: {label} Hot')))
     assert len(view.lines) == 6
     view.choose(Filtering(frozenset('b'), frozenset('ab')))
     assert len(view.lines) == 2
@@ -119,7 +119,7 @@ def test_only_what_is_chosen_is_seen() -> None:
     view.choose(Filtering(level=Level.WARN))
     assert [line.level for line in view.lines] == [Level.ERROR] * 3
     view.choose(Filtering(frozenset('abc')))
-    view.add([store.tell(None, 'stopping', 1.0, Level.INFO)])
+    view.add([store.add_note(None, 'stopping', 1.0, Level.INFO)])
     assert texts(view.lines) == ['stopping']
 
 
@@ -127,7 +127,7 @@ def test_a_view_grows_up_to_a_limit_and_tells_what_is_gone() -> None:
     store = OutputStore(limit=4)
     view = OutputView(store, limit=8)
     for number in range(100):
-        view.add(store.take(wrote('a', str(number))))
+        view.add(store.add(wrote('a', str(number))))
     assert len(view.lines) <= 8
     assert view.dropped + len(view.lines) == 100
     assert view.lines[-1].text == '99'
@@ -159,11 +159,11 @@ def test_rows_are_found_where_lines_take_several() -> None:
 def test_lines_that_became_others_are_found_in_the_view() -> None:
     store = OutputStore()
     view = OutputView(store)
-    view.add(store.take(wrote('a', 'warm')))
-    view.add(store.take(wrote('b', 'same')))
-    assert view.take_altered() == []
-    store.take(wrote('b', 'same'))
-    assert view.take_altered() == [1]
-    store.take(wrote('b', 'same'))
+    view.add(store.add(wrote('a', 'warm')))
+    view.add(store.add(wrote('b', 'same')))
+    assert view.pop_altered() == []
+    store.add(wrote('b', 'same'))
+    assert view.pop_altered() == [1]
+    store.add(wrote('b', 'same'))
     view.choose(Filtering(frozenset('b')))
-    assert view.take_altered() == []
+    assert view.pop_altered() == []
