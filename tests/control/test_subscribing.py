@@ -189,6 +189,24 @@ def test_who_says_no_more_is_told_on(controlled, sh):
     assert news_of(c.client)[-1].name == 'ended'
 
 
+def test_state_of_a_client_follows_the_events(controlled, sh):
+    c = controlled(sh('a', 'sleep 99'), sh('b', 'sleep 99'))
+    c.becomes('b', 'running')
+    client = subscribed(c.client, states=True)
+    client.ask(commands.Kill('b'))
+    ended = news_of(client, lambda one: getattr(one, 'name', '') == 'exited')
+    assert ended[-1].fields['label'] == 'b'
+    list(client.received())
+    while client.state.process('b').phase != 'ended':
+        client.read()
+        list(client.received())
+    assert client.state.process('b').ending == 'stopped'
+    c.one.sends(signal.SIGINT)
+    news_of(client)
+    assert client.state.exit_code == 0
+    assert {p.phase for p in client.state.processes} == {'ended'}
+
+
 @pytest.mark.full
 def test_no_client_makes_a_launch_wait_or_grow(controlled, python, tmp_path):
     ready = tmp_path / 'ready'

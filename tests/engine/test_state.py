@@ -7,6 +7,8 @@ import signal
 
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.engine.state import from_json
+from colcon_yamllaunch.engine.state import to_json
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Timer
 from colcon_yamllaunch.plan.position import Position
@@ -222,3 +224,37 @@ def test_only_much_of_a_processor_is_shown(state):
     version = model.version
     model.measure({'a': 0.8689})
     assert model.version == version
+
+
+def test_a_client_that_gets_changes_has_the_same_state(state, one, process):
+    state.machine_of = {'b': 'arm'}.get
+    state.by_label['b'].machine = 'arm'
+    state.add_machines(['arm'])
+    lens = Component('lens', 'p', 'p::Lens', '/box', Position('f', 1, 1))
+    client = from_json(to_json(state), lambda: 100.0)
+    version = state.version
+    sizes = []
+    for event in (
+        events.Started(one, 7),
+        events.StateChanged(one, '/a', 'active', None),
+        events.Planned((process('d'), lens)),
+        events.Loaded(lens, '/lens', 1, 0.1),
+        events.Measured('arm', {'b': (0.5, 1024)}),
+        events.LinkLost('arm', 'no answer', is_kept=True),
+        events.LinkBack('arm', 2.0),
+        exited(one, BAD, failed=True),
+        events.Requested(one, 'restart'),
+        events.Dropped(process('c')),
+        events.Watched('a.cpp changed: restarted a'),
+        events.ShuttingDown('interrupted'),
+        events.PartChanged(one, 'ended'),
+        events.Ended(1),
+    ):
+        state.apply(event)
+        changes = to_json(state, version)
+        version = state.version
+        client.apply(events.StateReceived(changes))
+        assert to_json(client) == to_json(state), event
+        sizes.append(len(changes['processes']) + len(changes['components']))
+    # what did not change is not sent
+    assert sizes == [1, 1, 5, 1, 1, 1, 1, 1, 1, 4, 0, 4, 1, 0]
