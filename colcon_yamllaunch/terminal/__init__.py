@@ -8,7 +8,8 @@ Both show the same `Launch`: its state, and the commands that it executes.
 
 - :mod:`.keymap` has the keys of both, each with its help and its effect.
 - :mod:`.status_model` makes rows of the state, for both.
-- `observers.line_filter.Filtering` is what keys make of the output, in both.
+- :mod:`.line_filter` has the filter of the output that keys change in both,
+  and applies it to the output above the status block.
 
 The full screen is in `full_screen/`. The terminal that a launch was started
 in is :mod:`.terminal_session`, if it has one (:mod:`.launch_terminal`):

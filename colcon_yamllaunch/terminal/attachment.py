@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""The process that is typed at in the terminal of its launch."""
+"""The connection of the keyboard to one process of the launch."""
 
 import termios
 
@@ -16,13 +16,13 @@ _HINT = f'attached: {ESCAPE_NAME} goes back'
 
 class Attachment:
     """
-    What is typed goes to a process, and its output is shown as it comes.
+    The connection of the keyboard and the screen to a process.
 
-    One that reads lines gets lines, which are edited below the output; one
-    that has its terminal in raw mode gets each key. The process may be
-    started anew meanwhile.
+    A process that reads lines gets lines, which are edited below the output;
+    one that has its terminal in raw mode gets each key. When it is restarted,
+    the connection is restored.
 
-    :param label: Of the process, as soon as it starts; None for none yet
+    :param label: The process to connect when it starts; None for none
     """
 
     def __init__(self, keys: Keys, screen: Screen, label: str | None) -> None:
@@ -37,28 +37,28 @@ class Attachment:
         self._engine = engine
 
     def close(self) -> None:
-        """Type at none any more."""
+        """Disconnect."""
         self._end()
         self._engine = None
 
     @property
     def is_wanted(self) -> bool:
-        """Whether a process is typed at, or is to be."""
+        """Whether a process is connected, or will be when it starts."""
         return self._wanted is not None or self._keys.attached is not None
 
     def shows(self, label: str) -> bool:
-        """Tell whether the output of a process is shown here."""
+        """Return whether the output of a process is shown as it comes."""
         return self._keys.attached == label
 
     def before(self, event: events.Event) -> None:
-        """Follow what happens, before it is shown."""
+        """Handle an event before it is shown."""
         if isinstance(event, events.Exited):
             self._started.pop(event.process.label, None)
             if self.shows(event.process.label):
                 self._end()
 
     def after(self, event: events.Event) -> None:
-        """Follow what happens, after it has been shown."""
+        """Handle an event after it was shown."""
         if not isinstance(event, events.Started):
             return
         label = event.process.label
@@ -68,11 +68,11 @@ class Attachment:
             self.attach(label)
 
     def await_start(self, label: str) -> None:
-        """Attach to a process when it starts next."""
+        """Connect a process when it starts next."""
         self._wanted = label
 
     def attach(self, label: str) -> bool:
-        """Type at a process, and return whether it can be typed at."""
+        """Connect a process, and return whether that is possible."""
         engine, started = self._engine, self._started.get(label)
         if engine is None or started is None:
             return False
@@ -86,7 +86,7 @@ class Attachment:
         return True
 
     def detached(self, label: str) -> None:
-        """Take into account that the user has gone back."""
+        """Disconnect, as the user pressed the escape key."""
         self._wanted = None
         self._end(label)
         started = self._started.get(label)
@@ -94,13 +94,13 @@ class Attachment:
             self._engine.tell(events.Detached(started.process))
 
     def type(self, keys: bytes) -> None:
-        """Pass on what was typed."""
+        """Send what was typed to the process."""
         label = self._keys.attached
         if label is not None and self._engine is not None:
             self._engine.terminals.type(label, keys)
 
     def read_modes(self) -> None:
-        """See whether the process takes lines or keys now."""
+        """Read whether the process takes lines or keys now."""
         label = self._keys.attached
         if label is None or self._engine is None:
             return

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""How much of a line of a terminal a text takes."""
+"""The cells of a terminal that a text takes."""
 
 import re
 
@@ -20,9 +20,9 @@ def width(text: str) -> int:
 
 def cut(text: str, cells: int) -> str:
     """
-    Leave out the end of a text that takes more than so many cells.
+    Cut a text that takes more than so many cells at its end.
 
-    A colour that is on where the text is cut is ended.
+    A colour that is on there is ended.
     """
     if width(text) <= cells:
         return text
@@ -46,7 +46,7 @@ def cut(text: str, cells: int) -> str:
 
 def cut_inside(text: str, cells: int, kept: int) -> str:
     """
-    Leave out what is before the end of a text that takes too many cells.
+    Cut a text that takes too many cells before its end.
 
     :param kept: The cells of its end, of which the colours are lost
     """

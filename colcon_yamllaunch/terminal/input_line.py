@@ -16,7 +16,7 @@ REMEMBERED = 1000
 
 class InputLine:
     """
-    Edits a line as readline does.
+    A line that is edited as in readline.
 
     :param history: Lines from before, the oldest first
     """
@@ -39,9 +39,9 @@ class InputLine:
 
     def press(self, key: str) -> bool:
         """
-        Take a key, and return whether it means something here.
+        Handle a key, and return whether it edits the line.
 
-        Enter and whatever ends the typing are somebody else's.
+        The caller handles Enter and the keys that end the typing.
         """
         if len(key) == 1:
             self._insert(key)
@@ -63,7 +63,7 @@ class InputLine:
         return True
 
     def set(self, text: str) -> None:
-        """Have another text, with the cursor at its end."""
+        """Replace the text, and put the cursor at its end."""
         self.text = text
         self.cursor = len(text)
 

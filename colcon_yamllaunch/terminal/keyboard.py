@@ -38,13 +38,12 @@ _NONE = b'\0'
 
 class Keyboard:
     """
-    A terminal that each key is taken from as it comes.
+    A terminal from which each key is read as it comes.
 
-    Ctrl-C and Ctrl-Z stay signals to whoever reads; all other keys are taken
-    as they are.
+    Ctrl-C and Ctrl-Z stay signals; all other keys are read as they are.
 
-    :param takes_keys: Whether we read them; if not, they are only not shown,
-      and wait for who does
+    :param takes_keys: Whether keys are read; if not, they are only not shown,
+      and wait for another reader
     """
 
     def __init__(self, descriptor: int, *, takes_keys: bool = True) -> None:
@@ -55,10 +54,10 @@ class Keyboard:
 
     def grab(self) -> bool:
         """
-        Take keys as they come, from now on.
+        Set the modes in which keys come at once.
 
-        Called once more, it undoes what a shell has set meanwhile. Return
-        False when another job has the terminal, or it is gone.
+        Called again, it undoes what a shell has set meanwhile. Return False
+        when another job has the terminal, or it is gone.
         """
         try:
             if not is_in_foreground(self.descriptor):
@@ -78,7 +77,7 @@ class Keyboard:
         return None if before is None else (before, self._modes(before))
 
     def release(self) -> None:
-        """Leave the terminal as it was."""
+        """Restore the modes of the terminal."""
         before, self._before = self._before, None
         if before is None or not is_in_foreground(self.descriptor):
             # the shell that has it now has set it as it wants it
@@ -155,7 +154,7 @@ def _raw(attributes: list[Any]) -> list[Any]:
 
 
 def is_in_foreground(descriptor: int) -> bool:
-    """Tell whether a terminal is ours, and not that of another job."""
+    """Return whether this job has a terminal, and no other one."""
     try:
         return os.tcgetpgrp(descriptor) == os.getpgrp()
     except OSError:

@@ -22,8 +22,8 @@ from colcon_yamllaunch.engine.state import ComponentState
 from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.state import Part
 from colcon_yamllaunch.engine.state import ProcessState
-from colcon_yamllaunch.observers.line_filter import Filtering
 from colcon_yamllaunch.terminal.keyboard import ESCAPE_NAME
+from colcon_yamllaunch.terminal.line_filter import Filtering
 
 
 @dataclass(frozen=True, slots=True)

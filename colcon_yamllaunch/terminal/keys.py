@@ -12,7 +12,6 @@ from dataclasses import replace
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.control.process_names import ProcessNames
 from colcon_yamllaunch.engine.state import ComponentState
-from colcon_yamllaunch.observers.line_filter import Filtering
 from colcon_yamllaunch.terminal.input_line import InputLine
 from colcon_yamllaunch.terminal.keyboard import ESCAPE
 from colcon_yamllaunch.terminal.keyboard import ESCAPE_NAME
@@ -23,6 +22,7 @@ from colcon_yamllaunch.terminal.keymap import FOR_ALL
 from colcon_yamllaunch.terminal.keymap import FOR_ONE
 from colcon_yamllaunch.terminal.keymap import only_its_container_writes
 from colcon_yamllaunch.terminal.keymap import without_effect
+from colcon_yamllaunch.terminal.line_filter import Filtering
 from colcon_yamllaunch.terminal.status_block import View
 from colcon_yamllaunch.terminal.status_model import StatusModel
 
@@ -128,7 +128,7 @@ class Keys:
         self, label: str, *, is_raw: bool = False, is_secret: bool = False
     ) -> None:
         """
-        Have what is typed go to a process.
+        Send what is typed to a process.
 
         :param is_raw: Whether it takes each key at once, and no lines
         :param is_secret: Whether what is typed is not to be seen
@@ -141,7 +141,7 @@ class Keys:
         self._is_secret = is_secret
 
     def detach(self) -> None:
-        """Take the keys back."""
+        """Handle keys here again."""
         self.attached = None
 
     def show_note(self, note: str) -> None:

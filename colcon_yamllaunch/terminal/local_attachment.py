@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""The launcher's own terminal, attached to one of its processes."""
+"""The keyboard of a launch without a status block, at one process."""
 
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.engine import Engine
@@ -19,11 +19,11 @@ _HINT = (
 
 class LocalAttachment:
     """
-    Keys go to a process, and what it writes is shown as it writes it.
+    The connection of the keyboard and the screen to a process.
 
-    That has no prefix and may be half a line, as of a prompt; the output of
-    others starts a line of its own. The process may be respawned; the keyboard
-    is free meanwhile.
+    Its output has no prefix and may be half a line, such as a prompt; that of
+    other processes starts a new line. When it is respawned, the connection is
+    restored.
     """
 
     def __init__(
@@ -62,7 +62,7 @@ class LocalAttachment:
             self._attach()
 
     def close(self) -> None:
-        """Give the terminal back as it was."""
+        """Restore the terminal."""
         self._detach()
         self._engine = None
 

@@ -32,7 +32,7 @@ PIECE = 256
 
 class Pager:
     """
-    Shows a file, until the user has seen it.
+    The pager, which shows a file until the user quits it.
 
     :param terminal: A descriptor of the terminal, which is ours
     :raises OSError: when there is no such program
@@ -58,13 +58,13 @@ class Pager:
             os.killpg(self.pid, signal.SIGCONT)
 
     def quit(self) -> None:
-        """End it; the terminal is as it was then."""
+        """Ask it to end; it restores the terminal."""
         with suppress(ProcessLookupError):
             os.killpg(self.pid, signal.SIGTERM)
             os.killpg(self.pid, signal.SIGCONT)
 
     def end(self) -> None:
-        """End it, whatever it does, and wait for that."""
+        """End it, by SIGKILL if necessary, and wait for that."""
         self.quit()
         deadline = time.monotonic() + PATIENCE
         while not os.waitpid(self.pid, os.WNOHANG)[0]:
@@ -75,7 +75,7 @@ class Pager:
             time.sleep(0.01)
 
     def take_back(self) -> None:
-        """Have the terminal again."""
+        """Take the terminal back from the pager."""
         self._give(os.getpgrp())
 
     def _give(self, group: int) -> None:
@@ -85,10 +85,9 @@ class Pager:
 
 class PagedOutput:
     """
-    What happens while a pager has the terminal, and is shown after it.
+    The events while a pager has the terminal, which are shown after it.
 
-    There may be more output than anybody wants to see then: the newest is
-    kept.
+    Of much output, the end is kept.
     """
 
     def __init__(self, pager: Pager) -> None:
@@ -99,7 +98,7 @@ class PagedOutput:
         self._size = 0
 
     def hold(self, event: events.Event) -> None:
-        """Keep what happens now."""
+        """Keep an event."""
         self._held.append((time.time(), event))
         if isinstance(event, events.Output):
             self._size += PIECE + len(event.data)
@@ -107,7 +106,7 @@ class PagedOutput:
             self._drop_oldest()
 
     def held(self) -> Iterator[tuple[float, events.Event]]:
-        """Return what was kept, with the time at which it happened."""
+        """Iterate over the events, with the time of each."""
         while self._held:
             yield self._held.popleft()
 

@@ -60,7 +60,7 @@ Compose = Callable[[float], tuple[Block | None, float | None]]
 
 class StatusWriter(Writer):
     """
-    A writer to a terminal, whose block is drawn by who calls :meth:`begin`.
+    A writer to a terminal, with a block below the output.
 
     :param clock: Returns seconds that never go back
     """
@@ -102,18 +102,18 @@ class StatusWriter(Writer):
         self._in_region = False
 
     def begin(self, compose: Compose) -> None:
-        """Have a block from now on."""
+        """Draw a block from now on."""
         self._compose = compose
         self.resized()
 
     def resized(self) -> None:
-        """Draw the block anew, in a terminal of maybe another size."""
+        """Redraw the block, as the size of the terminal may have changed."""
         self._size = self._size_now()
         self._lines_below = self._size.lines
         self._is_stale = True
 
     def end(self) -> None:
-        """Have no block any more; the output goes on in its place."""
+        """Erase the block; the output goes on in its place."""
         if self._is_shown:
             self._erase()
         self._end_colours()
@@ -122,7 +122,7 @@ class StatusWriter(Writer):
         self.flush()
 
     def leave(self) -> None:
-        """Have no block any more, before the terminal is somebody else's."""
+        """Erase the block before another program gets the terminal."""
         self.end()
         poll = select.poll()
         poll.register(self.descriptor, select.POLLOUT)
@@ -134,16 +134,16 @@ class StatusWriter(Writer):
 
     def touch(self, *, at_once: bool = False) -> None:
         """
-        Draw the block anew, as soon as it is due.
+        Redraw the block as soon as it is due.
 
-        :param at_once: Whether that is now, as somebody types
+        :param at_once: Whether to redraw it now, as somebody types
         """
         self._is_stale = True
         if at_once:
             self._due = 0.0
 
     def write(self, key: object, data: bytes) -> None:
-        """Take something to be shown above the block."""
+        """Write something above the block."""
         if data and self._is_painted:
             if self._is_shown:
                 self._erase()
@@ -151,7 +151,7 @@ class StatusWriter(Writer):
         self._write_above(key, data)
 
     def write_raw(self, key: object, data: bytes) -> None:
-        """Take what a process wrote; it does not get at the block."""
+        """Write the raw output of a process; it cannot alter the block."""
         if key not in self._in_line:
             # few processes have the keyboard
             from colcon_yamllaunch.terminal.escape_sequences import (
@@ -166,7 +166,7 @@ class StatusWriter(Writer):
         self._due = 0.0
 
     def steer(self, data: bytes) -> None:
-        """Take what shows nothing, as the title; the block stays."""
+        """Write something invisible, such as the title; the block stays."""
         super().write(None, data)
 
     def flush(self) -> None:
@@ -192,7 +192,7 @@ class StatusWriter(Writer):
         self._is_behind = bool(self._queue)
 
     def waits(self) -> bool:
-        """Tell whether something waits for the terminal."""
+        """Return whether something waits for the terminal."""
         return not self._is_holding and super().waits()
 
     def due(self) -> float | None:
@@ -223,7 +223,7 @@ class StatusWriter(Writer):
             super().write(None, _PLAIN.encode())
 
     def _may_hold(self) -> bool:
-        """Tell whether what waits is to be shown with the next drawing."""
+        """Return whether to hold output back until the next drawing."""
         is_missing = not (self._is_shown or self._is_hidden)
         return is_missing and self._total < HELD and not self._is_behind
 
@@ -265,7 +265,7 @@ class StatusWriter(Writer):
         self._has_moved = True
 
     def _may_scroll_above(self, data: bytes) -> bool:
-        """Tell whether the block can stay while lines are shown above it."""
+        """Return whether the block can stay while lines scroll above it."""
         if self._in_region:
             return data.endswith(b'\n')
         below = len(self._block.lines) - 1

@@ -32,7 +32,6 @@ from colcon_yamllaunch.engine.output.channels import size_of
 from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.stopping.guard_link import GuardLink
 from colcon_yamllaunch.observers.display import Display
-from colcon_yamllaunch.observers.line_filter import LineFilter
 from colcon_yamllaunch.observers.log_levels import FORMAT
 from colcon_yamllaunch.observers.screen import Screen
 from colcon_yamllaunch.plan.plan import Process
@@ -49,6 +48,7 @@ from colcon_yamllaunch.terminal.keys import help_lines
 from colcon_yamllaunch.terminal.keys import Keys
 from colcon_yamllaunch.terminal.keys import Press
 from colcon_yamllaunch.terminal.keys import Typed
+from colcon_yamllaunch.terminal.line_filter import LineFilter
 from colcon_yamllaunch.terminal.status_block import Block
 from colcon_yamllaunch.terminal.status_block import block_of
 from colcon_yamllaunch.terminal.status_block import MAXIMUM_LINES
@@ -157,7 +157,7 @@ class TerminalSession:
         self._writer.begin(self._compose)
 
     def close(self) -> None:
-        """Give the terminal back as it was."""
+        """Restore the terminal."""
         self._attachment.close()
         paged, engine = self._paged, self._engine
         if paged is not None and engine is not None:
@@ -213,7 +213,7 @@ class TerminalSession:
             self._writer.begin(self._compose)
 
     def _follow_foreground(self) -> None:
-        """Take the terminal, or leave it to another job that has it."""
+        """Take the terminal, or leave it to the job that has it now."""
         if is_in_foreground(self._writer.descriptor) == self._is_active:
             return
         self._is_active = not self._is_active

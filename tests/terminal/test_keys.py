@@ -9,7 +9,6 @@ from colcon_yamllaunch.engine.events import ShuttingDown
 from colcon_yamllaunch.engine.events import Started
 from colcon_yamllaunch.engine.events import Watched
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.observers.line_filter import Filtering
 from colcon_yamllaunch.observers.log_levels import Level
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Process
@@ -18,6 +17,7 @@ from colcon_yamllaunch.terminal.keys import help_lines
 from colcon_yamllaunch.terminal.keys import Keys
 from colcon_yamllaunch.terminal.keys import Press
 from colcon_yamllaunch.terminal.keys import Typed
+from colcon_yamllaunch.terminal.line_filter import Filtering
 from colcon_yamllaunch.terminal.status_model import StatusModel
 from hypothesis import given
 from hypothesis import settings

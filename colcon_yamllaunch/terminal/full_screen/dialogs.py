@@ -52,7 +52,7 @@ class Reading(ModalScreen[None]):
 
 
 class LeaveQuestion(ModalScreen[Leaving]):
-    """Asks what is to become of a launch that was started here."""
+    """The question whether to stop the launch that was started here."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding('s', 'answer("stop")', show=False),
@@ -76,7 +76,7 @@ class LeaveQuestion(ModalScreen[Leaving]):
             )
 
     def action_answer(self, answer: Leaving) -> None:
-        """Take the answer."""
+        """Close with an answer."""
         self.dismiss(answer)
 
 
@@ -113,17 +113,17 @@ class Prompt(Input):
         self.screen.set_focus(self)
 
     def ask_no_more(self) -> None:
-        """Vanish; who has the focus then is somebody else's choice."""
+        """Hide; the caller sets the focus."""
         self.asked = None
         self.display = False
 
     def on_input_changed(self, event: Input.Changed) -> None:
-        """Take what is typed."""
+        """Pass on what is typed."""
         event.stop()
         self._tell(event.value)
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
-        """Take what was typed."""
+        """Pass on what was entered."""
         event.stop()
         self._tell(event.value)
         self._done()

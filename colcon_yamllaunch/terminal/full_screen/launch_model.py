@@ -284,7 +284,7 @@ class LaunchReader:
         self._settle()
 
     def close(self) -> None:
-        """Leave the launch alone."""
+        """Close the connection."""
         if self._is_open:
             self._is_open = False
             self._loop.remove_reader(self._launch.fileno())

@@ -19,7 +19,6 @@ from colcon_yamllaunch.engine.commands import Refused
 from colcon_yamllaunch.engine.commands import Watch
 from colcon_yamllaunch.engine.state import ComponentState
 from colcon_yamllaunch.engine.state import Part
-from colcon_yamllaunch.observers.line_filter import Filtering
 from colcon_yamllaunch.observers.log_levels import FORMAT
 from colcon_yamllaunch.terminal.full_screen.dialogs import Asked
 from colcon_yamllaunch.terminal.full_screen.dialogs import LeaveQuestion
@@ -40,6 +39,7 @@ from colcon_yamllaunch.terminal.keymap import ON_ALL
 from colcon_yamllaunch.terminal.keymap import ON_ONE
 from colcon_yamllaunch.terminal.keymap import only_its_container_writes
 from colcon_yamllaunch.terminal.keymap import without_effect
+from colcon_yamllaunch.terminal.line_filter import Filtering
 from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding
@@ -148,7 +148,7 @@ class LaunchScreen(Screen[None]):
         )
 
     def on_unmount(self) -> None:
-        """Leave the launch alone, too."""
+        """Close the connection."""
         self.close()
 
     def check_action(
@@ -162,7 +162,7 @@ class LaunchScreen(Screen[None]):
         )
 
     def close(self) -> None:
-        """Leave the launch alone, and draw no more."""
+        """Close the connection, and draw no more."""
         self._is_closed = True
         if self._reader is not None:
             self._reader.close()
@@ -379,7 +379,7 @@ class LaunchScreen(Screen[None]):
         return part
 
     def _has_ended(self) -> bool:
-        """Tell whether nothing can be done any more, and say so."""
+        """Return whether the launch has ended, and say so."""
         if self.model.ending:
             self.say(self.model.ending, 'red')
         return bool(self.model.ending)
@@ -429,7 +429,7 @@ class LaunchScreen(Screen[None]):
         self._put('short', shown)
 
     def _resumed(self, _: object) -> None:
-        # the terminal has been somebody else's
+        # another program had the terminal
         get_running_loop().call_later(DRAWN_EVERY, self.app.refresh)
 
     def _put(self, place: str, text: Text) -> None:

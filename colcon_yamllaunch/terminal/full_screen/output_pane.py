@@ -32,16 +32,16 @@ _TABS = 8
 
 class OutputPane(ScrollView, can_focus=True):
     """
-    Lines, of which only those are drawn that are seen.
+    The output, of which only the visible lines are drawn.
 
-    A long line takes several rows, as on any terminal. The pane stays at the
-    end until somebody scrolls up, and with what he looks at from then on.
+    A long line takes several rows, as on any terminal. The pane follows the
+    end until the user scrolls up; then it stays where the user looks.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = SCROLLING
 
     class Followed(Message):
-        """The end is in sight, or is no more."""
+        """The end of the output came into sight or left it."""
 
     def __init__(self, view: OutputView) -> None:
         super().__init__(id='output')
@@ -206,7 +206,7 @@ class OutputPane(ScrollView, can_focus=True):
 
 
 class RowIndex:
-    """Tells which line a row is of, where long lines take several."""
+    """The rows of lines, where a long line takes several."""
 
     def __init__(self) -> None:
         # for each line the rows up to it, with those of lines that are gone
@@ -222,18 +222,18 @@ class RowIndex:
         return self._ends[-1] - self._gone if self._ends else 0
 
     def add(self, rows: int) -> None:
-        """Take the next line."""
+        """Add the rows of the next line."""
         self._ends.append(self._gone + self.rows + rows)
 
     def alter(self, line: int, rows: int) -> None:
-        """Take into account that a line has other rows."""
+        """Change how many rows a line has."""
         more = rows - (self._ends[line] - self._gone - self.first_row(line))
         if more:
             for number in range(line, len(self._ends)):
                 self._ends[number] += more
 
     def drop(self, lines: int) -> int:
-        """Leave out the first lines, and return how many rows they had."""
+        """Remove the first lines, and return how many rows they had."""
         if not lines or not self._ends:
             return 0
         before = self._gone
@@ -246,6 +246,6 @@ class RowIndex:
         return (self._ends[line - 1] if line else self._gone) - self._gone
 
     def at(self, row: int) -> tuple[int, int]:
-        """Return the line that a row is of, and which of its rows it is."""
+        """Return the line of a row, and which of its rows that is."""
         line = bisect_right(self._ends, row + self._gone)
         return line, row - self.first_row(line)

@@ -16,12 +16,12 @@ import re
 from colcon_yamllaunch.common.printable import SEQUENCE
 from colcon_yamllaunch.control.subscription import Wrote
 from colcon_yamllaunch.engine.output.lines import legible
-from colcon_yamllaunch.observers.line_filter import Filtering
-from colcon_yamllaunch.observers.line_filter import FIRST_LEVELS
-from colcon_yamllaunch.observers.line_filter import last_state
-from colcon_yamllaunch.observers.line_filter import TIMES
 from colcon_yamllaunch.observers.log_levels import Level
 from colcon_yamllaunch.observers.log_levels import level_of
+from colcon_yamllaunch.terminal.line_filter import Filtering
+from colcon_yamllaunch.terminal.line_filter import FIRST_LEVELS
+from colcon_yamllaunch.terminal.line_filter import last_state
+from colcon_yamllaunch.terminal.line_filter import TIMES
 
 #: Lines that are kept of each process.
 LINES_KEPT = 5_000
@@ -292,12 +292,7 @@ class OutputView:
 
     def _has(self, line: Line) -> bool:
         """Return whether a line is shown."""
-        filtering = self.filtering
-        if line.level < filtering.level:
-            return False
-        if line.label is not None and not filtering.has(line.label):
-            return False
-        return not filtering.search or filtering.matches(plain(line.text))
+        return self.filtering.shows(line.label, line.level, plain(line.text))
 
     def _trim(self) -> None:
         # a part of them at once, as that moves all others

@@ -7,7 +7,7 @@ from collections.abc import Collection
 from collections.abc import Sequence
 from typing import ClassVar
 
-from colcon_yamllaunch.observers.line_filter import Filtering
+from colcon_yamllaunch.terminal.line_filter import Filtering
 from colcon_yamllaunch.terminal.status_model import LOOKS
 from colcon_yamllaunch.terminal.status_model import Row
 from rich.text import Text

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What of the output of processes is shown, and how."""
+"""The filter of the output, and the output above the status block."""
 
 from collections.abc import Callable
 from collections.abc import Iterable
@@ -82,6 +82,18 @@ class Filtering:
         """Return whether a text has what is searched for."""
         is_lower = self.search == self.search.lower()
         return self.search in (text.lower() if is_lower else text)
+
+    def shows(self, label: str | None, level: Level, text: str) -> bool:
+        """
+        Return whether a line is shown.
+
+        :param label: The process; None for a line about the launch
+        """
+        return (
+            level >= self.level
+            and (label is None or self.has(label))
+            and self.matches(text)
+        )
 
     # what keys do with it
 

@@ -4,11 +4,11 @@
 """What of the output is shown."""
 
 from colcon_yamllaunch.engine.events import Output
-from colcon_yamllaunch.observers.line_filter import FEW
-from colcon_yamllaunch.observers.line_filter import Filtering
-from colcon_yamllaunch.observers.line_filter import LineFilter
-from colcon_yamllaunch.observers.line_filter import MAXIMUM_LIVE
 from colcon_yamllaunch.observers.log_levels import Level
+from colcon_yamllaunch.terminal.line_filter import FEW
+from colcon_yamllaunch.terminal.line_filter import Filtering
+from colcon_yamllaunch.terminal.line_filter import LineFilter
+from colcon_yamllaunch.terminal.line_filter import MAXIMUM_LIVE
 from hypothesis import given
 from hypothesis import settings
 from hypothesis import strategies as st
