@@ -97,8 +97,7 @@ executed, and only that. It may send commands that are not public, and as many
 requests at the same time as it likes.
 
 A part of a launch on a machine has another socket, for its launcher, which
-holds it. Its events are those of :mod:`.event_codec` there, as the launcher
-makes the same events of them.
+holds it. There, events also come that are internal, see `events.Event`.
 
 What happened before `now` comes first. Whoever adds up what came and what was
 missed knows the point to go on from with another connection. Meanwhile the

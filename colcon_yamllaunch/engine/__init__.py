@@ -10,8 +10,9 @@ signals; a signal such as Ctrl-C arrives in `Engine._stop_by`.
 
 - :mod:`.supervisor` decides what is started, restarted (`respawn_delay`) and
   stopped, and when. It does not touch the system.
-- :mod:`.events` declares what can happen. :mod:`.state` is the state of the
-  launch, which only events change; it has what failed and the exit code.
+- :mod:`.events` declares what can happen, and :mod:`.event_codec` reads events
+  of other machines. :mod:`.state` is the state of the launch, which only
+  events change; it has what failed and the exit code.
 - :mod:`.commands` declares what can be requested, and :mod:`.dispatcher`
   executes it: the second Ctrl-C is the command `Escalate`.
 - :mod:`.loop` waits for descriptors and timers. :mod:`.limits` has the

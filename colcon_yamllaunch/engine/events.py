@@ -2,19 +2,20 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-What happens in a launch, told to everything that shows or records it.
+What happens in a launch.
 
-An event says here, too, what the launcher says about it and what
-`events.jsonl` has of it; docs/logs.md describes that for users. Events carry
-no time of day: they are told at the moment when they happen.
+Each event has the lines that the launcher prints about it, and its record in
+`events.jsonl` and in the control protocol; docs/logs.md describes both for
+users. Events have no time: observers receive them when they happen.
 """
 
-from abc import abstractmethod
 from collections.abc import Callable
 from collections.abc import Mapping
+from dataclasses import fields
 import os
 from pathlib import Path
 from typing import Any
+from typing import ClassVar
 from typing import Literal
 from typing import TYPE_CHECKING
 
@@ -33,16 +34,26 @@ if TYPE_CHECKING:
 Stream = Literal['stdout', 'stderr']
 #: What is asked of a part of a launch.
 Action = Literal['stop', 'kill', 'restart', 'debug', 'change']
-#: The phases that `PartChanged` may tell.
-EnteredPhase = Literal[
+#: The phases of a process: `waiting` for its turn or its timer, `running`,
+#: `stopping` on request, waiting for its `respawn`, or `ended`; of a
+#: component: `waiting` for its turn or its container, `loading`, `loaded`,
+#: `unloading`, `unloaded` or `failed`. `unknown` while the connection to its
+#: machine is lost.
+Phase = Literal[
     'waiting',
+    'running',
+    'stopping',
+    'respawn',
     'ended',
     'loading',
     'loaded',
     'unloading',
     'unloaded',
     'failed',
+    'unknown',
 ]
+#: The state of the connection to a machine; `done` after its part ended.
+LinkState = Literal['up', 'lost', 'gone', 'done']
 #: How much of what happens a user wants to see.
 Verbosity = Literal['quiet', 'normal', 'verbose']
 
@@ -62,10 +73,24 @@ LASTING_STATES = ('unconfigured', 'inactive', 'active', 'finalized')
 
 
 class Event:
-    """Something that happens; each kind of it is a class below."""
+    """
+    Something that happened; each class below is one kind of it.
+
+    :cvar is_internal: Whether only the launcher of a part on a machine gets
+      its record
+    :cvar unrecorded: The fields that its record does not have
+    """
 
     # no ABCMeta, as it would make each isinstance() slow
     __slots__ = ()
+
+    is_internal: ClassVar[bool] = False
+    unrecorded: ClassVar[tuple[str, ...]] = ()
+
+    @property
+    def name(self) -> str:
+        """The name of its record, empty if it has none."""
+        return ''
 
     @property
     def severity(self) -> str:
@@ -77,17 +102,25 @@ class Event:
         """The label of its lines."""
         return LAUNCHER
 
-    @abstractmethod
     def lines(self) -> tuple[str, ...]:
         """Return the lines about it on the screen and in `launch.log`."""
+        return ()
 
-    @abstractmethod
     def record(self) -> dict[str, Any]:
         """
-        Return what `events.jsonl` has of it besides the time.
+        Return its record in `events.jsonl` without the time, or {} for none.
 
-        The field `event` comes first; what is not recorded has none at all.
+        The field `event` comes first.
         """
+        return {} if self.is_internal or not self.name else self.to_json()
+
+    def to_json(self) -> dict[str, Any]:
+        """Return its record, also if it is internal; see `event_codec`."""
+        record = {'event': self.name}
+        for field in fields(self):  # type: ignore[arg-type]
+            if field.name not in self.unrecorded:
+                record |= _recorded(field.name, getattr(self, field.name))
+        return record
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,12 +136,7 @@ class Planned(Event):
 
     parts: tuple[Process | Component, ...]
 
-    def lines(self) -> tuple[str, ...]:
-        # each has a line of its own when it starts
-        return ()
-
-    def record(self) -> dict[str, Any]:
-        return {'event': 'planned', 'labels': [p.label for p in self.parts]}
+    name = 'planned'
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,11 +145,7 @@ class Dropped(Event):
 
     process: Process | Component
 
-    def lines(self) -> tuple[str, ...]:
-        return ()
-
-    def record(self) -> dict[str, Any]:
-        return _record('dropped', self.process)
+    name = 'dropped'
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,11 +155,10 @@ class Started(Event):
     process: Process
     pid: int
 
+    name = 'started'
+
     def lines(self) -> tuple[str, ...]:
         return (f'{self.process.label}: started, pid {self.pid}',)
-
-    def record(self) -> dict[str, Any]:
-        return _record('started', self.process, self.pid)
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,19 +174,12 @@ class StartFailed(Event):
     reason: str
     respawn_delay: float | None = None
 
+    name = 'start_failed'
     severity = 'ERROR'
 
     def lines(self) -> tuple[str, ...]:
         text = f'{self.process.label}: could not be started: {self.reason}'
         return (text + _starts_again(self.respawn_delay),)
-
-    def record(self) -> dict[str, Any]:
-        return _record(
-            'start_failed',
-            self.process,
-            reason=self.reason,
-            respawn_delay=self.respawn_delay,
-        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,13 +194,6 @@ class Output(Event):
     process: Process
     stream: Stream
     data: bytes
-
-    def lines(self) -> tuple[str, ...]:
-        # it is shown and recorded in ways of its own
-        return ()
-
-    def record(self) -> dict[str, Any]:
-        return {}
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,6 +216,8 @@ class Exited(Event):
     failed: bool
     respawn_delay: float | None = None
 
+    name = 'exited'
+
     @property
     def severity(self) -> str:
         return 'ERROR' if self.failed else 'INFO'
@@ -219,21 +230,6 @@ class Exited(Event):
         text = f'{self.process.label}: {ending} after {self.seconds:.1f} s'
         return (text + _starts_again(self.respawn_delay),)
 
-    def record(self) -> dict[str, Any]:
-        number = self.outcome.signal
-        return _record(
-            'exited',
-            self.process,
-            self.pid,
-            exit_code=self.outcome.code,
-            signal=None if number is None else signal_name(number),
-            core_dumped=self.outcome.core_dumped,
-            seconds=round(self.seconds, 6),
-            asked=self.asked,
-            failed=self.failed,
-            respawn_delay=self.respawn_delay,
-        )
-
 
 @dataclass(frozen=True, slots=True)
 class Suspended(Event):
@@ -245,7 +241,11 @@ class Suspended(Event):
 
     process: Process
     pid: int
-    signal: int | None
+    signal: int | None = None
+
+    @property
+    def name(self) -> str:
+        return 'continued' if self.signal is None else 'held'
 
     def lines(self) -> tuple[str, ...]:
         label = self.process.label
@@ -255,12 +255,6 @@ class Suspended(Event):
             f'{label}: held by {signal_name(self.signal)}; '
             f'to let it go on: kill -CONT -- -{self.pid}',
         )
-
-    def record(self) -> dict[str, Any]:
-        if self.signal is None:
-            return _record('continued', self.process, self.pid)
-        name = signal_name(self.signal)
-        return _record('held', self.process, self.pid, signal=name)
 
 
 @dataclass(frozen=True, slots=True)
@@ -274,15 +268,14 @@ class Silent(Event):
     process: Process
     seconds: float
 
+    name = 'silent'
+
     def lines(self) -> tuple[str, ...]:
         return (
             f'{self.process.label}: no output for {self.seconds:g} s; if it '
             'prints something, it holds that back as it writes to no '
             'terminal: --tty, or emulate_tty: true in the launch file',
         )
-
-    def record(self) -> dict[str, Any]:
-        return _record('silent', self.process, seconds=self.seconds)
 
 
 @dataclass(frozen=True, slots=True)
@@ -297,11 +290,7 @@ class Respawned(Event):
     process: Process
     attempt: int
 
-    def lines(self) -> tuple[str, ...]:
-        return ()
-
-    def record(self) -> dict[str, Any]:
-        return _record('respawned', self.process, attempt=self.attempt)
+    name = 'respawned'
 
 
 @dataclass(frozen=True, slots=True)
@@ -318,18 +307,14 @@ class Signalled(Event):
     signal: int
     group: bool
 
+    name = 'signalled'
+
     def lines(self) -> tuple[str, ...]:
         if self.group:
             return ()
         return (
             f'{self.process.label}: {signal_name(self.signal)} to what it '
             f'left running, pid {self.pid}',
-        )
-
-    def record(self) -> dict[str, Any]:
-        name = signal_name(self.signal)
-        return _record(
-            'signalled', self.process, self.pid, signal=name, group=self.group
         )
 
 
@@ -345,14 +330,13 @@ class Requested(Event):
     process: Process | Component
     action: Action
 
+    name = 'requested'
+
     def lines(self) -> tuple[str, ...]:
         if self.action == 'change':
             # what changed, and what comes of it, is told in one line
             return ()
         return (f'{self.process.label}: {self.action} requested',)
-
-    def record(self) -> dict[str, Any]:
-        return _record('requested', self.process, action=self.action)
 
 
 @dataclass(frozen=True, slots=True)
@@ -367,12 +351,12 @@ class Attached(Event):
     process: Process
     hint: str = ''
 
+    name = 'attached'
+    unrecorded = ('hint',)
+
     def lines(self) -> tuple[str, ...]:
         where = self.hint or 'attached to another terminal'
         return (f'{self.process.label}: {where}',)
-
-    def record(self) -> dict[str, Any]:
-        return _record('attached', self.process)
 
 
 @dataclass(frozen=True, slots=True)
@@ -381,11 +365,10 @@ class Detached(Event):
 
     process: Process
 
+    name = 'detached'
+
     def lines(self) -> tuple[str, ...]:
         return (f'{self.process.label}: detached',)
-
-    def record(self) -> dict[str, Any]:
-        return _record('detached', self.process)
 
 
 @dataclass(frozen=True, slots=True)
@@ -400,12 +383,12 @@ class ShuttingDown(Event):
     reason: str
     interactive: bool = False
 
+    name = 'shutdown'
+    unrecorded = ('interactive',)
+
     def lines(self) -> tuple[str, ...]:
         hint = ' (Ctrl-C again to hurry)' if self.interactive else ''
         return (f'stopping: {self.reason}{hint}',)
-
-    def record(self) -> dict[str, Any]:
-        return {'event': 'shutdown', 'reason': self.reason}
 
 
 @dataclass(frozen=True, slots=True)
@@ -426,6 +409,9 @@ class StillRunning(Event):
     next_signal: int | None = None
     seconds: float = 0.0
 
+    name = 'still_running'
+    is_internal = True
+
     def lines(self) -> tuple[str, ...]:
         names = self.labels[: limits.NAMES_SHOWN]
         parts = [', '.join(names)] if names else []
@@ -441,9 +427,6 @@ class StillRunning(Event):
             text += f'; {signal_name(self.next_signal)} in {seconds} s'
         return (text,)
 
-    def record(self) -> dict[str, Any]:
-        return {}
-
 
 @dataclass(frozen=True, slots=True)
 class LeftBehind(Event):
@@ -452,6 +435,7 @@ class LeftBehind(Event):
     process: Process
     pid: int
 
+    name = 'left_behind'
     severity = 'ERROR'
 
     def lines(self) -> tuple[str, ...]:
@@ -459,9 +443,6 @@ class LeftBehind(Event):
             f'{self.process.label}: pid {self.pid} cannot be stopped, not '
             'even by SIGKILL; it is left behind',
         )
-
-    def record(self) -> dict[str, Any]:
-        return _record('left_behind', self.process, self.pid)
 
 
 @dataclass(frozen=True, slots=True)
@@ -471,15 +452,14 @@ class Said(Event):
     level: str
     text: str
 
+    name = 'message'
+
     @property
     def severity(self) -> str:
         return self.level
 
     def lines(self) -> tuple[str, ...]:
         return (self.text,)
-
-    def record(self) -> dict[str, Any]:
-        return {'event': 'message', 'level': self.level, 'text': self.text}
 
 
 @dataclass(frozen=True, slots=True)
@@ -488,13 +468,11 @@ class Warned(Event):
 
     text: str
 
+    name = 'warning'
     severity = 'WARNING'
 
     def lines(self) -> tuple[str, ...]:
         return (f'warning: {self.text}',)
-
-    def record(self) -> dict[str, Any]:
-        return {'event': 'warning', 'text': self.text}
 
 
 @dataclass(frozen=True, slots=True)
@@ -502,29 +480,21 @@ class Loaded(Event):
     """
     A component was loaded into its container.
 
-    :param full_name: The full name of its node
+    :param node: The full name of its node
     :param unique_id: The number that the container gave it
     :param seconds: How long that took once the container was there
     """
 
     component: Component
-    full_name: str
+    node: str
     unique_id: int
     seconds: float
+
+    name = 'loaded'
 
     def lines(self) -> tuple[str, ...]:
         component = self.component
         return (f'{component.label}: loaded into {component.container}',)
-
-    def record(self) -> dict[str, Any]:
-        return _record(
-            'loaded',
-            self.component,
-            container=self.component.container,
-            node=self.full_name,
-            unique_id=self.unique_id,
-            seconds=round(self.seconds, 6),
-        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -540,6 +510,7 @@ class LoadFailed(Event):
     reason: str
     again: bool = False
 
+    name = 'load_failed'
     severity = 'ERROR'
 
     def lines(self) -> tuple[str, ...]:
@@ -549,15 +520,6 @@ class LoadFailed(Event):
             f'{component.label}: could not be loaded into '
             f'{component.container}: {self.reason}{again} '
             f'(from {shown(component.position)})',
-        )
-
-    def record(self) -> dict[str, Any]:
-        return _record(
-            'load_failed',
-            self.component,
-            container=self.component.container,
-            reason=self.reason,
-            again=self.again,
         )
 
 
@@ -572,6 +534,8 @@ class Unloaded(Event):
     component: Component
     reason: str
 
+    name = 'unloaded'
+
     def lines(self) -> tuple[str, ...]:
         if self.reason == CONTAINER_ENDED:
             # which has a line of its own
@@ -580,14 +544,6 @@ class Unloaded(Event):
         text = f'{component.label}: unloaded from {component.container}'
         return (
             text + ('' if self.reason == REQUESTED else f': {self.reason}'),
-        )
-
-    def record(self) -> dict[str, Any]:
-        return _record(
-            'unloaded',
-            self.component,
-            container=self.component.container,
-            reason=self.reason,
         )
 
 
@@ -606,20 +562,13 @@ class StateChanged(Event):
     state: str
     before: str | None
 
+    name = 'state_changed'
+
     def lines(self) -> tuple[str, ...]:
         # those in between last a moment, and so every node begins
         if self.state not in LASTING_STATES or self.before is None:
             return ()
         return (f'{self.process.label}: {self.state}',)
-
-    def record(self) -> dict[str, Any]:
-        return _record(
-            'state_changed',
-            self.process,
-            node=self.node,
-            state=self.state,
-            before=self.before,
-        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -636,6 +585,7 @@ class TransitionFailed(Event):
     transition: str
     reason: str
 
+    name = 'transition_failed'
     severity = 'ERROR'
 
     def lines(self) -> tuple[str, ...]:
@@ -648,15 +598,6 @@ class TransitionFailed(Event):
         return (
             f"the transition '{self.transition}' of {self.node} failed: "
             f'{self.reason}'
-        )
-
-    def record(self) -> dict[str, Any]:
-        return _record(
-            'transition_failed',
-            self.process,
-            node=self.node,
-            transition=self.transition,
-            reason=self.reason,
         )
 
 
@@ -676,15 +617,12 @@ class PartChanged(Event):
     """
 
     process: Process | Component
-    phase: EnteredPhase | None = None
+    phase: Phase | None = None
     ending: str = ''
     lifecycle: str | None = None
 
-    def lines(self) -> tuple[str, ...]:
-        return ()
-
-    def record(self) -> dict[str, Any]:
-        return {}
+    name = 'part_changed'
+    is_internal = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -697,6 +635,7 @@ class RosLost(Event):
 
     reason: str
 
+    name = 'ros_lost'
     severity = 'ERROR'
 
     def lines(self) -> tuple[str, ...]:
@@ -704,9 +643,6 @@ class RosLost(Event):
             f'{self.reason}; no component is loaded and no lifecycle state '
             'changed any more',
         )
-
-    def record(self) -> dict[str, Any]:
-        return {'event': 'ros_lost', 'reason': self.reason}
 
 
 @dataclass(frozen=True, slots=True)
@@ -723,6 +659,8 @@ class LinkLost(Event):
     reason: str
     is_kept: bool
 
+    name = 'link_lost'
+    unrecorded = ('is_kept',)
     severity = 'WARNING'
 
     def lines(self) -> tuple[str, ...]:
@@ -736,13 +674,6 @@ class LinkLost(Event):
             'it is tried again',
         )
 
-    def record(self) -> dict[str, Any]:
-        return {
-            'event': 'link_lost',
-            'machine': self.machine,
-            'reason': self.reason,
-        }
-
 
 @dataclass(frozen=True, slots=True)
 class LinkBack(Event):
@@ -755,17 +686,12 @@ class LinkBack(Event):
     machine: str
     seconds: float
 
+    name = 'link_back'
+
     def lines(self) -> tuple[str, ...]:
         return (
             f'{self.machine}: the link is back after {self.seconds:.1f} s',
         )
-
-    def record(self) -> dict[str, Any]:
-        return {
-            'event': 'link_back',
-            'machine': self.machine,
-            'seconds': round(self.seconds, 6),
-        }
 
 
 @dataclass(frozen=True, slots=True)
@@ -783,6 +709,7 @@ class MachineGone(Event):
     reason: str
     labels: tuple[str, ...] = ()
 
+    name = 'machine_gone'
     severity = 'ERROR'
 
     @property
@@ -797,14 +724,6 @@ class MachineGone(Event):
         lost = f'lost with it: {", ".join(names)}'
         return (self.text, *((lost,) if names else ()))
 
-    def record(self) -> dict[str, Any]:
-        return {
-            'event': 'machine_gone',
-            'machine': self.machine,
-            'reason': self.reason,
-            'labels': list(self.labels),
-        }
-
 
 @dataclass(frozen=True, slots=True)
 class LinkChanged(Event):
@@ -817,14 +736,11 @@ class LinkChanged(Event):
     """
 
     machine: str
-    link: Literal['up', 'lost', 'gone', 'done']
+    link: LinkState
     reason: str = ''
 
-    def lines(self) -> tuple[str, ...]:
-        return ()
-
-    def record(self) -> dict[str, Any]:
-        return {}
+    name = 'link_changed'
+    is_internal = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -840,11 +756,8 @@ class Measured(Event):
     machine: str
     usage: Mapping[str, tuple[float, int]]
 
-    def lines(self) -> tuple[str, ...]:
-        return ()
-
-    def record(self) -> dict[str, Any]:
-        return {}
+    name = 'measured'
+    is_internal = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -859,12 +772,6 @@ class StateReceived(Event):
 
     data: object
 
-    def lines(self) -> tuple[str, ...]:
-        return ()
-
-    def record(self) -> dict[str, Any]:
-        return {}
-
 
 @dataclass(frozen=True, slots=True)
 class Changed(Event):
@@ -876,11 +783,7 @@ class Changed(Event):
 
     files: tuple[str, ...]
 
-    def lines(self) -> tuple[str, ...]:
-        return ()
-
-    def record(self) -> dict[str, Any]:
-        return {'event': 'changed', 'files': list(self.files)}
+    name = 'changed'
 
 
 @dataclass(frozen=True, slots=True)
@@ -897,16 +800,7 @@ class Built(Event):
     seconds: float
     failed: bool = False
 
-    def lines(self) -> tuple[str, ...]:
-        return ()
-
-    def record(self) -> dict[str, Any]:
-        return {
-            'event': 'built',
-            'packages': list(self.packages),
-            'seconds': round(self.seconds, 6),
-            'failed': self.failed,
-        }
+    name = 'built'
 
 
 @dataclass(frozen=True, slots=True)
@@ -923,16 +817,7 @@ class Replanned(Event):
     stopped: tuple[str, ...]
     restarted: tuple[str, ...]
 
-    def lines(self) -> tuple[str, ...]:
-        return ()
-
-    def record(self) -> dict[str, Any]:
-        return {
-            'event': 'replanned',
-            'started': list(self.started),
-            'stopped': list(self.stopped),
-            'restarted': list(self.restarted),
-        }
+    name = 'replanned'
 
 
 @dataclass(frozen=True, slots=True)
@@ -946,12 +831,7 @@ class Restarted(Event):
     process: Process | Component
     seconds: float
 
-    def lines(self) -> tuple[str, ...]:
-        return ()
-
-    def record(self) -> dict[str, Any]:
-        seconds = round(self.seconds, 6)
-        return _record('restarted', self.process, seconds=seconds)
+    name = 'restarted'
 
 
 @dataclass(frozen=True, slots=True)
@@ -973,6 +853,8 @@ class Watched(Event):
     is_final: bool = True
     is_paused: bool | None = None
 
+    name = 'watched'
+
     @property
     def severity(self) -> str:
         return 'ERROR' if self.failed else 'INFO'
@@ -991,7 +873,7 @@ class Watched(Event):
     def lines(self) -> tuple[str, ...]:
         return (self.text,)
 
-    def record(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, Any]:
         return {
             'event': 'watched',
             'text': self.text,
@@ -1017,6 +899,8 @@ class Checked(Event):
     failures: tuple[str, ...]
     seconds: float
 
+    name = 'checked'
+
     is_final = True
 
     @property
@@ -1034,15 +918,6 @@ class Checked(Event):
         what = ', '.join((*self.failures, *parts))
         return (f'red: {what} ({self.seconds:.2f} s)',)
 
-    def record(self) -> dict[str, Any]:
-        return {
-            'event': 'checked',
-            'passed': self.passed,
-            'missing': list(self.missing),
-            'failures': list(self.failures),
-            'seconds': round(self.seconds, 6),
-        }
-
 
 @dataclass(frozen=True, slots=True)
 class PlanFailed(Event):
@@ -1054,12 +929,13 @@ class PlanFailed(Event):
 
     problems: tuple[str, ...]
 
+    name = 'plan_failed'
     severity = 'ERROR'
 
     def lines(self) -> tuple[str, ...]:
         return self.problems
 
-    def record(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, Any]:
         return {'event': 'plan_failed', 'text': '\n'.join(self.problems)}
 
 
@@ -1073,6 +949,7 @@ class HostLost(Event):
 
     reason: str
 
+    name = 'host_lost'
     severity = 'ERROR'
 
     @property
@@ -1086,25 +963,19 @@ class HostLost(Event):
             'done any more',
         )
 
-    def record(self) -> dict[str, Any]:
-        return {'event': 'host_lost', 'reason': self.reason}
-
 
 @dataclass(frozen=True, slots=True)
 class Idle(Event):
     """
     A part of a launch on a machine has nothing to do now, or has again.
 
-    It is neither shown nor recorded.
+    It is not shown.
     """
 
     is_idle: bool
 
-    def lines(self) -> tuple[str, ...]:
-        return ()
-
-    def record(self) -> dict[str, Any]:
-        return {}
+    name = 'idle'
+    is_internal = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -1117,13 +988,12 @@ class CannotRun(Event):
 
     reason: str
 
+    name = 'cannot_run'
+    is_internal = True
     severity = 'ERROR'
 
     def lines(self) -> tuple[str, ...]:
         return (self.reason,)
-
-    def record(self) -> dict[str, Any]:
-        return {}
 
 
 @dataclass(frozen=True, slots=True)
@@ -1178,15 +1048,15 @@ class Ended(Event):
     verdicts: tuple[Verdict, ...] = ()
     state: 'LaunchState | None' = None
 
+    name = 'ended'
+    unrecorded = ('summary', 'failures', 'verdicts', 'state')
+
     @property
     def severity(self) -> str:
         return 'ERROR' if self.exit_code else 'INFO'
 
     def lines(self) -> tuple[str, ...]:
         return self.summary
-
-    def record(self) -> dict[str, Any]:
-        return {'event': 'ended', 'exit_code': self.exit_code}
 
 
 Listener = Callable[[Event], None]
@@ -1209,12 +1079,29 @@ def shown(position: Position) -> str:
     return str(Position(relative, position.line, position.column))
 
 
-def _record(
-    name: str,
-    process: Process | Component,
-    pid: int | None = None,
-    **fields: Any,
-) -> dict[str, Any]:
-    who = {'label': process.label, 'name': process.ros_name}
-    group = {} if pid is None else {'pid': pid}
-    return {'event': name, **who, **group, **fields}
+def _recorded(name: str, value: Any) -> dict[str, Any]:
+    """Return what a record has of a field of an event."""
+    match value:
+        case Process() | Component():
+            who = {'label': value.label, 'name': value.ros_name}
+            if name == 'component' and isinstance(value, Component):
+                who['container'] = value.container
+            return who
+        case Outcome():
+            return {
+                'exit_code': value.code,
+                'signal': value.signal and signal_name(value.signal),
+                'core_dumped': value.core_dumped,
+            }
+        case tuple() if name == 'parts':
+            return {'labels': [part.label for part in value]}
+        case tuple():
+            return {name: list(value)}
+        case None if name == 'signal':
+            return {}
+        case int() if name in ('signal', 'next_signal'):
+            return {name: signal_name(value)}
+        case float() if name == 'seconds':
+            return {name: round(value, 6)}
+        case _:
+            return {name: value}

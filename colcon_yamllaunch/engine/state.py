@@ -25,6 +25,8 @@ from typing import Literal
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.frozen import mutable
 from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine.events import LinkState
+from colcon_yamllaunch.engine.events import Phase
 from colcon_yamllaunch.engine.outcome import ending_of
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.outcome import signal_name
@@ -34,24 +36,6 @@ from colcon_yamllaunch.plan.plan import Entry
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.plan import Timer
 
-#: The phases of a process: `waiting` for its turn or its timer, `running`,
-#: `stopping` on request, waiting for its `respawn`, or `ended`; of a
-#: component: `waiting` for its turn or its container, `loading`, `loaded`,
-#: `unloading`, `unloaded` or `failed`. `unknown` while the connection to its
-#: machine is lost.
-Phase = Literal[
-    'waiting',
-    'running',
-    'stopping',
-    'respawn',
-    'ended',
-    'loading',
-    'loaded',
-    'unloading',
-    'unloaded',
-    'failed',
-    'unknown',
-]
 #: What views show of a process or component: `waiting` for a timer,
 #: `starting` (also while it is loaded, configured or activated), `running`,
 #: `stopping`, `held` by a signal such as SIGSTOP, waiting for its `respawn`,
@@ -67,8 +51,6 @@ Condition = Literal[
     'stopped',
     'failed',
 ]
-#: What became of the connection to a machine; `done` after its part ended.
-LinkState = Literal['up', 'lost', 'gone', 'done']
 #: The state of a lifecycle node that is not known (lifecycle_msgs/State).
 UNKNOWN = 'unknown'
 #: States in which lifecycle nodes are between two others (likewise).
@@ -122,7 +104,7 @@ class PartState:
     A process or component of a launch.
 
     :param label: Its name in output and logs
-    :param phase: See :data:`Phase`
+    :param phase: See :data:`.events.Phase`
     :param seconds: For how long a process has been running or ended, or a
       component in its phase, when this was read; see `LaunchState.seconds_of`
     :param ending: How a process ended, or why a component could not be
@@ -819,7 +801,7 @@ class LaunchState:
             case events.Loaded():
                 self._begin(component)
                 component.failure = ''
-                component.node = event.full_name
+                component.node = event.node
                 component.run_seconds += event.seconds
                 self._enter(component, 'loaded')
             case events.LoadFailed():

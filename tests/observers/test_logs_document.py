@@ -127,11 +127,6 @@ def test_each_field_is_explained(records):
     assert '| `label`, `name`, `pid` |' in TEXT
 
 
-def test_each_event_says_what_is_shown_and_recorded():
-    for kind in kinds():
-        assert {'lines', 'record'} <= vars(kind).keys(), kind
-
-
 @pytest.mark.parametrize('mode', sorted(SHOWN))
 def test_the_output_modes_are_explained(mode):
     (row,) = (

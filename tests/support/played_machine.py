@@ -9,7 +9,6 @@ import time
 from types import SimpleNamespace
 from typing import Any
 
-from colcon_yamllaunch.control.event_codec import event_to_json
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.moment import Moment
@@ -78,7 +77,7 @@ class PlayedLink:
 
     def tells(self, event: events.Event) -> None:
         """Tell an event, as the machine does."""
-        self.handler.message({'event': event_to_json(event)})
+        self.handler.message({'event': event.to_json()})
 
     def says(self, **message: Any) -> None:
         """Send a message."""

@@ -46,13 +46,6 @@ _TOKENS = re.compile(r'"(?:[^"\\]|\\.)*"|-?\.inf|\.nan')
 _WORDS = {'.inf': 'Infinity', '-.inf': '-Infinity', '.nan': 'NaN'}
 _NOT_LOADED = '{} is not loaded'
 
-#: `waiting` for its turn, its timer or its container; being loaded; loaded;
-#: being unloaded on request; `unloaded` on request or with its container; or
-#: `failed`, as it could not be loaded.
-LoadPhase = Literal[
-    'waiting', 'loading', 'loaded', 'unloading', 'unloaded', 'failed'
-]
-
 
 @dataclass(slots=True)
 class ComponentTask:
@@ -79,7 +72,7 @@ class ComponentTask:
     component: Component
     since: float
     lifecycle: LifecycleTask | None = None
-    phase: LoadPhase = 'waiting'
+    phase: events.Phase = 'waiting'
     unique_id: int | None = None
     full_name: str | None = None
     ending: str = ''
@@ -679,7 +672,7 @@ class Composition:
         return self._containers.get(process.node_name or '')
 
     def _enter(
-        self, task: ComponentTask, phase: LoadPhase, ending: str = ''
+        self, task: ComponentTask, phase: events.Phase, ending: str = ''
     ) -> None:
         """
         Put a component into a phase.

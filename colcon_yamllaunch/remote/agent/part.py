@@ -19,7 +19,6 @@ from typing import Any
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.control import resource_usage
-from colcon_yamllaunch.control.event_codec import event_to_json
 from colcon_yamllaunch.control.journal import Journal
 from colcon_yamllaunch.control.server import listen
 from colcon_yamllaunch.control.server import Server
@@ -76,9 +75,7 @@ class Part(Participant):
         log_folder: Path | None,
     ) -> None:
         self._listener = listener
-        self._journal = Journal(
-            log_folder, settings.log_limit, record=event_to_json
-        )
+        self._journal = Journal(log_folder, settings.log_limit, record=_record)
         self._keeps = settings.on_lost == 'keep'
         self._lost_after = settings.lost_after
         self._heartbeat = heartbeat_of(settings.lost_after)
@@ -272,6 +269,11 @@ class Part(Participant):
             self._engine.terminals.remove_sink(command.process, shown.show)
             shown.close()
         return DONE
+
+
+def _record(event: events.Event) -> dict[str, Any]:
+    """Return the record of an event, also of one that is internal."""
+    return event.to_json() if event.name else {}
 
 
 class _Shown:

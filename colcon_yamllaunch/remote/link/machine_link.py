@@ -562,7 +562,7 @@ class MachineLink:
                 there = event.pop('time', None)
                 if isinstance(there, int | float):
                     message['time'] = self._clock.here(float(there))
-                if event.get('event') == 'Ended':
+                if event.get('event') == 'ended':
                     self._is_over = True
             case {'missed': {'events': int(events), 'bytes': int(size)}}:
                 self._events += events

@@ -28,8 +28,6 @@ from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.common.printable import printable
 from colcon_yamllaunch.common.table import decimal_size
 from colcon_yamllaunch.control.command_codec import request_of
-from colcon_yamllaunch.control.event_codec import EventError
-from colcon_yamllaunch.control.event_codec import EventReader
 from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.commands import Command
@@ -38,8 +36,10 @@ from colcon_yamllaunch.engine.commands import Done
 from colcon_yamllaunch.engine.commands import PartCommand
 from colcon_yamllaunch.engine.commands import Refused
 from colcon_yamllaunch.engine.engine import Engine
+from colcon_yamllaunch.engine.event_codec import EventError
+from colcon_yamllaunch.engine.event_codec import EventReader
+from colcon_yamllaunch.engine.events import LinkState
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.engine.state import LinkState
 from colcon_yamllaunch.engine.state import PartState
 from colcon_yamllaunch.engine.state import ProcessState
 from colcon_yamllaunch.engine.stopping.launch_stop import timeouts_of

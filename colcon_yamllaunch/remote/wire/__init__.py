@@ -4,6 +4,6 @@
 """
 The messages of a connection to a machine.
 
-:mod:`.frames` reads and writes them, :mod:`.numbered` delivers each exactly
-once, and :mod:`.event_codec` turns events into JSON.
+:mod:`.frames` reads and writes them, and :mod:`.numbered` delivers each
+exactly once.
 """

@@ -10,9 +10,9 @@ import zlib
 
 from colcon_yamllaunch.control import messages
 from colcon_yamllaunch.control import protocol
-from colcon_yamllaunch.control.event_codec import FROM_MACHINES
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.commands import Describe
+from colcon_yamllaunch.engine.event_codec import FROM_MACHINES
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.state import to_json
 from colcon_yamllaunch.remote.connection.machine_connection import Facts
@@ -42,7 +42,7 @@ _SMALL = st.one_of(
     _HUGE,
     st.floats(),
     st.text(max_size=5),
-    st.sampled_from([LABEL, *(kind.__name__ for kind in FROM_MACHINES)]),
+    st.sampled_from([LABEL, *FROM_MACHINES]),
 )
 _FIELDS = st.sampled_from(
     (
@@ -155,10 +155,12 @@ def test_any_messages_of_a_machine_harm_no_launch(sent: list[bytes]) -> None:
 
 
 EXITED = {
-    'event': 'Exited',
-    'process': LABEL,
+    'event': 'exited',
+    'label': LABEL,
     'pid': 1,
-    'outcome': [None, 0, False],
+    'exit_code': None,
+    'signal': None,
+    'core_dumped': False,
     'seconds': 1.0,
     'asked': False,
     'failed': True,
@@ -176,7 +178,7 @@ EXITED = {
         ({'output': {'process': LABEL}}, 'output has a wrong form'),
         ({'output': {'bytes': 1 << 40}}, 'wrong number of bytes'),
         ({'packed': 1}, 'has no bytes'),
-        ({'event': EXITED}, "'outcome' of the event Exited is not what"),
+        ({'event': EXITED}, "'outcome' of the event exited is not what"),
         ({'something': 'else'}, 'a message is of no known kind'),
     ],
 )

@@ -60,10 +60,10 @@ def test_a_part_runs_and_is_stopped(plain: PlainMachine) -> None:
         assert part.out() == 'hello\n'
         assert part.out(stream='stderr') == 'oh\n'
         assert all(before - 10 < t < time.time() + 10 for t in part.times)
-        assert part.told.index('Started') < part.told.index('output')
+        assert part.told.index('started') < part.told.index('output')
         part.finish()
         assert part.gone_for == 'it has ended'
-        assert {'Signalled', 'Exited', 'Ended'} <= set(part.told)
+        assert {'signalled', 'exited', 'ended'} <= set(part.told)
     plain.wait_until_empty()
     logs = plain.home / '.ros' / 'log' / 'launch_test'
     assert 'hello' in (logs / 'launch.log').read_text()
@@ -71,12 +71,12 @@ def test_a_part_runs_and_is_stopped(plain: PlainMachine) -> None:
 
 def test_a_part_waits_until_its_launch_is_over(plain: PlainMachine) -> None:
     with LinkedPart(plain.machine(), [process('arm│a', 'exit 3')]) as part:
-        part.wait_for_told('Exited')
-        part.wait_for_told('Idle')
-        exited = part.event('Exited')
-        assert exited['outcome'][0] == 3
+        part.wait_for_told('exited')
+        part.wait_for_told('idle')
+        exited = part.event('exited')
+        assert exited['exit_code'] == 3
         part.send(Finish())
-        part.wait_for_told('Ended')
+        part.wait_for_told('ended')
     plain.wait_until_empty()
 
 
@@ -134,7 +134,7 @@ def test_somebody_types_at_a_process(plain: PlainMachine) -> None:
     script = 'read line; echo got $line; stty -echo; sleep 1000'
     one = process('arm│a', script, emulate_tty=True)
     with LinkedPart(plain.machine(), [one], rows=30, columns=90) as part:
-        part.wait_for_told('Started')
+        part.wait_for_told('started')
         part.send(Show('arm│a'))
         part.wait_for(lambda: _modes(part)[:1] == [(True, True)])
         part.send(Type('arm│a', b'me\n'))
@@ -159,10 +159,10 @@ def test_nothing_is_lost_or_twice_when_the_link_is(
             part.wait_for(lambda size=size: len(part.out()) > size)
             part.cut()
             part.wait_for_told('back', count)
-        part.wait_for_told('Exited')
+        part.wait_for_told('exited')
         assert part.out().splitlines() == LINES
-        assert part.told.count('Exited') == part.told.count('Started') == 1
-        assert part.told.index('Exited') > part.told.index('back')
+        assert part.told.count('exited') == part.told.count('started') == 1
+        assert part.told.index('exited') > part.told.index('back')
         part.finish()
     plain.wait_until_empty()
 
@@ -187,7 +187,7 @@ def test_a_kept_part_goes_on_while_nobody_hears_of_it(
         # the launcher is idle meanwhile
         assert len(turns) < 2000
         monkeypatch.setattr(machine_link, 'connect_command', connect)
-        part.wait_for_told('Exited')
+        part.wait_for_told('exited')
         assert part.out().splitlines() == LINES
         part.finish()
     plain.wait_until_empty()
@@ -222,7 +222,7 @@ def test_part_stopped_for_a_lost_link_says_so(plain: PlainMachine) -> None:
         part.cut()
         part.wait_for_told('gone')
         # what ends it is not the end of the launch
-        reasons = [e['reason'] for e in part.events('ShuttingDown')]
+        reasons = [e['reason'] for e in part.events('shutdown')]
         assert all(reason.startswith(LINK_LOST) for reason in reasons)
     plain.wait_until_empty()
 
@@ -334,14 +334,14 @@ def test_a_held_link_passes_nothing_on(plain: PlainMachine) -> None:
         assert part.out() == 'first\n'
         assert 'lost' not in part.told
         part.link.hold(False)
-        part.wait_for_told('Exited')
+        part.wait_for_told('exited')
         assert len(part.out()) == 50_000_006
         part.finish()
 
 
 def test_a_slow_loop_is_no_loss(plain: PlainMachine) -> None:
     with LinkedPart(plain.machine(), [process('arm│a', 'sleep 99')]) as part:
-        part.wait_for_told('Started')
+        part.wait_for_told('started')
         time.sleep(machine_link.SILENCE + 1)
         part.turn()
         part.turn()
@@ -351,7 +351,7 @@ def test_a_slow_loop_is_no_loss(plain: PlainMachine) -> None:
 
 def test_closing_the_link_stops_the_part(plain: PlainMachine) -> None:
     with LinkedPart(plain.machine(), [process('arm│a', 'sleep 99')]) as part:
-        part.wait_for_told('Started')
+        part.wait_for_told('started')
     # and not by its silence
     with within(8):
         while 'sleep 99' in map(command_of, plain.pids()):

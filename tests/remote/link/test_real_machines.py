@@ -68,7 +68,7 @@ def test_a_cable_is_pulled_for_a_moment(sshd: Sshd) -> None:
         part.wait_for_told('lost')
         sshd['arm'].link.release()
         part.wait_for_told('back')
-        part.wait_for_told('Exited')
+        part.wait_for_told('exited')
         assert part.out().split() == [str(i) for i in range(1, 401)]
         part.finish()
     sshd.wait_until_empty()
@@ -81,7 +81,7 @@ def test_a_slow_link_is_compressed(sshd: Sshd) -> None:
         part.wait_for(part.out)
         before = link.back
         link.bytes_per_second = 2_000_000
-        part.wait_for_told('Exited')
+        part.wait_for_told('exited')
         assert len(part.out()) == 20_000_002
         assert link.back - before < 15_000_000
         assert 'lost' not in part.told
@@ -124,7 +124,7 @@ def test_slurm_gives_a_machine(jobs: Slurm) -> None:
     with LinkedPart(
         machine, [process('gpu│a', script)], slurm_environment(jobs)
     ) as part:
-        part.wait_for_told('Exited')
+        part.wait_for_told('exited')
         out = part.out('gpu│a')
         assert out.startswith(f'gpu {jobs.home}\n')
         assert len(out) > 3_000_000

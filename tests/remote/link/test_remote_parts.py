@@ -131,7 +131,7 @@ def test_what_comes_late_has_the_time_at_which_it_was(played):
     played.link.handler.message(
         {
             'time': 501.0,
-            'event': {'event': 'Warned', 'text': 'oh'},
+            'event': {'event': 'warning', 'text': 'oh'},
         }
     )
     assert played.launch.times == [500.0, 501.0]
@@ -256,9 +256,9 @@ def test_states_follow_what_happens(played):
 @pytest.mark.parametrize(
     'message',
     [
-        {'event': {'event': 'Started', 'process': 'nobody', 'pid': 1}},
+        {'event': {'event': 'started', 'label': 'nobody', 'pid': 1}},
         {'event': 7},
-        {'event': {'event': 'Ended', 'exit_code': 'none'}},
+        {'event': {'event': 'ended', 'exit_code': 'none'}},
         {'modes': {'process': LABEL}},
         {'shown': {'process': 'nobody', 'stream': 'stdout', 'data': b'x'}},
         {'missed': 'much'},
@@ -282,7 +282,7 @@ _JSON = st.recursive(
         st.integers(),
         st.floats(),
         st.text(),
-        st.sampled_from([LABEL, 'running', 'Started', 'Ended']),
+        st.sampled_from([LABEL, 'running', 'started', 'ended']),
     ),
     lambda inner: st.one_of(
         st.lists(inner, max_size=3),
