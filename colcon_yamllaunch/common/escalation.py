@@ -164,7 +164,7 @@ class Escalation:
             self._steps[self._known(n)] == _GIVEN_UP for n in self.alive()
         )
 
-    def hurry(self, now: float) -> None:
+    def escalate(self, now: float) -> None:
         """Take the next step at once for all that still runs."""
         for number in map(self._known, self.alive()):
             if self._steps[number] < len(STEPS) - 1:

@@ -229,7 +229,7 @@ class Dispatcher:
         return DONE
 
     def _escalate(self, _: commands.Escalate, _reply: Reply) -> Done:
-        self._supervisor.hurry()
+        self._supervisor.escalate()
         return DONE
 
     def _hold(self, command: commands.Hold, _: Reply) -> Done:

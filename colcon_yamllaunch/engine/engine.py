@@ -383,7 +383,7 @@ class Engine:
         self.starter.close()
 
     def start(self, number: int, process: Process) -> int:
-        """Start a process; see `supervisor.Host`."""
+        """Start a process; see `ProcessStarter.start`."""
         size = self.terminal_size() if process.emulate_tty else None
         return self.starter.start(number, process, size)
 
@@ -433,7 +433,7 @@ class Engine:
             participant.call(number)
 
     def is_waiting(self) -> bool:
-        """Tell whether the launch is to go on; see `supervisor.Host`."""
+        """Return whether the launch goes on although nothing runs."""
         return any(p.is_waiting() for p in self.participants)
 
     def ask(

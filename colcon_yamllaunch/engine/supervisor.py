@@ -2,13 +2,14 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-The course of a launch: what is started, restarted and stopped, and when.
+The supervisor: what is started, restarted and stopped, and when.
 
-Nothing here touches the system; a :class:`Host` does, and a loop is passed
-in. So the course of any launch can be replayed without a process.
+Nothing here touches the system: the engine does, and its loop is passed in. So
+tests replay any launch without a process.
 """
 
 from collections import deque
+from collections.abc import Callable
 from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Iterator
@@ -19,7 +20,6 @@ from itertools import count
 import math
 import signal
 from typing import Literal
-from typing import Protocol
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import RefusedError
@@ -29,14 +29,12 @@ from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.loop import TimerHandle
 from colcon_yamllaunch.engine.outcome import after_exit
 from colcon_yamllaunch.engine.outcome import delay_of_respawn
-from colcon_yamllaunch.engine.outcome import ending_of
 from colcon_yamllaunch.engine.outcome import is_failure
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.outcome import signal_name
-from colcon_yamllaunch.engine.outcome import STOP_SIGNALS
 from colcon_yamllaunch.engine.process.spawn import StartError
+from colcon_yamllaunch.engine.state import ProcessState
 from colcon_yamllaunch.engine.stopping.launch_stop import Stop
-from colcon_yamllaunch.engine.stopping.launch_stop import StopHost
 from colcon_yamllaunch.engine.tasks import Task
 from colcon_yamllaunch.plan.plan import ChangeState
 from colcon_yamllaunch.plan.plan import Component
@@ -51,41 +49,13 @@ from colcon_yamllaunch.plan.plan import Timer
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.engine.components.composition import Composition
-
-
-class Host(StopHost, Protocol):
-    """What a course needs of the system."""
-
-    def start(self, number: int, process: Process) -> int:
-        """
-        Start a process in a group of its own, and return the group's id.
-
-        :param number: The number of the process in the plan
-        :raises StartError: when it cannot be started
-        """
-
-    def release(self, group: int) -> bool:
-        """Return whether a group ended with its leader, which just did."""
-
-    def signal(self, group: int, number: int) -> bool:
-        """Send a signal as it is, and return whether anybody got it."""
-
-    def call(self, number: int) -> None:
-        """Ask for what a `HostCall` stands for."""
-
-    def is_waiting(self) -> bool:
-        """
-        Tell whether the launch is to go on, though nothing runs.
-
-        That is asked before it begins to end, as the plan may still grow, and
-        again before it is over.
-        """
+    from colcon_yamllaunch.engine.engine import Engine
 
 
 @dataclass(slots=True, eq=False)
 class _Respawn:
     """
-    A process that is to be started again.
+    A process that waits for its next start.
 
     :param due: When it may start, by the clock of the loop
     :param is_clean: Whether it is known to have left nothing running that
@@ -105,26 +75,27 @@ class _Respawn:
         return self.cleanup is None or self.cleanup.is_over
 
     def cancel(self) -> None:
-        """Leave all of it to somebody else."""
+        """Do not end what it left running."""
         if self.cleanup is not None:
             self.cleanup.cancel()
 
 
 class Supervisor:
     """
-    Runs a plan.
+    Decides what the processes and timers of a launch do.
 
-    :param composition: The course of what happens in ROS, if anything is to
+    :param engine: Starts processes, sends signals and emits events
+    :param composition: Loads components, if the plan needs ROS
     """
 
     def __init__(
         self,
         plan: Plan,
-        host: Host,
+        engine: 'Engine',
         loop: Loop,
         composition: 'Composition | None' = None,
     ) -> None:
-        self._host = host
+        self._engine = engine
         self._composition = composition
         self._loop = loop
         self._tasks: dict[int, Task] = {}
@@ -132,8 +103,7 @@ class Supervisor:
         self._by_name: dict[str, Task] = {}
         self._numbers = count()
         self._expect(plan.processes())
-        #: The number that no process of the plan has: of what speaks with
-        #: ROS.
+        #: The number of the ROS client, which no process of the plan has.
         self.client_number = next(self._numbers)
         self._agenda: deque[Entry] = deque(plan.entries)
         self._timers: dict[int, tuple[Timer, TimerHandle]] = {}
@@ -141,21 +111,14 @@ class Supervisor:
         self._respawns: dict[int, _Respawn] = {}
         # when to search again for what processes left running
         self._next_search = -math.inf
-        # those whose quick ends the user was told of
-        self._told: set[int] = set()
         self._running: dict[int, Task] = {}
         self._groups: dict[int, int] = {}
-        #: The end of everything, once it has begun.
+        # the end of everything, once it has begun
         self._stop: Stop | None = None
-        # what was told last of it, and when
+        # the latest report of what it waits for, and its time
         self._progress: tuple[object, float] = (None, -math.inf)
         self._single_stops: dict[int, Stop] = {}
-        self._restarting: set[int] = set()
-        # what processes get that have not been started yet
-        self._early_signals: dict[int, list[SignalProcess]] = {}
-        # what is forgotten when it has ended
-        self._dropped: set[int] = set()
-        # what is started anew after a change, in the order of the launch
+        # what restarts after a change, in the order of the launch
         self._queue: list[int] = []
         #: Whether a failure ends no launch, as a change may mend it.
         self.outlasts_failures = False
@@ -194,7 +157,7 @@ class Supervisor:
             self._composition.end_turn()
         for _ in range(limits.STARTS_PER_TURN):
             if self._agenda:
-                self._take(self._agenda.popleft())
+                self._execute(self._agenda.popleft())
         self._end_single_stops()
         self._clean_up()
         self._respawn_due()
@@ -214,23 +177,20 @@ class Supervisor:
         )
 
     def exited(self, group: int, outcome: Outcome) -> None:
-        """Take into account that the leader of a group ended."""
+        """Handle the end of the leader of a group."""
         task = self._running.pop(group)
         process = task.process
-        if self._host.release(group):
+        if self._engine.release(group):
             del self._groups[group]
         single_stop = self._single_stops.get(task.number)
         asked = self.is_stopping or single_stop is not None
         task.group = None
-        task.ended = self._loop.time()
-        failed = is_failure(outcome, asked or task.was_signalled)
-        task.ending = (
-            'stopped' if asked and not failed else ending_of(outcome, asked)
-        )
+        was_signalled = self._state(task).is_signalled
+        failed = is_failure(outcome, asked or was_signalled)
         seconds = self._loop.time() - task.started
         step = self._after_exit(task, asked=asked, failed=failed)
         delay = _delay_after(task, seconds) if step == 'respawn' else None
-        self._host.tell(
+        self._engine.tell(
             events.Exited(
                 process,
                 group,
@@ -244,10 +204,10 @@ class Supervisor:
         if self._composition is not None:
             self._composition.ended(
                 process,
-                task.ending,
+                self._state(task).ending,
                 asked=asked,
                 failed=failed,
-                again=delay is not None or task.number in self._restarting,
+                again=delay is not None or task.is_restarting,
             )
         if delay is not None:
             self._respawn_later(task, delay, is_clean=False)
@@ -280,7 +240,7 @@ class Supervisor:
         """
         task = self._ended_for(name, 'stop')
         if task.number in self._single_stops:
-            self._single_stops[task.number].hurry()
+            self._single_stops[task.number].escalate()
         else:
             self._single_stops[task.number] = self._stop_of([task])
 
@@ -301,30 +261,29 @@ class Supervisor:
 
     def restart_process(self, name: str, once: Process | None = None) -> None:
         """
-        Stop one process if it runs, then start it anew.
+        Stop one process if it runs, then start it.
 
-        It has all of its respawns again.
+        Its respawns are counted from 0 again.
 
         :param once: What is started this time in its place, under a debugger
         :raises RefusedError: when it cannot be started now
         """
         task = self._asked_for(name, 'restart' if once is None else 'debug')
         task.once = once
-        self._restarting.add(task.number)
+        task.is_restarting = True
         if task.number not in self._single_stops:
             self._single_stops[task.number] = self._stop_of([task])
 
     def extend(self, more: Plan) -> None:
         """
-        Take more entries into the plan, as if they had stood at its end.
+        Add entries to the end of the plan.
 
-        While everything is being stopped, messages are shown, and nothing
-        else is done.
+        While everything is being stopped, only their messages are shown.
 
         :raises ValueError: when a label is taken
         """
         if self.is_stopping:
-            self._speak(more.entries)
+            self._execute_while_stopping(more.entries)
             return
         parts: tuple[Process | Component, ...] = (
             *more.processes(),
@@ -334,22 +293,23 @@ class Supervisor:
         if self._composition is not None:
             self._composition.extend(more)
         if parts:
-            self._host.tell(events.Planned(parts))
+            self._engine.tell(events.Planned(parts))
         self._agenda.extend(more.entries)
 
     def compose(self, composition: 'Composition') -> None:
-        """Have a course of what happens in ROS from now on."""
+        """Load components from now on."""
         self._composition = composition
         for task in self.tasks:
+            ending = self._state(task).ending
             if task.group is not None:
                 composition.started(task.process)
-            elif task.ending and not (
+            elif ending and not (
                 task.number in self._respawns
                 or task.number in self._single_stops
             ):
                 composition.ended(
                     task.process,
-                    task.ending,
+                    ending,
                     asked=True,
                     failed=False,
                     again=False,
@@ -357,10 +317,7 @@ class Supervisor:
 
     def replace(self, process: Process) -> None:
         """
-        Have a process be another one from its next start on.
-
-        One that was started is started anew, as by :meth:`restart_process`,
-        also if it had ended.
+        Replace a process, and restart it if it was started before.
 
         :param process: It has the label of a process of the plan
         :raises RefusedError: when there is none, or all is being stopped
@@ -368,41 +325,42 @@ class Supervisor:
         task = self.task(process.label)
         if self._is_begun(task):
             self.restart_process(process.label)
-            self._dropped.discard(task.number)
+            task.is_dropped = False
         task.successor = process
 
     def revise(self, process: Process, *, at_once: bool) -> None:
         """
-        Have a process be another one from its next start on.
+        Replace a process from its next start on.
 
         :param process: It has the label of a process of the plan
-        :param at_once: Whether it would be started as what runs was, so that
-          what follows from the end of that, and its time-outs, are new now
+        :param at_once: Whether it would be started as the running one was, so
+          that its `respawn`, `on_exit` and timeouts apply now
         :raises RefusedError: when there is none
         """
         task = self.task(process.label)
         is_same = process == task.process
         task.successor = None if is_same else process
         if at_once:
-            # all else is told when it starts
+            # the event follows when it starts
             task.process = process
 
     def restart_changed(self, labels: Collection[str]) -> tuple[str, ...]:
         """
-        Start processes anew after a change, and return their labels.
+        Restart processes after a change, and return their labels.
 
-        It is their restart, but lifecycle nodes get their states back. Each
-        starts when those before it in the launch have started. What has not
-        been started yet, or was stopped on request, is left alone.
+        Unlike after a restart on request, lifecycle nodes get their states
+        back. Each starts when those before it in the launch have started. A
+        process that has not been started yet, or was stopped on request, is
+        left alone.
         """
         restarted = []
         for task in self.tasks if not self.is_stopping else ():
             label = task.process.label
-            is_left = task.is_kept_stopped or task.number in self._dropped
+            is_left = self._state(task).is_kept_stopped or task.is_dropped
             if label in labels and not is_left and self._is_begun(task):
-                self._host.tell(events.Requested(task.process, 'change'))
+                self._engine.tell(events.Requested(task.process, 'change'))
                 self._prepare_stop(task, is_anew=False)
-                self._restarting.add(task.number)
+                task.is_restarting = True
                 if task.number not in self._single_stops:
                     self._single_stops[task.number] = self._stop_of([task])
                 if task.number not in self._queue:
@@ -417,41 +375,44 @@ class Supervisor:
         :raises RefusedError: when there is none, or all is being stopped
         """
         task = self.task(label)
-        self._agenda = deque(_without(self._agenda, label))
-        for key, (timer, handle) in self._timers.items():
-            entries = tuple(_without(timer.entries, label))
-            self._timers[key] = replace(timer, entries=entries), handle
+        self._filter(
+            lambda entry: (
+                isinstance(entry, Process | Component) and entry.label == label
+            )
+        )
         if not self._is_begun(task):
             self._forget(task)
             return
-        self._restarting.discard(task.number)
-        if task.number in self._queue:
-            self._queue.remove(task.number)
+        self._cancel_restart(task)
         if task.number not in self._single_stops:
             self.stop_process(label)
-        self._dropped.add(task.number)
+        task.is_dropped = True
 
     def forget(self, entries: Iterable[Entry]) -> None:
-        """Do not do what has not been done yet, such as messages."""
+        """Remove entries that have not been executed yet, such as messages."""
         unwanted = list(entries)
-        self._agenda = deque(_less(self._agenda, unwanted))
-        for key, (timer, handle) in self._timers.items():
-            left = tuple(_less(timer.entries, unwanted))
-            self._timers[key] = replace(timer, entries=left), handle
+
+        def is_unwanted(entry: Entry) -> bool:
+            if entry not in unwanted:
+                return False
+            # each is removed once
+            unwanted.remove(entry)
+            return True
+
+        self._filter(is_unwanted)
 
     def suspended(self, group: int, number: int | None) -> None:
         """
-        Take note that the leader of a group is suspended or goes on.
+        Handle that the leader of a group is suspended or goes on.
 
         :param number: The signal that suspends it, None if it goes on
         """
         task = self._running.get(group)
-        # while we stop everything, who is suspended is continued by us
+        # while we stop everything, we continue processes ourselves
         if task is None or self.is_stopping:
             return
-        if number is not None or task.is_suspended:
-            self._host.tell(events.Suspended(task.process, group, number))
-        task.is_suspended = number is not None
+        if number is not None or self._state(task).is_held:
+            self._engine.tell(events.Suspended(task.process, group, number))
 
     def stop(
         self,
@@ -469,25 +430,30 @@ class Supervisor:
         """
         self.stop_reasons.add(reason)
         if not self.is_stopping:
-            self._host.tell(events.ShuttingDown(reason, interactive))
+            self._engine.tell(events.ShuttingDown(reason, interactive))
             self._begin_stopping()
         if drop_timers:
             self._drop_timers(all_of_them=True)
 
-    def hurry(self) -> None:
+    def escalate(self) -> None:
         """Take the next step of stopping at once."""
         if self._stop is not None:
             self._drop_timers(all_of_them=True)
-            self._stop.hurry()
+            self._stop.escalate()
             self._report_progress(self._stop)
 
-    def _take(self, entry: Entry) -> None:
+    def _state(self, task: Task) -> ProcessState:
+        state = self._engine.state.process(task.process.label)
+        assert state is not None
+        return state
+
+    def _execute(self, entry: Entry) -> None:
         match entry:
             case Process():
                 if entry.label in self._by_label:
                     self._start(self._by_label[entry.label])
             case Message():
-                self._host.tell(events.Said(entry.level, entry.text))
+                self._engine.tell(events.Said(entry.level, entry.text))
             case Timer():
                 self._set(entry)
             case Component():
@@ -499,7 +465,7 @@ class Supervisor:
             case SignalProcess():
                 self._signal(entry)
             case HostCall():
-                self._host.call(entry.number)
+                self._engine.call(entry.number)
             case Shutdown():
                 reason = entry.reason or 'the launch file says so'
                 self.stop(reason)
@@ -509,25 +475,24 @@ class Supervisor:
             task = self.task(entry.process)
             if not self._is_begun(task):
                 # as in ROS 2, it gets the signal once it runs
-                self._early_signals.setdefault(task.number, []).append(entry)
+                task.early_signals.append(entry)
                 return
             if not entry.signal:
                 self.stop_process(entry.process)
                 return
             group, number = task.group, entry.signal
-            if group is None or not self._host.signal(group, number):
+            if group is None or not self._engine.signal(group, number):
                 raise RefusedError(f'{task.process.label} does not run')
         except RefusedError as error:
             place = events.shown(entry.position)
             what = signal_name(entry.signal) if entry.signal else 'stop'
-            self._host.tell(events.Warned(f'{what}: {error} (from {place})'))
+            self._engine.tell(events.Warned(f'{what}: {error} (from {place})'))
             return
-        task.was_signalled |= number in STOP_SIGNALS
-        self._host.tell(events.Signalled(task.process, group, number, True))
+        self._engine.tell(events.Signalled(task.process, group, number, True))
 
     def _expect(self, processes: Iterable[Process]) -> None:
         """
-        Take processes into the plan.
+        Add processes to the plan.
 
         :raises ValueError: when a label is taken
         """
@@ -540,23 +505,23 @@ class Supervisor:
             self._by_name[process.ros_name] = task
 
     def _forget(self, task: Task) -> None:
-        """Have a process no more in the plan."""
+        """Remove a process from the plan."""
         process = task.process
         del self._tasks[task.number]
         del self._by_label[process.label]
         self._by_name.pop(process.ros_name, None)
         if self._composition is not None:
             self._composition.drop_process(process)
-        self._host.tell(events.Dropped(process))
+        self._engine.tell(events.Dropped(process))
 
     def _succeed(self, task: Task, process: Process) -> None:
-        """Have a process be another one, before it is started."""
+        """Replace a process before its start."""
         before, task.process, task.successor = task.process, process, None
         self._by_name.pop(before.ros_name, None)
         self._by_name[process.ros_name] = task
         if self._composition is not None:
             self._composition.replace_process(before, process)
-        self._host.tell(events.Planned((process,)))
+        self._engine.tell(events.Planned((process,)))
 
     def _start(self, task: Task) -> None:
         if task.successor is not None:
@@ -564,18 +529,16 @@ class Supervisor:
         process = task.process
         once, task.once = task.once, None
         try:
-            group = self._host.start(task.number, once or process)
+            group = self._engine.start(task.number, once or process)
         except StartError as error:
-            task.ended = self._loop.time()
-            task.ending = f'could not be started: {error}'
-            # the program may just be written anew, or memory be short
+            # the program may just be written again, or memory be short
             step = self._after_exit(task, asked=self.is_stopping, failed=True)
             delay = _delay_after(task, 0.0) if step == 'respawn' else None
-            self._host.tell(events.StartFailed(process, str(error), delay))
+            self._engine.tell(events.StartFailed(process, str(error), delay))
             if self._composition is not None:
                 self._composition.ended(
                     process,
-                    task.ending,
+                    self._state(task).ending,
                     asked=False,
                     failed=True,
                     again=delay is not None,
@@ -586,16 +549,14 @@ class Supervisor:
                 self.stop(f'{process.label} could not be started')
             return
         task.started = self._loop.time()
-        task.is_suspended = task.was_signalled = False
         task.group = group
-        task.ended = None
-        task.ending = ''
         self._running[group] = task
         self._groups[group] = task.number
-        self._host.tell(events.Started(process, group))
+        self._engine.tell(events.Started(process, group))
         if self._composition is not None:
             self._composition.started(process)
-        for entry in self._early_signals.pop(task.number, ()):
+        early_signals, task.early_signals = task.early_signals, []
+        for entry in early_signals:
             self._signal(entry)
 
     def _after_exit(
@@ -619,9 +580,9 @@ class Supervisor:
         self._loop.call_at(due, self._loop.wake)
         self._respawns[task.number] = _Respawn(task, due, is_clean)
         is_paused = delay > task.process.respawn_delay
-        if is_paused and task.number not in self._told:
-            self._told.add(task.number)
-            self._host.tell(
+        if is_paused and not task.is_pause_reported:
+            task.is_pause_reported = True
+            self._engine.tell(
                 events.Warned(
                     f'{task.process.label} ended within {limits.QUICK_END:g} '
                     f's of its start {limits.QUICK_ENDS} times in a row; it '
@@ -637,7 +598,7 @@ class Supervisor:
         unclean = [r for r in self._respawns.values() if not r.is_clean]
         if not unclean or begin < self._next_search:
             return
-        found = self._host.orphans(self._groups, self._running)
+        found = self._engine.orphans(self._groups, self._running)
         numbers = {orphan.number for orphan in found}
         for respawn in unclean:
             respawn.is_clean = True
@@ -660,17 +621,14 @@ class Supervisor:
         if respawn.cleanup is not None:
             respawn.cleanup.abandon()
         task.respawns += 1
-        self._host.tell(events.Respawned(task.process, task.respawns))
+        self._engine.tell(events.Respawned(task.process, task.respawns))
         self._start(task)
 
     def _ended_for(self, name: str, action: events.Action) -> Task:
         """Return a process that is to be stopped, and kept so."""
         task = self._asked_for(name, action)
-        task.is_kept_stopped = True
         task.once = None
-        self._restarting.discard(task.number)
-        if task.number in self._queue:
-            self._queue.remove(task.number)
+        self._cancel_restart(task)
         if self._composition is not None and task.group is None:
             # one that was to be respawned
             self._composition.ended(
@@ -682,10 +640,14 @@ class Supervisor:
         task = self.task(name)
         if not self._is_begun(task):
             raise RefusedError(f'{name} has not been started yet')
-        self._host.tell(events.Requested(task.process, action))
+        self._engine.tell(events.Requested(task.process, action))
         self._prepare_stop(task, is_anew=action in ('restart', 'debug'))
-        task.is_kept_stopped = False
         return task
+
+    def _cancel_restart(self, task: Task) -> None:
+        task.is_restarting = False
+        if task.number in self._queue:
+            self._queue.remove(task.number)
 
     def _prepare_stop(self, task: Task, *, is_anew: bool) -> None:
         """
@@ -701,13 +663,13 @@ class Supervisor:
 
     def _is_begun(self, task: Task) -> bool:
         """
-        Tell whether a process has been started.
+        Return whether a process has been started.
 
         :raises RefusedError: when everything is being stopped
         """
         if self.is_stopping:
             raise RefusedError('the whole launch is being stopped')
-        return task.group is not None or task.ended is not None
+        return self._state(task).is_begun
 
     def _set(self, timer: Timer) -> None:
         key = next(self._timer_keys)
@@ -724,19 +686,25 @@ class Supervisor:
         if not self.is_stopping:
             self._agenda.extend(timer.entries)
             return
-        # a timer that outlasts a shutdown may speak, but starts nothing
-        self._speak(timer.entries)
+        # a timer that outlasts a shutdown shows messages, but starts nothing
+        self._execute_while_stopping(timer.entries)
 
-    def _speak(self, entries: Iterable[Entry]) -> None:
-        """Do what is done of some entries while everything is stopped."""
+    def _execute_while_stopping(self, entries: Iterable[Entry]) -> None:
         for entry in entries:
             if isinstance(entry, Message) or (
                 isinstance(entry, Timer) and not entry.cancel_on_shutdown
             ):
-                self._take(entry)
+                self._execute(entry)
+
+    def _filter(self, is_unwanted: Callable[[Entry], bool]) -> None:
+        """Remove entries that have not been executed yet."""
+        self._agenda = deque(_without(self._agenda, is_unwanted))
+        for key, (timer, handle) in self._timers.items():
+            entries = tuple(_without(timer.entries, is_unwanted))
+            self._timers[key] = replace(timer, entries=entries), handle
 
     def _forget_cancelled(self) -> None:
-        """Forget the timers that nobody tells the ROS time any more."""
+        """Forget the timers on ROS time that were cancelled with it."""
         for key, (_, handle) in list(self._timers.items()):
             if handle.cancelled():
                 del self._timers[key]
@@ -771,7 +739,7 @@ class Supervisor:
     ) -> Stop:
         return Stop(
             tasks,
-            self._host,
+            self._engine,
             self._loop,
             self._groups,
             whole=whole,
@@ -786,24 +754,22 @@ class Supervisor:
         self._loop.call_later(limits.PROGRESS_INTERVAL, report)
 
     def _report_progress(self, stop: Stop) -> None:
-        """Say what is waited for, if that is another than before."""
+        """Report what is waited for, if that has changed."""
         if not stop.is_over:
             stop.take_steps()
         labels = tuple(task.process.label for task in stop.alive())
         timers = len(self._timers)
         now = self._loop.time()
         progress = labels, timers, stop.latest_signal()
-        told, last = self._progress
-        is_repeated = progress == told and now - last < limits.PROGRESS_REPEAT
+        before, last = self._progress
+        is_repeated = (
+            progress == before and now - last < limits.PROGRESS_REPEAT
+        )
         if is_repeated or not (labels or timers):
             return
         self._progress = progress, now
-        coming = stop.next_signal()
-        event = events.StillRunning(*progress)
-        if coming is not None:
-            following, due = coming
-            event = events.StillRunning(*progress, following, due - now)
-        self._host.tell(event)
+        following, due = stop.next_signal() or (None, now)
+        self._engine.tell(events.StillRunning(*progress, following, due - now))
 
     def _end_single_stops(self) -> None:
         stops = self._single_stops
@@ -812,25 +778,24 @@ class Supervisor:
         for number, stop in [(n, stops[n]) for n in (*first, *others)]:
             task = self._tasks[number]
             # one that cannot be started again may end the launch
-            is_over = stop.is_over and not self.is_stopping
-            if is_over and task.group is None:
-                if number in self._queue:
-                    if self._queue[0] != number:
-                        # those before it start first
-                        continue
-                    self._queue.remove(number)
-                stop.cancel()
-                stop.abandon()
-                del self._single_stops[number]
-                if number in self._restarting:
-                    self._restarting.remove(number)
-                    task.respawns = task.quick_ends = 0
-                    self._start(task)
-                elif number in self._dropped:
-                    self._dropped.remove(number)
-                    self._forget(task)
-                else:
-                    self._host.tell(events.PartChanged(task.process, 'ended'))
+            if self.is_stopping or not stop.is_over or task.group is not None:
+                continue
+            if number in self._queue:
+                if self._queue[0] != number:
+                    # those before it start first
+                    continue
+                self._queue.remove(number)
+            stop.cancel()
+            stop.abandon()
+            del self._single_stops[number]
+            if task.is_restarting:
+                task.is_restarting = False
+                task.respawns = task.quick_ends = 0
+                self._start(task)
+            elif task.is_dropped:
+                self._forget(task)
+            else:
+                self._engine.tell(events.PartChanged(task.process, 'ended'))
 
     def _end_if_idle(self) -> None:
         if self._composition is not None:
@@ -843,42 +808,29 @@ class Supervisor:
             composition = self._composition
             if composition is not None and composition.is_busy:
                 return
-            if self._host.is_waiting():
+            if self._engine.is_waiting():
                 return
             if composition is not None:
                 composition.end()
             # what processes left running ends with the launch
             self._begin_stopping()
         assert self._stop is not None
-        waits = self._running or self._stop.waits_for_orphans
-        if not waits and not self._stop.is_over:
+        is_waiting = self._running or self._stop.has_orphans
+        if not is_waiting and not self._stop.is_over:
             self._stop.take_steps()
-        if self._stop.is_over and not self._host.is_waiting():
+        if self._stop.is_over and not self._engine.is_waiting():
             self._stop.abandon()
             self.done = True
 
 
-def _without(entries: Iterable[Entry], label: str) -> Iterator[Entry]:
-    """Return entries without the process or component with a label."""
+def _without(
+    entries: Iterable[Entry], is_unwanted: Callable[[Entry], bool]
+) -> Iterator[Entry]:
     for entry in entries:
         if isinstance(entry, Timer):
-            inner = tuple(_without(entry.entries, label))
+            inner = tuple(_without(entry.entries, is_unwanted))
             yield replace(entry, entries=inner)
-        elif not (
-            isinstance(entry, Process | Component) and entry.label == label
-        ):
-            yield entry
-
-
-def _less(entries: Iterable[Entry], unwanted: list[Entry]) -> Iterator[Entry]:
-    """Return entries without some, each of which is taken out once."""
-    for entry in entries:
-        if isinstance(entry, Timer):
-            inner = tuple(_less(entry.entries, unwanted))
-            yield replace(entry, entries=inner)
-        elif entry in unwanted:
-            unwanted.remove(entry)
-        else:
+        elif not is_unwanted(entry):
             yield entry
 
 

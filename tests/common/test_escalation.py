@@ -97,16 +97,16 @@ def test_a_reused_process_id_is_another_process():
     assert targets.taken() == [(first, INT), (second, INT)]
 
 
-def test_to_hurry_takes_one_step_at_once_and_moves_the_next():
+def test_escalating_takes_one_step_and_moves_the_next():
     targets = FakeTargets({10: 0})
     escalation = Escalation(targets, {0: Timeouts(5, 3)}, 0.0)
     escalation.advance(0.0)
-    escalation.hurry(1.0)
+    escalation.escalate(1.0)
     assert targets.taken() == [(10, INT), (10, TERM)]
     assert escalation.due() == 4.0
-    escalation.hurry(2.0)
+    escalation.escalate(2.0)
     assert targets.taken() == [(10, KILL)]
-    escalation.hurry(2.0)
+    escalation.escalate(2.0)
     assert targets.taken() == []
     assert escalation.latest_signal() == KILL
 

@@ -334,12 +334,12 @@ def test_signals_follow_each_other_until_the_process_ends(history, process):
     assert h.sent('b') == [INT]
 
 
-def test_to_hurry_goes_one_step_further(history, process):
+def test_escalating_sends_the_next_signal(history, process):
     h = history(process('a'))
     h.supervisor.stop('enough')
-    h.supervisor.hurry()
+    h.supervisor.escalate()
     assert h.sent('a') == [INT, TERM]
-    h.supervisor.hurry()
+    h.supervisor.escalate()
     assert h.sent('a') == [INT, TERM, KILL]
 
 
@@ -368,10 +368,10 @@ def test_a_very_slow_stop_is_told_again(history, process):
     assert seconds == [99.0, 89.0, 79.0]
 
 
-def test_to_hurry_is_told_at_once(history, process):
+def test_escalating_is_reported_at_once(history, process):
     h = history(process('a'))
     h.supervisor.stop('enough')
-    h.supervisor.hurry()
+    h.supervisor.escalate()
     assert h.happened(StillRunning) == [
         StillRunning(('a',), 0, TERM, KILL, 5.0)
     ]
@@ -466,12 +466,12 @@ def test_a_timer_that_outlasts_a_shutdown_speaks_but_starts_nothing(
     assert len(h.happened(ShuttingDown)) == 1
 
 
-@pytest.mark.parametrize('way', ['hurry', 'drop_timers'])
+@pytest.mark.parametrize('way', ['escalate', 'drop_timers'])
 def test_a_timer_that_outlasts_a_shutdown_can_be_dropped(history, way):
     h = history(Timer(900.0, (), cancel_on_shutdown=False))
     h.supervisor.stop('enough', drop_timers=way == 'drop_timers')
-    if way == 'hurry':
-        h.supervisor.hurry()
+    if way == 'escalate':
+        h.supervisor.escalate()
     h.turn()
     assert h.supervisor.done
 

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 import math
 import signal
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.escalation import Escalation
 from colcon_yamllaunch.common.escalation import Orphan
@@ -23,29 +23,11 @@ from colcon_yamllaunch.engine.loop import TimerHandle
 from colcon_yamllaunch.engine.tasks import Task
 from colcon_yamllaunch.plan.plan import Process
 
+if TYPE_CHECKING:
+    from colcon_yamllaunch.engine.engine import Engine
+
 #: The label of what belongs to a launch, but to no process of it for sure.
 UNATTRIBUTED = 'unknown process'
-
-
-class StopHost(Protocol):
-    """What stopping needs of the system."""
-
-    def send(self, target: Target, step: signal.Signals) -> bool:
-        """Send a signal, and return whether anybody got it."""
-
-    def kill(self, number: int) -> None:
-        """Kill all that belongs to a process of the plan, if possible."""
-
-    def orphans(
-        self, groups: Mapping[int, int], with_leader: Collection[int]
-    ) -> list[Orphan]:
-        """Find processes of the launch; see `launch_scan.find_orphans`."""
-
-    def is_alive(self, orphan: Orphan) -> bool:
-        """Tell whether a process still runs."""
-
-    def tell(self, event: events.Event) -> None:
-        """Take note of what happened."""
 
 
 class Stop(Targets):
@@ -53,6 +35,7 @@ class Stop(Targets):
     The end of some processes, with all that they started.
 
     :param tasks: The processes, all of the launch or some
+    :param engine: Finds processes, sends signals and emits events
     :param groups: The process groups of the launch, with their numbers
     :param whole: Whether this is the end of the launch, and so of what is
       known to belong to it, but not to which process
@@ -62,7 +45,7 @@ class Stop(Targets):
     def __init__(
         self,
         tasks: Sequence[Task],
-        host: StopHost,
+        engine: 'Engine',
         loop: Loop,
         groups: Mapping[int, int],
         *,
@@ -74,7 +57,7 @@ class Stop(Targets):
             # their lines and records need a process
             nobody = replace(tasks[0].process, label=UNATTRIBUTED)
             self._tasks[WHOLE] = Task(WHOLE, nobody)
-        self._host = host
+        self._engine = engine
         self._loop = loop
         self._groups = groups
         self._next: TimerHandle | None = None
@@ -88,22 +71,22 @@ class Stop(Targets):
         return self._escalation.is_over
 
     @property
-    def waits_for_orphans(self) -> bool:
-        """Whether processes run that nobody reports the end of."""
+    def has_orphans(self) -> bool:
+        """Whether processes run whose end the system does not report."""
         return bool(self._escalation.orphans)
 
     def take_steps(self) -> None:
-        """Look what still runs, and send it what is due."""
+        """Check what still runs, and send it the signals that are due."""
         self._escalation.advance(self._loop.time())
         self._note_next()
 
-    def hurry(self) -> None:
+    def escalate(self) -> None:
         """Take the next step at once."""
-        self._escalation.hurry(self._loop.time())
+        self._escalation.escalate(self._loop.time())
         self._note_next()
 
     def cancel(self) -> None:
-        """Leave the rest to somebody else."""
+        """Take no further steps."""
         if self._next is not None:
             self._next.cancel()
 
@@ -120,12 +103,12 @@ class Stop(Targets):
         return self._escalation.next_signal()
 
     def abandon(self) -> None:
-        """Tell of what still runs, as it cannot be ended."""
+        """Report what still runs, as it cannot be ended."""
         left = dict(self.groups())
         left |= {o.pid: o.number for o in self._escalation.orphans}
         for pid, number in left.items():
             process = self._tasks[number].process
-            self._host.tell(events.LeftBehind(process, pid))
+            self._engine.tell(events.LeftBehind(process, pid))
 
     def groups(self) -> dict[int, int]:
         """Return the groups whose leader runs; see `Targets`."""
@@ -134,26 +117,26 @@ class Stop(Targets):
 
     def search(self, groups: Collection[int]) -> list[Orphan]:
         """Find what runs besides the groups; see `Targets`."""
-        found = self._host.orphans(self._groups, groups)
+        found = self._engine.orphans(self._groups, groups)
         return [o for o in found if o.number in self._tasks]
 
     def recheck(self, orphans: list[Orphan]) -> list[Orphan]:
         """Return those that still run; see `Targets`."""
-        return [o for o in orphans if self._host.is_alive(o)]
+        return [o for o in orphans if self._engine.is_alive(o)]
 
     def send(self, target: Target, step: signal.Signals) -> None:
-        """Send a signal, and tell if somebody got it; see `Targets`."""
-        if self._host.send(target, step):
+        """Send a signal, and report it if it arrived; see `Targets`."""
+        if self._engine.send(target, step):
             if isinstance(target, Orphan):
                 pid, number, is_group = target.pid, target.number, False
             else:
                 pid, number, is_group = target, self._groups[target], True
             process = self._tasks[number].process
-            self._host.tell(events.Signalled(process, pid, step, is_group))
+            self._engine.tell(events.Signalled(process, pid, step, is_group))
 
     def kill(self, number: int) -> None:
         """Kill all of a process of the plan; see `Targets`."""
-        self._host.kill(number)
+        self._engine.kill(number)
 
     def _note_next(self) -> None:
         self.cancel()
