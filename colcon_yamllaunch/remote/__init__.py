@@ -12,9 +12,14 @@ Only a launch with a deployment file (`--deploy`) imports this.
   our program.
 - `sync/` sends the code by rsync, and builds it there.
 - `agent/` runs on the machine: it answers requests, and runs its part.
-- `link/` is the launcher's side while the launch runs: `machine_link` detects
-  a lost connection (`_lose`) and connects again, and `remote_part` passes on
-  what happens there as events.
-- `wire/` has the messages of a connection. `numbered` delivers each of them
-  exactly once, also over several connections.
+- `link/` is the launcher's side while the launch runs. `machine_link` is a
+  client of the control socket of a part: it detects a lost connection
+  (`_lose`), connects again, and goes on where it was, so that everything
+  arrives exactly once. `remote_part` emits the events of a part here, and
+  sends it commands. `remote_parts` is the participant in the launch.
+- `part_commands` has the commands that only a launcher sends, and
+  `part_settings` what a part is given besides its plan.
+
+Before a launch, launcher and agent exchange frames (`connection/frames`). A
+part that runs is a launch whose launcher holds it by the control protocol.
 """

@@ -26,8 +26,11 @@ from colcon_yamllaunch.engine.stopping.launch_scan import launcher_of
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.remote.connection.machine_connection import (
+    MachineConnection,
+)
 from colcon_yamllaunch.remote.deployment.machine import Machine
-from colcon_yamllaunch.remote.link.machine_contact import MachineContact
+from colcon_yamllaunch.remote.link.machine_link import MachineLink
 from colcon_yamllaunch.remote.part_commands import Finish
 from colcon_yamllaunch.remote.part_settings import PartSettings
 from support.marked_processes import command_of
@@ -113,7 +116,7 @@ class LinkedPart:
         self.told: list[str] = []
         self.reason = ''
         self.gone_for: str | None = None
-        self.contact = MachineContact(machine, (), environment)
+        self.contact = MachineConnection(machine, (), environment)
         self.contact.connect()
         settings.setdefault('on_lost', machine.on_lost)
         if machine.lost_after is not None:
@@ -121,8 +124,10 @@ class LinkedPart:
         settings = {'log_name': 'launch_test', **settings}
         plan = Plan(tuple(processes))
         try:
-            self.link = self.contact.start(
-                plan, PartSettings(machine.name, **settings)
+            self.link = MachineLink(
+                self.contact.start_part(
+                    plan, PartSettings(machine.name, **settings)
+                )
             )
         except BaseException:
             self.contact.close()

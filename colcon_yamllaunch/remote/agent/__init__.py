@@ -6,6 +6,7 @@ The program on a machine.
 
 It needs only Python's standard library. :mod:`.machine_agent` answers
 requests before the launch, and :mod:`.part_engine` runs a part.
-:mod:`.uplink` is its connection to the launcher, and stops the part if nothing
-is heard of it.
+:mod:`.part` keeps it running while the launcher holds it, and stops it
+otherwise. :mod:`.part_link` is the relay between the connection and the
+control socket of the part.
 """

@@ -11,9 +11,9 @@ import shutil
 import time
 from typing import Any
 
-from colcon_yamllaunch.remote.wire import frames
-from colcon_yamllaunch.remote.wire.frames import Frame
-from colcon_yamllaunch.remote.wire.frames import FrameReader
+from colcon_yamllaunch.remote.connection import frames
+from colcon_yamllaunch.remote.connection.frames import Frame
+from colcon_yamllaunch.remote.connection.frames import FrameReader
 
 #: Seconds without a word after which the launcher is gone; it says one each
 #: second.

@@ -24,7 +24,6 @@ from pathlib import Path
 import pwd
 import shutil
 import signal
-import sys
 import time
 from typing import Any
 
@@ -34,8 +33,8 @@ from colcon_yamllaunch.remote.agent import launcher_channel
 from colcon_yamllaunch.remote.agent.launcher_channel import LauncherChannel
 from colcon_yamllaunch.remote.agent.launcher_channel import LauncherGoneError
 from colcon_yamllaunch.remote.agent.launcher_channel import send
-from colcon_yamllaunch.remote.wire import frames
-from colcon_yamllaunch.remote.wire.frames import FrameError
+from colcon_yamllaunch.remote.connection import frames
+from colcon_yamllaunch.remote.connection.frames import FrameError
 
 #: Days after which a program that was not used is removed.
 UNUSED_DAYS = 30
@@ -165,19 +164,12 @@ def _result_of(
 
 def _hello(content: Mapping[str, Any]) -> dict[str, Any]:
     """Return what the machine is like."""
-    from colcon_yamllaunch.remote.sync.system import system_name
-
     wanted = [os.path.expanduser(w) for w in content['workspaces']]
     found = next(filter(os.path.isdir, wanted), None)
     workspace = found or (wanted[-1] if wanted else None)
-    system = os.uname()
     return {
-        'python': '.'.join(map(str, sys.version_info[:3])),
-        'executable': sys.executable,
-        'system': system_name(),
-        'architecture': system.machine,
         # Slurm has names of its own
-        'host': os.environ.get('SLURMD_NODENAME') or system.nodename,
+        'host': os.environ.get('SLURMD_NODENAME') or os.uname().nodename,
         'home': os.path.expanduser('~'),
         'workspace': workspace,
         'has_workspace': found is not None,

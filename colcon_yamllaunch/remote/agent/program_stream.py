@@ -16,7 +16,7 @@ from colcon_yamllaunch.engine.stopping.launch_scan import LAUNCH_ID_VARIABLE
 from colcon_yamllaunch.engine.stopping.launch_scan import new_identity
 from colcon_yamllaunch.remote.agent import launcher_channel
 from colcon_yamllaunch.remote.agent.launcher_channel import LauncherChannel
-from colcon_yamllaunch.remote.wire import frames
+from colcon_yamllaunch.remote.connection import frames
 
 _READ = 256 * 1024
 #: Bytes that may wait for a program that does not read.

@@ -21,8 +21,8 @@ from colcon_yamllaunch.engine.stopping.launch_scan import LAUNCH_ID_VARIABLE
 from colcon_yamllaunch.engine.stopping.launch_scan import new_identity
 from colcon_yamllaunch.remote.agent import launcher_channel
 from colcon_yamllaunch.remote.agent.launcher_channel import LauncherChannel
-from colcon_yamllaunch.remote.wire import frames
-from colcon_yamllaunch.remote.wire.frames import FrameReader
+from colcon_yamllaunch.remote.connection import frames
+from colcon_yamllaunch.remote.connection.frames import FrameReader
 
 #: The modules of `remote/sync` whose functions the launcher may call.
 MODULES = (

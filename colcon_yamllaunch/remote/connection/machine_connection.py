@@ -26,6 +26,7 @@ from colcon_yamllaunch.common.printable import printable
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan_json import plan_to_json
 from colcon_yamllaunch.remote.connection import connection_errors
+from colcon_yamllaunch.remote.connection import frames
 from colcon_yamllaunch.remote.connection.bootstrap import Bootstrap
 from colcon_yamllaunch.remote.connection.connect_command import connect_command
 from colcon_yamllaunch.remote.connection.connect_command import (
@@ -35,13 +36,12 @@ from colcon_yamllaunch.remote.connection.connect_process import ConnectProcess
 from colcon_yamllaunch.remote.connection.connect_process import foreground
 from colcon_yamllaunch.remote.connection.connect_process import has_terminal
 from colcon_yamllaunch.remote.connection.connection_errors import ConnectError
+from colcon_yamllaunch.remote.connection.frames import Frame
+from colcon_yamllaunch.remote.connection.frames import FrameError
+from colcon_yamllaunch.remote.connection.frames import FrameReader
 from colcon_yamllaunch.remote.connection.program_archive import program_archive
 from colcon_yamllaunch.remote.deployment.machine import Machine
 from colcon_yamllaunch.remote.part_settings import PartSettings
-from colcon_yamllaunch.remote.wire import frames
-from colcon_yamllaunch.remote.wire.frames import Frame
-from colcon_yamllaunch.remote.wire.frames import FrameError
-from colcon_yamllaunch.remote.wire.frames import FrameReader
 
 #: How long a machine may take to answer at first (seconds). There is no limit
 #: while the user is asked, or an allocation is waited for.
@@ -98,6 +98,7 @@ class StartedPart:
     :param received: What has come behind the answer
     :param facts: What the machine is like
     :param settings: How it is run
+    :param environment: The variables of the launcher
     """
 
     machine: Machine
@@ -107,6 +108,7 @@ class StartedPart:
     received: bytes
     facts: Facts
     settings: PartSettings
+    environment: Mapping[str, str]
 
 
 class MachineConnection:
@@ -278,6 +280,7 @@ class MachineConnection:
             received,
             self.facts,
             settings,
+            self._environment,
         )
 
     def close(self) -> None:

@@ -14,6 +14,7 @@ from collections.abc import Callable
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
+import math
 import os
 import signal
 import time
@@ -28,6 +29,7 @@ from colcon_yamllaunch.control.protocol import ProtocolError
 from colcon_yamllaunch.engine.commands import Shutdown
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.remote.connection import frames
 from colcon_yamllaunch.remote.connection.bootstrap import Bootstrap
 from colcon_yamllaunch.remote.connection.connect_command import (
     can_connect_again,
@@ -37,16 +39,14 @@ from colcon_yamllaunch.remote.connection.connect_command import (
     connect_variables,
 )
 from colcon_yamllaunch.remote.connection.connect_process import ConnectProcess
+from colcon_yamllaunch.remote.connection.frames import FrameError
+from colcon_yamllaunch.remote.connection.frames import FrameReader
+from colcon_yamllaunch.remote.connection.frames import read_object
 from colcon_yamllaunch.remote.connection.machine_connection import StartedPart
 from colcon_yamllaunch.remote.connection.program_archive import program_archive
-from colcon_yamllaunch.remote.link.clock_difference import ClockDifference
 from colcon_yamllaunch.remote.part_commands import Finish
 from colcon_yamllaunch.remote.part_settings import heartbeat_of
 from colcon_yamllaunch.remote.part_settings import LOST_AFTER
-from colcon_yamllaunch.remote.wire import frames
-from colcon_yamllaunch.remote.wire.frames import FrameError
-from colcon_yamllaunch.remote.wire.frames import FrameReader
-from colcon_yamllaunch.remote.wire.frames import read_object
 
 #: Seconds without a word after which a link is lost, at most.
 SILENCE = 4.5
@@ -78,6 +78,10 @@ _ACKNOWLEDGED = 512 * 1024
 _GUARD_MARGIN = 5.0
 _READ = 256 * 1024
 _SUBSCRIBED = 'subscribed'
+#: Heartbeats that are looked back at; the fastest of them tells most.
+_LOOKED_AT = 30
+#: The seconds of a time that still has a date (year 9999).
+_LAST = 253_402_300_799.0
 
 
 class LinkHandler(Protocol):
@@ -111,16 +115,13 @@ class MachineLink:
     Speaks with the engine of a part, by one connection after another.
 
     :param part: The part, which begins to run with :meth:`begin`
-    :param environment: The variables of the launcher
     """
 
-    def __init__(
-        self, part: StartedPart, environment: Mapping[str, str]
-    ) -> None:
+    def __init__(self, part: StartedPart) -> None:
         self.machine = part.machine
         self.name = part.machine.name
         self._part = part
-        self._environment = environment
+        self._environment = part.environment
         self._process: ConnectProcess | None = part.process
         self._loop: Loop | None = None
         self._handler: LinkHandler | None = None
@@ -693,6 +694,47 @@ class MachineLink:
             self._plan = self._lost_at = None
             assert self._handler is not None
             self._handler.gone(reason)
+
+
+class ClockDifference:
+    """
+    Estimated from heartbeats, as the Network Time Protocol does (RFC 5905, 8).
+
+    :param ahead: Seconds, as far as is known before
+    """
+
+    def __init__(
+        self, ahead: float = 0.0, now: Callable[[], float] = time.time
+    ) -> None:
+        self._now = now
+        # the seconds that each took, and the difference that follows
+        self._seen: deque[tuple[float, float]] = deque(maxlen=_LOOKED_AT)
+        #: How many seconds it is ahead of ours.
+        self.ahead = ahead
+
+    def note(self, sent: float, theirs: float) -> None:
+        """
+        Take the answer to a heartbeat.
+
+        :param sent: When that was sent, by our clock
+        :param theirs: When it was answered, by the other clock
+        """
+        now = self._now()
+        took = now - sent
+        if not math.isfinite(took) or not math.isfinite(theirs):
+            return
+        if took < 0:
+            # one of the clocks was set meanwhile
+            self._seen.clear()
+            return
+        self._seen.append((took, theirs + took / 2 - now))
+        self.ahead = min(self._seen)[1]
+
+    def here(self, seconds: float) -> float:
+        """Return a time of the other clock by ours."""
+        here = seconds - self.ahead
+        # whoever is to be trusted says no other
+        return here if 0 <= here < _LAST else self._now()
 
 
 def _read_object(line: bytes) -> dict[str, Any]:

@@ -107,7 +107,7 @@ from pathlib import Path
 from support.linked_part import *
 from colcon_yamllaunch.remote.deployment.machine import Machine
 machine = Machine('arm', 'connect', {words!r})
-contact = MachineContact(machine)
+contact = MachineConnection(machine)
 SLOW = {slow!r}
 {code}
 """
@@ -137,7 +137,7 @@ PHASES = {
     'started': (
         'contact.connect()\n'
         'plan = Plan((process("arm│a", "sleep 99"),))\n'
-        'contact.start(plan, PartSettings("arm"))\n'
+        'contact.start_part(plan, PartSettings("arm"))\n'
         'print("now", flush=True)\ntime.sleep(99)'
     ),
     'running': (

@@ -15,9 +15,11 @@ from colcon_yamllaunch.remote.connection import bootstrap
 from colcon_yamllaunch.remote.connection.bootstrap import Bootstrap
 from colcon_yamllaunch.remote.connection.bootstrap import MAXIMUM_NOISE
 from colcon_yamllaunch.remote.connection.connection_errors import ConnectError
+from colcon_yamllaunch.remote.connection.machine_connection import (
+    MachineConnection,
+)
 from colcon_yamllaunch.remote.connection.program_archive import ProgramArchive
 from colcon_yamllaunch.remote.deployment.machine import Machine
-from colcon_yamllaunch.remote.link.machine_contact import MachineContact
 import pytest
 from support.hostile import with_mounts
 from support.linked_part import LinkedPart
@@ -212,7 +214,7 @@ def test_full_or_read_only_disk_is_told(options: str) -> None:
     path = os.environ['PATH']
     argv = ['env', '-i', 'HOME=/proc', f'PATH={path}', 'sh']
     words = with_mounts(mounts, argv)
-    contact = MachineContact(Machine('arm', 'connect', tuple(words)))
+    contact = MachineConnection(Machine('arm', 'connect', tuple(words)))
     with pytest.raises(ConnectError) as caught:
         contact.connect()
     text = str(caught.value)

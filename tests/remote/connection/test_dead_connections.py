@@ -13,7 +13,9 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.remote.connection import machine_connection
 from colcon_yamllaunch.remote.connection.connection_errors import ConnectError
-from colcon_yamllaunch.remote.link.machine_contact import MachineContact
+from colcon_yamllaunch.remote.connection.machine_connection import (
+    MachineConnection,
+)
 from colcon_yamllaunch.remote.part_settings import PartSettings
 import pytest
 from support.hostile_machine import hostile_machine
@@ -36,26 +38,26 @@ def test_silent_machine_is_dropped(
 ) -> None:
     assert machine_connection.SILENCE < 5
     monkeypatch.setattr(machine_connection, 'SILENCE', 1.5)
-    contact = MachineContact(hostile_machine(way))
+    contact = MachineConnection(hostile_machine(way))
     with pytest.raises(ConnectError, match=reason):
         contact.connect()
-        contact.start(Plan(), PartSettings('arm'))
+        contact.start_part(Plan(), PartSettings('arm'))
     contact.close()
 
 
 def test_endless_heartbeats_are_no_answer(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    contact = MachineContact(hostile_machine('reads nothing'))
+    contact = MachineConnection(hostile_machine('reads nothing'))
     contact.connect()
     monkeypatch.setattr(machine_connection, 'CONNECT_TIMEOUT', 1.0)
     with pytest.raises(ConnectError, match="answer 'start' within 1 s"):
-        contact.start(Plan(), PartSettings('arm'))
+        contact.start_part(Plan(), PartSettings('arm'))
     contact.close()
 
 
 def test_connection_that_takes_nothing_is_closed() -> None:
-    contact = MachineContact(hostile_machine('reads nothing'))
+    contact = MachineConnection(hostile_machine('reads nothing'))
     contact.connect()
     its_input, to_it = os.pipe()
     null = os.open(os.devnull, os.O_RDWR)
@@ -85,7 +87,7 @@ def test_machine_at_work_gives_heartbeats(
 ) -> None:
     monkeypatch.setattr(machine_connection, 'SILENCE', 3.0)
     plain = PlainMachine(tmp_path)
-    contact = MachineContact(plain.machine())
+    contact = MachineConnection(plain.machine())
     contact.connect()
     begin = time.monotonic()
     # neither reads nor writes
@@ -101,7 +103,7 @@ def test_function_that_takes_long_gives_heartbeats(
 ) -> None:
     monkeypatch.setattr(machine_connection, 'SILENCE', 3.0)
     plain = PlainMachine(tmp_path)
-    contact = MachineContact(plain.machine())
+    contact = MachineConnection(plain.machine())
     contact.connect()
     modules = plain.home.glob('.cache/colcon-launch/program/*/*/remote/sync')
     (next(modules) / 'paths.py').write_text(

@@ -11,8 +11,10 @@ import threading
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.remote.connection import machine_connection
 from colcon_yamllaunch.remote.connection.connection_errors import ConnectError
+from colcon_yamllaunch.remote.connection.machine_connection import (
+    MachineConnection,
+)
 from colcon_yamllaunch.remote.deployment.machine import Machine
-from colcon_yamllaunch.remote.link.machine_contact import MachineContact
 import pytest
 from support.linked_part import LinkedPart
 from support.linked_part import PlainMachine
@@ -35,22 +37,22 @@ def plain(tmp_path: Path) -> Iterator[PlainMachine]:
 
 
 @pytest.fixture
-def contact(plain: PlainMachine) -> Iterator[MachineContact]:
+def contact(plain: PlainMachine) -> Iterator[MachineConnection]:
     """Return a connection with `plain`; nothing runs there at the end."""
-    contact = MachineContact(plain.machine())
+    contact = MachineConnection(plain.machine())
     contact.connect()
     yield contact
     contact.close()
     plain.wait_until_empty()
 
 
-def ssh(sshd: Sshd, name: str, **more: object) -> MachineContact:
+def ssh(sshd: Sshd, name: str, **more: object) -> MachineConnection:
     """Return what connects with a machine of `sshd`."""
     machine = Machine('arm', 'ssh', (name,), **more)  # type: ignore[arg-type]
-    return MachineContact(machine, (), sshd.environment(dict(os.environ)))
+    return MachineConnection(machine, (), sshd.environment(dict(os.environ)))
 
 
-def failed(contact: MachineContact) -> ConnectError:
+def failed(contact: MachineConnection) -> ConnectError:
     """Return why a machine cannot be connected with."""
     with pytest.raises(ConnectError) as caught:
         contact.connect()
@@ -61,7 +63,7 @@ def test_connect_returns_the_facts(sshd: Sshd) -> None:
     (sshd['arm'].home / 'ws').mkdir()
     machine = Machine('arm', 'ssh', ('arm',))
     environment = sshd.environment(dict(os.environ))
-    contact = MachineContact(machine, ('/none', '~/ws'), environment)
+    contact = MachineConnection(machine, ('/none', '~/ws'), environment)
     facts = contact.connect()
     assert facts.home == str(sshd['arm'].home)
     assert facts.workspace == str(sshd['arm'].home / 'ws')
@@ -74,7 +76,7 @@ def test_connect_returns_the_facts(sshd: Sshd) -> None:
 def test_connection_closed_before_it_begins_does_not_stay(
     plain: PlainMachine,
 ) -> None:
-    contact = MachineContact(plain.machine())
+    contact = MachineConnection(plain.machine())
     # as by a launch that turns out not to need the machine
     contact.close()
     failed(contact)
@@ -82,7 +84,7 @@ def test_connection_closed_before_it_begins_does_not_stay(
 
 
 def test_ask_calls_a_function_there(
-    contact: MachineContact, plain: PlainMachine
+    contact: MachineConnection, plain: PlainMachine
 ) -> None:
     (plain.home / 'there').touch()
     answer = contact.ask('paths.look', {'paths': ['~/there', '~/missing']})
@@ -94,7 +96,7 @@ def test_ask_calls_a_function_there(
 
 
 def test_program_there_reads_and_writes_descriptors(
-    contact: MachineContact, plain: PlainMachine
+    contact: MachineConnection, plain: PlainMachine
 ) -> None:
     data = os.urandom(3_000_000)
     its_input, to_it = os.pipe()
@@ -118,7 +120,7 @@ def test_program_there_reads_and_writes_descriptors(
     assert contact.ask('paths.look', {'paths': []}) == {'missing': []}
 
 
-def run(contact: MachineContact, *words: str) -> tuple[int, list[str]]:
+def run(contact: MachineConnection, *words: str) -> tuple[int, list[str]]:
     """Run a program there that reads nothing and whose output is dropped."""
     null = [os.open(os.devnull, os.O_RDWR) for _ in range(2)]
     return contact.run_program(words, *null)
@@ -135,7 +137,7 @@ def _read(descriptor: int) -> bytes:
 
 
 def test_program_there_ends_when_nobody_reads_its_output(
-    contact: MachineContact,
+    contact: MachineConnection,
 ) -> None:
     reading, writing = os.pipe()
     os.close(reading)
@@ -146,7 +148,7 @@ def test_program_there_ends_when_nobody_reads_its_output(
 
 
 def test_another_thread_ends_a_connection(
-    contact: MachineContact, plain: PlainMachine
+    contact: MachineConnection, plain: PlainMachine
 ) -> None:
     modules = plain.home.glob('.cache/colcon-launch/program/*/*/remote/sync')
     (next(modules) / 'paths.py').write_text(
@@ -244,7 +246,7 @@ def test_silent_machine_is_an_error(
 
 def test_missing_command_is_an_error() -> None:
     machine = Machine('edge', 'connect', ('dokker', 'exec', '-i', 'edge'))
-    assert str(failed(MachineContact(machine))) == (
+    assert str(failed(MachineConnection(machine))) == (
         "edge (dokker exec -i edge): the program 'dokker' is not on the "
         'PATH; install it'
     )
@@ -252,6 +254,6 @@ def test_missing_command_is_an_error() -> None:
 
 def test_failed_command_is_an_error() -> None:
     words = 'sh', '-c', 'echo no such container: edge >&2; exit 1'
-    text = str(failed(MachineContact(Machine('edge', 'connect', words))))
+    text = str(failed(MachineConnection(Machine('edge', 'connect', words))))
     assert 'the connection ended before it stood (exit code 1)' in text
     assert text.endswith('\n  no such container: edge')

@@ -15,13 +15,13 @@ from colcon_yamllaunch.engine.commands import Describe
 from colcon_yamllaunch.engine.event_codec import FROM_MACHINES
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.state import to_json
+from colcon_yamllaunch.remote.connection import frames
 from colcon_yamllaunch.remote.connection.machine_connection import Facts
 from colcon_yamllaunch.remote.connection.machine_connection import StartedPart
 from colcon_yamllaunch.remote.deployment.machine import Machine
 from colcon_yamllaunch.remote.link.machine_link import MachineLink
 from colcon_yamllaunch.remote.link.remote_part import RemotePart
 from colcon_yamllaunch.remote.part_settings import PartSettings
-from colcon_yamllaunch.remote.wire import frames
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
@@ -117,9 +117,9 @@ def _sent(
     # an allocation is not connected with again
     machine = Machine('arm', 'slurm', ())
     started: Any = StartedPart(
-        machine, _Process(), 'i', 'b', b'', FACTS, PartSettings('arm')
+        machine, _Process(), 'i', 'b', b'', FACTS, PartSettings('arm'), {}
     )  # type: ignore[arg-type]
-    link = MachineLink(started, {})
+    link = MachineLink(started)
     part = RemotePart(link, plan(LABEL))
     launch = _Launch()
     launch.loop = Loop()

@@ -10,8 +10,10 @@ import subprocess
 import time
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.remote.connection.machine_connection import (
+    MachineConnection,
+)
 from colcon_yamllaunch.remote.deployment.machine import Machine
-from colcon_yamllaunch.remote.link.machine_contact import MachineContact
 import pytest
 from support.linked_part import DEADLINE
 from support.linked_part import LinkedPart
@@ -197,7 +199,7 @@ def test_an_allocation_of_its_own_ends_with_its_command(jobs: Slurm) -> None:
 def test_why_slurm_gives_none(
     jobs: Slurm, words: tuple[str, ...], reason: str
 ) -> None:
-    contact = MachineContact(
+    contact = MachineConnection(
         slurm_machine(*words), (), slurm_environment(jobs)
     )
     with pytest.raises(UserError) as caught:
@@ -221,7 +223,7 @@ def test_what_slurm_waits_for_is_told(jobs: Slurm) -> None:
     while 'sleep 1000' not in jobs.left():
         assert jobs.queue()
         time.sleep(0.05)
-    contact = MachineContact(slurm_machine(), (), environment, say=say)
+    contact = MachineConnection(slurm_machine(), (), environment, say=say)
     with pytest.raises(KeyboardInterrupt):
         contact.connect()
     assert 'queued and waiting for resources' in said[-1]

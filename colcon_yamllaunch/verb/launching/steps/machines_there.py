@@ -27,13 +27,15 @@ from colcon_yamllaunch.plan.labels import MACHINE_SEPARATOR
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.remote.connection.connection_errors import no_workspace
 from colcon_yamllaunch.remote.connection.machine_connection import Facts
+from colcon_yamllaunch.remote.connection.machine_connection import (
+    MachineConnection,
+)
 from colcon_yamllaunch.remote.deployment.deployment import Deployment
 from colcon_yamllaunch.remote.deployment.machine import Machine
 from colcon_yamllaunch.remote.deployment.placement import Placed
 from colcon_yamllaunch.remote.deployment.placement import Placer
 from colcon_yamllaunch.remote.deployment.remote_paths import RemotePaths
 from colcon_yamllaunch.remote.deployment.remote_paths import variables_along
-from colcon_yamllaunch.remote.link.machine_contact import MachineContact
 from colcon_yamllaunch.remote.link.machine_link import MachineLink
 from colcon_yamllaunch.remote.link.remote_parts import RemoteParts
 from colcon_yamllaunch.remote.part_settings import PartSettings
@@ -102,7 +104,7 @@ class MachinesThere:
         self._unseen: dict[str, deque[str]] = {}
         self._mode = mode
         self._may_ask = may_ask
-        self._connections: dict[str, MachineContact] = {}
+        self._connections: dict[str, MachineConnection] = {}
         self._paths: dict[str, PathsThere] = {}
         # what to say of those whose workspace is not there
         self._lacks: dict[str, UserError] = {}
@@ -412,9 +414,9 @@ class MachinesThere:
 
     def _connection_with(
         self, name: str, *, may_ask: bool = False
-    ) -> MachineContact:
+    ) -> MachineConnection:
         machine = self.deployment.machines[name]
-        return MachineContact(
+        return MachineConnection(
             machine,
             self._places_of_workspace(machine),
             self._environment,
@@ -609,7 +611,8 @@ class MachinesThere:
             on_lost=machine.on_lost,
             lost_after=machine.lost_after or settings.lost_after,
         )
-        return self._connections[name].start(paths.plan(part), settings)
+        connection = self._connections[name]
+        return MachineLink(connection.start_part(paths.plan(part), settings))
 
     def _packages_of(self, plan: Plan) -> frozenset[str]:
         session = self._session

@@ -56,7 +56,7 @@ class PlayedContact:
         self.asked.append((request, arguments))
         return {'missing': ['/missing', '/here']}
 
-    def start(self, plan, settings):
+    def start_part(self, plan, settings):
         if 'start' in self.fails.get(self.machine.name, ''):
             raise UserError(f'{self.machine.name}: does not start')
         self.link = SimpleNamespace(
@@ -75,7 +75,8 @@ def contacts(monkeypatch):
     monkeypatch.setattr(PlayedContact, 'made', made)
     monkeypatch.setattr(PlayedContact, 'fails', {})
     monkeypatch.setattr(PlayedContact, 'asks', set())
-    monkeypatch.setattr(machines_there, 'MachineContact', PlayedContact)
+    monkeypatch.setattr(machines_there, 'MachineConnection', PlayedContact)
+    monkeypatch.setattr(machines_there, 'MachineLink', lambda part: part)
     return made
 
 

@@ -5,10 +5,10 @@
 
 import random
 
-from colcon_yamllaunch.remote.wire import frames
-from colcon_yamllaunch.remote.wire.frames import Frame
-from colcon_yamllaunch.remote.wire.frames import FrameError
-from colcon_yamllaunch.remote.wire.frames import FrameReader
+from colcon_yamllaunch.remote.connection import frames
+from colcon_yamllaunch.remote.connection.frames import Frame
+from colcon_yamllaunch.remote.connection.frames import FrameError
+from colcon_yamllaunch.remote.connection.frames import FrameReader
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
