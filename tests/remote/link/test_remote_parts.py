@@ -554,6 +554,7 @@ def test_keys_and_modes(played):
 def test_a_process_under_a_debugger_has_a_keyboard(played):
     act(played.parts, 'debug', LABEL, lambda _: None)
     played.link.answers('debug')
+    played.link.tells(events.Requested(DRIVER, 'debug'))
     played.link.tells(events.Started(DRIVER, 77))
     assert played.parts.has_keyboard(LABEL)
 

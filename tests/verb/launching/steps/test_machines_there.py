@@ -124,7 +124,8 @@ def test_parts_are_started_with_the_paths_and_variables_of_machines(contacts):
         'MINE': 'x',
     }
     assert [p.label for p in gpu.link.plan.processes()] == ['gpu│gpu']
-    assert [p.label for p in parts.processes()] == ['arm│arm', 'gpu│gpu']
+    labels = [p.label for part in parts.parts for p in part.processes()]
+    assert labels == ['arm│arm', 'gpu│gpu']
     # they are the launch's from here on
     there.close()
     assert not arm.is_closed
