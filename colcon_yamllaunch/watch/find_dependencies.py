@@ -16,7 +16,6 @@ from functools import lru_cache
 import os
 from pathlib import Path
 import re
-from typing import Protocol
 
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.plan.plan import Plan
@@ -42,21 +41,11 @@ _LINK = 'link to '
 _RECORDS = 10_000
 
 
-class Workspace(Protocol):
-    """The workspace of a launch; `colcon` may be used if it has a root."""
-
-    @property
-    def colcon(self) -> CachedColcon:
-        """What knows its packages."""
-
-    locator: PackageLocator
-    root: Path | None
-
-
 def find_dependencies(
     plan: Plan,
     evaluation: Evaluation,
-    workspace: Workspace,
+    colcon: CachedColcon | None,
+    locator: PackageLocator,
     wanted: Iterable[str],
     libraries: Mapping[str, frozenset[str] | None],
     environment: Mapping[str, str],
@@ -67,6 +56,8 @@ def find_dependencies(
 
     :param plan: Its plan, with the labels that are in use
     :param evaluation: The evaluation that made the plan
+    :param colcon: The colcon of the workspace, None without a workspace
+    :param locator: Finds the packages of the workspace
     :param wanted: The packages of the workspace that it names
     :param libraries: The files mapped into processes, as far as known
     :param environment: The environment of the processes
@@ -76,16 +67,28 @@ def find_dependencies(
     packages: list[Package] = []
     products: set[str] = set()
     folders: list[Path] = []
+    used: tuple[PackageDependencies, ...] = ()
     install = os.sep
-    if workspace.root is not None:
-        colcon = workspace.colcon
+    if colcon is not None:
         for base in (colcon.build_base, colcon.install_base):
             products |= {str(base), os.path.realpath(base)}
         install = f'{colcon.install_base}{os.sep}'
-        by_name = {p.name: p for p in workspace.locator.packages()}
+        by_name = {p.name: p for p in locator.packages()}
         needed = frozenset(wanted).union(*remote.packages.values())
         packages = [by_name[n] for n in closure(by_name.values(), needed)]
-        folders = [workspace.root, *(package.path for package in packages)]
+        folders = [colcon.root, *(package.path for package in packages)]
+        used = tuple(
+            replace(
+                _package(p.name, str(p.path), _stamp(colcon, p.name)),
+                machines=tuple(
+                    machine
+                    for machine, names in remote.packages.items()
+                    if p.name in names
+                ),
+                share=locator.share(p.name) or '',
+            )
+            for p in packages
+        )
     finder = ProcessFinder(
         plan,
         packages,
@@ -98,18 +101,7 @@ def find_dependencies(
     read = [*(file.path for file in evaluation.files), *evaluation.inputs]
     return Dependencies(
         tuple(finder.find()),
-        tuple(
-            replace(
-                _package(p.name, str(p.path), _stamp(workspace, p.name)),
-                machines=tuple(
-                    machine
-                    for machine, names in remote.packages.items()
-                    if p.name in names
-                ),
-                share=workspace.locator.share(p.name) or '',
-            )
-            for p in packages
-        ),
+        used,
         frozenset(map(os.path.realpath, read)),
         reads_more=evaluation.has_run_programs,
         is_plan_broken=bool(evaluation.errors),
@@ -119,19 +111,16 @@ def find_dependencies(
     )
 
 
-def build_products(workspace: Workspace, names: Iterable[str]) -> Products:
+def build_products(colcon: CachedColcon, names: Iterable[str]) -> Products:
     """Return the products of the last successful builds of packages."""
-    if workspace.root is None:
-        return {}
-    return {name: _products(workspace, name) for name in names}
+    return {name: _products(colcon, name) for name in names}
 
 
-def _products(workspace: Workspace, name: str) -> dict[str, str]:
-    stamp = _stamp(workspace, name)
+def _products(colcon: CachedColcon, name: str) -> dict[str, str]:
+    stamp = _stamp(colcon, name)
     record = None if stamp is None else _record(*stamp)
     if record is None:
         return {}
-    colcon = workspace.colcon
     return {
         f'{folder}{os.sep}{path}': f'{found.digest} {found.executable:d}'
         for folder, files in (
@@ -142,8 +131,8 @@ def _products(workspace: Workspace, name: str) -> dict[str, str]:
     }
 
 
-def _stamp(workspace: Workspace, name: str) -> tuple[str, int, int] | None:
-    path = f'{workspace.colcon.build_base}{os.sep}{name}{os.sep}{RECORD_NAME}'
+def _stamp(colcon: CachedColcon, name: str) -> tuple[str, int, int] | None:
+    path = f'{colcon.build_base}{os.sep}{name}{os.sep}{RECORD_NAME}'
     try:
         status = os.stat(path)
     except OSError:

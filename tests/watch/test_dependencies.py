@@ -48,7 +48,9 @@ class FakeWorkspace:
     def __init__(self, root: Path) -> None:
         self.root: Path | None = root
         base = SimpleNamespace(
-            build_base=root / 'build', install_base=root / 'install'
+            root=root,
+            build_base=root / 'build',
+            install_base=root / 'install',
         )
         self.colcon: Any = base
         self.packages: list[Package] = []
@@ -113,7 +115,8 @@ def learn(
     return find_dependencies(
         Plan(entries),
         evaluation(**more),
-        workspace,
+        None if workspace.root is None else workspace.colcon,
+        workspace.locator,
         [package.name for package in workspace.packages],
         {},
         {'PATH': os.environ['PATH']},
@@ -282,7 +285,6 @@ def test_without_a_workspace(workspace: FakeWorkspace) -> None:
     known = learn(workspace, process(script))
     assert only(known).program == script
     assert known.files() == (script,)
-    assert build_products(workspace, ['arm']) == {}
 
 
 def test_changed_products_are_those_of_a_build(
@@ -296,11 +298,11 @@ def test_changed_products_are_those_of_a_build(
     }
     installed = {'arm/share/arm/a.yaml': found('1')}
     workspace.build('arm', installed=installed, products=products)
-    before = build_products(workspace, ['arm'])
+    before = build_products(workspace.colcon, ['arm'])
     assert changed_products(before, before) == {}
     products = {**products, 'libarm.so': found('2'), 'new': found('1')}
     workspace.rebuild('arm', installed={}, products=products)
-    after = build_products(workspace, ['arm'])
+    after = build_products(workspace.colcon, ['arm'])
     changed = changed_products(before, after)
     assert changed == {
         f'{build}/arm/libarm.so': 'arm',
@@ -311,7 +313,8 @@ def test_changed_products_are_those_of_a_build(
     assert changed_products({}, after).keys() == after['arm'].keys()
     # times tell nothing
     workspace.rebuild('arm', built_at=9)
-    assert changed_products(after, build_products(workspace, ['arm'])) == {}
+    again = build_products(workspace.colcon, ['arm'])
+    assert changed_products(after, again) == {}
 
 
 ARM = frozenset(('arm',))

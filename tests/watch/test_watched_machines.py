@@ -95,13 +95,12 @@ class Launched:
         if installed:
             self._install(root)
         package = Package('arm', root / 'src/arm', 'ros.ament_cmake')
-        workspace: Any = SimpleNamespace(
+        colcon: Any = SimpleNamespace(
             root=root,
-            colcon=SimpleNamespace(
-                build_base=root / 'build', install_base=root / 'install'
-            ),
-            locator=PackageLocator([package], root / 'install', False, {}),
+            build_base=root / 'build',
+            install_base=root / 'install',
         )
+        locator = PackageLocator([package], root / 'install', False, {})
         talk = Process(
             *(label, (self.program, config), str(root), HERE, 'talk'),
             package='arm',
@@ -117,7 +116,8 @@ class Launched:
         self.known = find_dependencies(
             Plan((talk,)),
             Evaluation((), (Source(launch, launch, ''),), {}, (), (), Plan()),
-            *(workspace, ('arm',) if installed else (), {}, {}, there),
+            *(colcon, locator, ('arm',) if installed else ()),
+            *({}, {}, there),
         )
 
     def _install(self, root: Path) -> None:

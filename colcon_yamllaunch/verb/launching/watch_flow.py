@@ -218,7 +218,8 @@ class WatchFlow:
         found = find_dependencies(
             plan,
             flow.evaluation,
-            flow.workspace,
+            None if flow.workspace.root is None else flow.workspace.colcon,
+            flow.workspace.locator,
             flow.wanted,
             libraries,
             environment,
@@ -232,8 +233,10 @@ class WatchFlow:
 
 def _built(flow: LaunchFlow, names: Iterable[str]) -> Products:
     """Return the products of packages, here and on other machines."""
+    if flow.workspace.root is None:
+        return flow.records_there
     own = [name for name in names if _package_of(name) == name]
-    return {**build_products(flow.workspace, own), **flow.records_there}
+    return {**build_products(flow.workspace.colcon, own), **flow.records_there}
 
 
 def _package_of(name: str) -> str:
