@@ -84,6 +84,7 @@ def records(process, tmp_path):
         events.PartChanged(talker, 'ended'),
         events.LinkChanged('arm', 'done'),
         events.Measured('arm', {'arm│driver': (0.5, 1000)}),
+        events.StateReceived({}),
     ]
     assert {type(event) for event in happened} == kinds()
     logs = Logs(tmp_path / 'log', [talker], pytest.fail)
@@ -98,6 +99,7 @@ def records(process, tmp_path):
         events.PartChanged,
         events.LinkChanged,
         events.Measured,
+        events.StateReceived,
     }
     assert len(lines) == len(recorded)
     return {r['event']: r for r in map(json.loads, lines)}
