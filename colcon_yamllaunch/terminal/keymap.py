@@ -33,9 +33,9 @@ class Key:
 
     :param key: The key as the help has it
     :param name: The name of its effect
-    :param short: Its effect in a word, for the line of keys; empty for a key
-      that stands in the help only
     :param text: Its effect in a sentence, for the help
+    :param short: Its effect in a word, for the line of keys: by default its
+      name; empty for a key that stands in the help only
     :param command: Returns the command that it sends: from the label that it
       is for, or from the state of the launch if it is for all
     :param filter: Returns the filter that it makes of another one, likewise
@@ -46,12 +46,17 @@ class Key:
 
     key: str
     name: str
-    short: str
     text: str
+    short: str | None = None
     command: Callable[[Any], Command[Any]] | None = None
     filter: Callable[[Filtering, Any], Filtering] | None = None
     for_components: bool = True
     names: str = ''
+
+    @property
+    def word(self) -> str:
+        """Its effect in a word, empty if it stands in the help only."""
+        return self.name if self.short is None else self.short
 
 
 #: For one process or component.
@@ -59,20 +64,14 @@ FOR_ONE = (
     Key(
         's',
         'stop',
-        'stop',
         'stop it, or unload it; once more hurries',
         command=commands.Stop,
     ),
     Key(
-        'r',
-        'restart',
-        'restart',
-        'start it, or load it, anew',
-        command=commands.Restart,
+        'r', 'restart', 'start it, or load it, anew', command=commands.Restart
     ),
     Key(
         'k',
-        'kill',
         'kill',
         'kill it with all that it started',
         command=commands.Kill,
@@ -81,13 +80,11 @@ FOR_ONE = (
     Key(
         'a',
         'attach',
-        'attach',
         'type at it; it needs a terminal (emulate_tty, --tty)',
         for_components=False,
     ),
     Key(
         'm',
-        'mute',
         'mute',
         'mute it, or unmute it',
         filter=Filtering.mute,
@@ -95,7 +92,6 @@ FOR_ONE = (
     ),
     Key(
         'o',
-        'only',
         'only',
         'show its output alone, or that of all',
         filter=Filtering.show_alone,
@@ -105,17 +101,16 @@ FOR_ONE = (
     Key(
         'd',
         'debug',
-        'debug',
         'start it anew under gdb, or pdb if it is in Python',
         command=commands.Debug,
         for_components=False,
     ),
-    Key('l', 'log', 'log', 'show its log in $PAGER'),
+    Key('l', 'log', 'show its log in $PAGER'),
     Key(
         'i',
         'describe',
-        'info',
         'show what it is, and all it was given',
+        short='info',
         command=commands.Describe,
     ),
 )
@@ -134,13 +129,11 @@ FOR_ALL = (
     Key(
         '/',
         'search',
-        'search',
         'show lines with a text only, as it is typed',
         names='slash',
     ),
     Key(
         'L',
-        'level',
         'level',
         'show INFO and worse only; then WARN, ERROR, FATAL, all',
         filter=lambda filtering, _: filtering.next_level(),
@@ -148,31 +141,19 @@ FOR_ALL = (
     Key(
         't',
         'times',
-        'times',
         'show the time of each line, or no more',
         filter=lambda filtering, _: filtering.switch_times(),
     ),
     Key(
         'M',
         'mute_all',
-        'mute',
         'mute all, or unmute all',
+        short='mute',
         filter=lambda filtering, state: filtering.mute_all(_labels(state)),
     ),
-    Key(
-        'w',
-        'watch',
-        'watch',
-        'switch --watch off, or on again',
-        command=_switched,
-    ),
-    Key(
-        'E',
-        'errors',
-        'errors',
-        'show the errors of the last build that failed',
-    ),
-    Key('?', 'help', 'help', 'show what the keys do', names='question_mark'),
+    Key('w', 'watch', 'switch --watch off, or on again', command=_switched),
+    Key('E', 'errors', 'show the errors of the last build that failed'),
+    Key('?', 'help', 'show what the keys do', names='question_mark'),
 )
 
 #: Further keys of the full screen, for what the cursor is on.
@@ -180,58 +161,68 @@ SCREEN_ONE = (
     Key(
         'space',
         'choose',
-        '',
         'show its output beside others',
+        short='',
         filter=Filtering.show_beside,
         for_components=False,
     ),
 )
 #: Further keys of the full screen, for all.
 SCREEN_ALL = (
-    Key('p', 'plan', 'plan', 'show the plan as a tree, or the list'),
+    Key('p', 'plan', 'show the plan as a tree, or the list'),
     Key(
         ':',
         'find',
-        '',
         'go to a process by a part of its name',
+        short='',
         names='colon',
     ),
     Key(
         '1…9 0',
         'go',
-        '',
         'go to one of the first ten',
+        short='',
         names='1,2,3,4,5,6,7,8,9,0',
     ),
-    Key('f', 'failed', '', 'go to the next that failed'),
-    Key('Tab', 'switch', 'switch', 'go to the other pane', names='tab'),
-    Key('Esc', 'clear', '', 'show all again', names='escape'),
-    Key('q', 'leave', 'leave', 'leave'),
+    Key('f', 'failed', 'go to the next that failed', short=''),
+    Key('Tab', 'switch', 'go to the other pane', names='tab'),
+    Key('Esc', 'clear', 'show all again', short='', names='escape'),
+    Key('q', 'leave', 'leave'),
 )
 #: All keys of the full screen.
 ON_ONE, ON_ALL = (*FOR_ONE, *SCREEN_ONE), (*FOR_ALL, *SCREEN_ALL)
 
 #: Further keys of the status block.
 _CHOOSE = (
-    Key('1 … Z', 'choose', '', 'choose the process with this key'),
-    Key(':', 'find', '', 'choose one by a part of its name; Tab completes it'),
+    Key('1 … Z', 'choose', 'choose the process with this key', short=''),
+    Key(
+        ':',
+        'find',
+        'choose one by a part of its name; Tab completes it',
+        short='',
+    ),
 )
 _CLEAR = Key(
-    'Esc', 'clear', '', 'choose none; without one chosen, show all again'
+    'Esc', 'clear', 'choose none; without one chosen, show all again', short=''
 )
 _GENERAL = (
-    Key('Enter', 'break', '', 'end a line, to tell what comes from what was'),
+    Key(
+        'Enter',
+        'break',
+        'end a line, to tell what comes from what was',
+        short='',
+    ),
     Key(
         'q',
         'quit',
-        'stop',
         'stop the launch, as Ctrl-C does; once more hurries',
+        short='stop',
     ),
     Key(
         ESCAPE_NAME,
         'detach',
-        '',
         'go back from the process that is typed at',
+        short='',
     ),
 )
 #: The keys of the status block without one chosen, by name.

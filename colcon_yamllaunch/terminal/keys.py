@@ -224,7 +224,7 @@ class Keys:
             return f'{self._meant_by_keys(self._chosen)}  Esc none'
         left_out = without_effect(self._model.state, None)
         words = [
-            f'{key.key} {key.short}'
+            f'{key.key} {key.word}'
             for name in _IN_HINT
             if name not in left_out and (key := BLOCK_ALL[name])
         ]
@@ -250,7 +250,7 @@ class Keys:
         if self.filtering.only == {label}:
             words['only'] = 'all'
         return '  '.join(
-            f'{key.key} {words.get(key.name, key.short)}'
+            f'{key.key} {words.get(key.name, key.word)}'
             for key in FOR_ONE
             if key.name not in left_out
         )

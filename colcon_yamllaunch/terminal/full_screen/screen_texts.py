@@ -77,19 +77,19 @@ def keys_text(
     keys = [
         key
         for key in (*ON_ONE, *ON_ALL)
-        if key.short and key.name not in left_out
+        if key.word and key.name not in left_out
     ]
     last = [key for key in keys if key.key in leading]
-    room = width - sum(len(m.key) + len(m.short) + 3 for m in last)
+    room = width - sum(len(key.key) + len(key.word) + 3 for key in last)
     shown = []
     for key in keys:
-        cells = len(key.key) + len(key.short) + 3
+        cells = len(key.key) + len(key.word) + 3
         if key not in last and cells <= room:
             room -= cells
             shown.append(key)
     for key in (*shown, *last):
         text.append(f'{key.key} ', 'bold cyan')
-        text.append(f'{key.short}  ', 'dim')
+        text.append(f'{key.word}  ', 'dim')
     return text
 
 
