@@ -26,7 +26,7 @@ from colcon_yamllaunch.common.process_scan import is_alive
 #: The signals in the order in which they are sent.
 STEPS = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)
 #: Seconds that a killed process gets to vanish, as it may hang in the kernel.
-KILL_PATIENCE = 5.0
+KILL_TIMEOUT = 5.0
 #: Seconds between two looks at processes whose end nobody reports.
 CHECK_INTERVAL = 0.05
 
@@ -226,7 +226,7 @@ class Escalation:
 
     def _enter(self, number: int, step: int, now: float) -> None:
         timeouts = self._timeouts[number]
-        waits = (timeouts.sigterm, timeouts.sigkill, KILL_PATIENCE, math.inf)
+        waits = (timeouts.sigterm, timeouts.sigkill, KILL_TIMEOUT, math.inf)
         self._steps[number] = step
         self._deadlines[number] = now + waits[step]
 

@@ -476,7 +476,7 @@ class Journal:
             and last.order == self._order - 1
             and last.label == label
             and last.stream == event.stream
-            and now - last.time < limits.TURN
+            and now - last.time < limits.JOURNAL_MERGE_SECONDS
             and last.size + size <= protocol.MAXIMUM_OUTPUT
         ):
             last.pieces.append(data)

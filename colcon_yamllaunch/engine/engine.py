@@ -366,7 +366,7 @@ class Engine:
         )
         ends_by = math.inf
         if self._stopped_by_signal:
-            ends_by = self.loop.time() + limits.SCREEN_PATIENCE
+            ends_by = self.loop.time() + limits.SCREEN_TIMEOUT
             self.loop.wake_at(ends_by)
         self._pass_on()
         while self._writer.waits() and not self._writer.broken:

@@ -163,10 +163,10 @@ class HelperProcess:
 
     def restart_later(self) -> bool:
         """Start it again after a pause; return False if it ends too often."""
-        if self._loop.time() - self._started_at > limits.CLIENT_STEADY:
+        if self._loop.time() - self._started_at > limits.HELPER_STEADY_AFTER:
             self.ends = 0
         self.ends += 1
-        if self.ends > limits.CLIENT_RESTARTS:
+        if self.ends > limits.HELPER_RESTARTS:
             return False
         pause = limits.SHORTEST_PAUSE * 2.0 ** (self.ends - 1)
         self._cancel_restart()

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""The time-outs and limits of the engine, all in one place."""
+"""The timeouts and limits of the engine."""
 
 #: Bytes read from a process at once; the usual capacity of a pipe.
 READ_SIZE = 64 * 1024
@@ -71,7 +71,7 @@ STARTS_PER_TURN = 4
 #: Quiet processes whose log files are opened before the same.
 OPENED_PER_TURN = 8
 #: Seconds below which a run of a process that is respawned ended quickly.
-QUICK_END = 1.0
+QUICK_END_SECONDS = 1.0
 #: How many quick ends in a row cost no pause where `respawn_delay` is 0.
 QUICK_ENDS = 10
 #: Seconds of the first pause after that; each further one is twice as long.
@@ -83,7 +83,7 @@ LONGEST_PAUSE = 5.0
 SEARCH_PAUSE = 10
 #: Seconds of silence after which a process is told of that may hold back
 #: what it writes.
-SILENCE = 10.0
+SILENCE_WARNING_DELAY = 10.0
 #: Seconds between two looks at what is still being waited for, and between
 #: two lines about it where nothing changed.
 PROGRESS_INTERVAL = 1.0
@@ -92,7 +92,7 @@ PROGRESS_REPEAT = 10.0
 #: signal to the process and once more to the group.
 SIGNAL_ECHO = 0.1
 #: Seconds that a screen which takes nothing is waited for after a stop.
-SCREEN_PATIENCE = 5.0
+SCREEN_TIMEOUT = 5.0
 #: Seconds between two looks for processes that the launcher adopted, while
 #: something happens; and seconds after which it looks while nothing does. What
 #: it has not seen, the guard does not hear of.
@@ -100,9 +100,9 @@ ADOPTION_INTERVAL = 1.0
 ADOPTION_PAUSE = 10.0
 #: Seconds that the host of launch files in Python gets, once all has ended, to
 #: answer what happened last.
-SOURCE_PATIENCE = 5.0
+SOURCE_TIMEOUT = 5.0
 #: Seconds after which it is sent more of what it has not taken.
-SOURCE_PAUSE = 0.005
+SOURCE_RETRY_DELAY = 0.005
 #: How often a guard that died is replaced in one launch.
 GUARD_RESTARTS = 3
 #: Seconds that are waited for at once; epoll counts milliseconds in an int,
@@ -120,24 +120,24 @@ GUARD_MESSAGE = 2 * 1024 * 1024
 GUARD_LOG = 64 * 1024 * 1024
 #: Seconds that a launcher whose lease has expired gets to stop its processes,
 #: besides their timeouts.
-LEASE_PATIENCE = 5.0
+LEASE_STOP_TIMEOUT = 5.0
 #: Seconds by which the time of a file may be before that of the clock.
 FILE_TIME_STEP = 1.0
 
 #: Seconds after which it is said what loading components, activating lifecycle
 #: nodes and timers on ROS time wait for; each pause after that is longer.
-PATIENCE = 5.0
+WAIT_WARNING_DELAY = 5.0
 #: Seconds of the longest of these pauses.
-LONGEST_SILENCE = 600.0
+LONGEST_WARNING_PAUSE = 600.0
 #: Seconds until a container that could not say what is loaded is asked again.
-LIST_PAUSE = 1.0
+LIST_RETRY_DELAY = 1.0
 #: How often a process that serves the launcher (the one that speaks with ROS,
 #: the one that watches files) is started again in a row.
-CLIENT_RESTARTS = 5
+HELPER_RESTARTS = 5
 #: Seconds that it must have run for an end to be the first of a row.
-CLIENT_STEADY = 60.0
+HELPER_STEADY_AFTER = 60.0
 #: Seconds that it gets to end by itself at the end of a launch.
-CLIENT_PATIENCE = 0.5
+CLIENT_END_TIMEOUT = 0.5
 #: How many Pythons of the environment are tried.
 PYTHONS = 4
 #: Seconds that a Python gets to say which modules it does not find.
@@ -155,7 +155,7 @@ UNREAD_EVENTS = 4 * 1024 * 1024
 JOURNAL = 256 * 1024 * 1024
 JOURNAL_FILE = 8 * 1024 * 1024
 #: Seconds in which pieces of one stream become one in the journal.
-TURN = 0.005
+JOURNAL_MERGE_SECONDS = 0.005
 
 #: Bytes typed at a process that wait until it reads them.
 KEYS = 64 * 1024

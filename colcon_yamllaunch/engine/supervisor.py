@@ -584,8 +584,9 @@ class Supervisor:
             task.is_pause_reported = True
             self._engine.tell(
                 events.Warned(
-                    f'{task.process.label} ended within {limits.QUICK_END:g} '
-                    f's of its start {limits.QUICK_ENDS} times in a row; it '
+                    f'{task.process.label} ended within '
+                    f'{limits.QUICK_END_SECONDS:g} s of its start '
+                    f'{limits.QUICK_ENDS} times in a row; it '
                     'is started again after a pause now, which grows to '
                     f'{limits.LONGEST_PAUSE:g} s; with respawn_delay it has '
                     'another'
@@ -836,6 +837,6 @@ def _without(
 
 def _delay_after(task: Task, seconds: float) -> float:
     """Return when a process is started again that ran for some time."""
-    is_quick = seconds < limits.QUICK_END
+    is_quick = seconds < limits.QUICK_END_SECONDS
     task.quick_ends = task.quick_ends + 1 if is_quick else 0
     return delay_of_respawn(task.process, task.quick_ends)

@@ -165,7 +165,7 @@ class PlanFeed(Participant):
             return
         if self._retry is None or self._retry.cancelled():
             loop = self.launch.loop
-            self._retry = loop.wake_at(loop.time() + limits.SOURCE_PAUSE)
+            self._retry = loop.wake_at(loop.time() + limits.SOURCE_RETRY_DELAY)
 
     def is_waiting(self) -> bool:
         """
@@ -179,7 +179,7 @@ class PlanFeed(Participant):
         loop = self.launch.loop
         if self._growing.is_busy:
             if self._knows_end and self._answers_by is None:
-                self._answers_by = loop.time() + limits.SOURCE_PATIENCE
+                self._answers_by = loop.time() + limits.SOURCE_TIMEOUT
                 loop.wake_at(self._answers_by)
             return self._answers_by is None or loop.time() < self._answers_by
         if not self._knows_end:

@@ -7,7 +7,7 @@ import signal
 
 from colcon_yamllaunch.common.escalation import CHECK_INTERVAL
 from colcon_yamllaunch.common.escalation import Escalation
-from colcon_yamllaunch.common.escalation import KILL_PATIENCE
+from colcon_yamllaunch.common.escalation import KILL_TIMEOUT
 from colcon_yamllaunch.common.escalation import Orphan
 from colcon_yamllaunch.common.escalation import send
 from colcon_yamllaunch.common.escalation import Targets
@@ -147,10 +147,10 @@ def test_it_is_over_when_a_search_finds_nothing():
 def test_what_survives_sigkill_is_given_up():
     targets = FakeTargets({10: 0})
     escalation = Escalation(targets, {0: Timeouts(1, 1)}, 0.0)
-    for now in (0.0, 1.0, 2.0, 1.9 + KILL_PATIENCE):
+    for now in (0.0, 1.0, 2.0, 1.9 + KILL_TIMEOUT):
         escalation.advance(now)
         assert not escalation.is_over
-    escalation.advance(2.0 + KILL_PATIENCE)
+    escalation.advance(2.0 + KILL_TIMEOUT)
     assert escalation.is_over
     assert [step for _, step in targets.taken()] == [INT, TERM, KILL]
     assert escalation.alive() == {0}

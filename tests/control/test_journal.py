@@ -58,7 +58,7 @@ def opened_files():
 @pytest.fixture
 def told(process, tmp_path, monkeypatch):
     # each piece by itself
-    monkeypatch.setattr(limits, 'TURN', 0)
+    monkeypatch.setattr(limits, 'JOURNAL_MERGE_SECONDS', 0)
     return Told(process, tmp_path)
 
 
@@ -233,7 +233,7 @@ def test_a_client_that_is_too_far_behind_goes_on_with_the_latest(
 def test_pieces_of_a_stream_that_come_together_are_one(
     told, process, monkeypatch
 ):
-    monkeypatch.setattr(limits, 'TURN', 0.005)
+    monkeypatch.setattr(limits, 'JOURNAL_MERGE_SECONDS', 0.005)
     monkeypatch.setattr(protocol, 'MAXIMUM_OUTPUT', 10)
     told.writes(b'one\n', b'two\n')
     cursor = told.cursor()

@@ -338,7 +338,7 @@ def test_failed_transition_cancels_those_after_it(history, lifecycle):
 
 def test_transition_of_a_node_of_another_launch(history):
     h = history(*changes('configure', node='/other'))
-    h.after(2 * limits.PATIENCE)
+    h.after(2 * limits.WAIT_WARNING_DELAY)
     assert 'nothing in this launch provides it' in h.happened(Warned)[0].text
     h.ready()
     assert h.answer('change_state', reason='no')['node'] == '/other'
@@ -354,7 +354,7 @@ def test_transition_waits_for_a_node_of_another_launch(history, process):
     h.exit('a')
     h.exit('b')
     assert not h.supervisor.done
-    h.after(limits.PATIENCE)
+    h.after(limits.WAIT_WARNING_DELAY)
     assert h.supervisor.done
 
 

@@ -129,15 +129,15 @@ def test_each_pause_is_twice_as_long_as_the_one_before(served):
     assert pauses == pytest.approx(
         [
             limits.SHORTEST_PAUSE * 2.0**number
-            for number in range(limits.CLIENT_RESTARTS)
+            for number in range(limits.HELPER_RESTARTS)
         ]
     )
-    assert served.process.ends == limits.CLIENT_RESTARTS + 1
+    assert served.process.ends == limits.HELPER_RESTARTS + 1
     reason = 'could not be started: there is no program', False
-    assert served.lost == [reason] * (limits.CLIENT_RESTARTS + 1)
+    assert served.lost == [reason] * (limits.HELPER_RESTARTS + 1)
     # one that has run for a while may end as often again
     served.process.start()
-    served.loop.now += limits.CLIENT_STEADY + 1
+    served.loop.now += limits.HELPER_STEADY_AFTER + 1
     assert served.process.restart_later()
     assert served.process.ends == 1
 

@@ -73,7 +73,7 @@ def main() -> int:
     if 'FAKE_ROS' in os.environ:
         from colcon_yamllaunch.engine.components import ros_link
 
-        limits.CLIENT_RESTARTS = 2
+        limits.HELPER_RESTARTS = 2
         ros_link.PROGRAM = Path(__file__).with_name('fake_ros_client.py')
     log_folder = data.get('log_folder')
     participants = ()
@@ -81,7 +81,7 @@ def main() -> int:
         from played_source import PlayedFeed
         from played_source import PlayedWorker
 
-        limits.SOURCE_PATIENCE = data.get('patience', limits.SOURCE_PATIENCE)
+        limits.SOURCE_TIMEOUT = data.get('patience', limits.SOURCE_TIMEOUT)
         participants = (
             PlayedFeed(
                 PlayedWorker(data['source'], data.get('wanted', ()), entry_of)

@@ -291,7 +291,7 @@ def test_watcher_that_cannot_run_is_given_up(
 ) -> None:
     monkeypatch.setattr(watcher_client, 'PROGRAM', 'no_such_module')
     monkeypatch.setattr(limits, 'SHORTEST_PAUSE', 0.001)
-    monkeypatch.setattr(limits, 'CLIENT_RESTARTS', 1)
+    monkeypatch.setattr(limits, 'HELPER_RESTARTS', 1)
     watched.link.start()
     watched.wait(lambda: bool(watched.warnings))
     (warning,) = watched.warnings

@@ -236,7 +236,7 @@ class Composition:
         return self._lifecycles.is_busy or any(
             container.is_there
             or not self._has_processes
-            or now < container.since + limits.PATIENCE
+            or now < container.since + limits.WAIT_WARNING_DELAY
             for container in self._containers.values()
             if container.open()
         )
@@ -868,7 +868,9 @@ class Composition:
                 self._go_on(container)
             elif container.is_there:
                 # else it is asked when it comes
-                self._loop.call_later(limits.LIST_PAUSE, self._list, container)
+                self._loop.call_later(
+                    limits.LIST_RETRY_DELAY, self._list, container
+                )
 
         container.listing = self._requests.ask(
             'list', answered, container=container.name

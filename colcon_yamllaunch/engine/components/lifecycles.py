@@ -162,7 +162,8 @@ class Lifecycles:
         """
         now = self._loop.time()
         return any(t.is_driven and t.is_running for t in self.tasks) or any(
-            not self._has_processes or now < planned.since + limits.PATIENCE
+            not self._has_processes
+            or now < planned.since + limits.WAIT_WARNING_DELAY
             for node, planned in self._planned.items()
             if self._of_node(node) is None
         )

@@ -94,7 +94,7 @@ class WaitWarnings:
         if now < since + seconds:
             self._wake_at(key, since + seconds)
             return False
-        pause = min(2 * seconds, limits.LONGEST_SILENCE)
+        pause = min(2 * seconds, limits.LONGEST_WARNING_PAUSE)
         after = max(seconds, now - since) + pause
         self._next[key] = since, after
         self._wake_at(key, since + after)
@@ -115,5 +115,6 @@ class WaitWarnings:
             self._alarms[key] = self._loop.call_at(due, self._loop.wake)
 
     def _after(self, key: str, since: float) -> float:
-        begun, seconds = self._next.get(key, (since, limits.PATIENCE))
-        return seconds if begun == since else limits.PATIENCE
+        first = limits.WAIT_WARNING_DELAY
+        begun, seconds = self._next.get(key, (since, first))
+        return seconds if begun == since else first

@@ -110,7 +110,7 @@ class RosLink:
 
     def close(self) -> None:
         """End the client, at the latest after a moment."""
-        self._process.close(limits.CLIENT_PATIENCE)
+        self._process.close(limits.CLIENT_END_TIMEOUT)
 
     def _spawn(self, streams: tuple[int, int, int]) -> int:
         self._is_ready = False

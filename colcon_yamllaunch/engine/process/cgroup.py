@@ -42,7 +42,7 @@ _HARMLESS = {'memory', 'pids'}
 _TRIES = 3
 # Seconds that killed processes get to leave their folders; the kernel may
 # take a moment longer with that than with reporting their end.
-_PATIENCE = 0.5
+_KILL_TIMEOUT = 0.5
 _INTERVAL = 0.002
 # Seconds that the kernel is ready for another move at least, and how many
 # moves of nobody keep it so: for half a second.
@@ -103,7 +103,7 @@ class LaunchCgroup:
     def remove(self) -> None:
         """Kill all that is left, and remove the folders."""
         if self._folder is not None:
-            deadline = time.monotonic() + _PATIENCE
+            deadline = time.monotonic() + _KILL_TIMEOUT
             while not _remove(self._folder) and time.monotonic() < deadline:
                 self._kill(self._folder)
                 time.sleep(_INTERVAL)

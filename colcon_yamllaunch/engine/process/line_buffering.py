@@ -129,7 +129,7 @@ class SilenceWatch:
         if isinstance(event, events.Started):
             process = event.process
             if not self._is_over and self._holds_back(process):
-                due = self._clock() + limits.SILENCE
+                due = self._clock() + limits.SILENCE_WARNING_DELAY
                 self._silent[process.label] = due, process
         elif self._silent and isinstance(event, events.Output | events.Exited):
             self._silent.pop(event.process.label, None)
@@ -144,7 +144,7 @@ class SilenceWatch:
             if due <= self._clock():
                 self._silent.clear()
                 self._is_over = True
-                return events.Silent(process, limits.SILENCE)
+                return events.Silent(process, limits.SILENCE_WARNING_DELAY)
         return None
 
 

@@ -153,7 +153,7 @@ class GuardedLaunch(Targets):
             default=0.0,
         )
         self._is_expired = True
-        self._due = time.monotonic() + longest + limits.LEASE_PATIENCE
+        self._due = time.monotonic() + longest + limits.LEASE_STOP_TIMEOUT
         os.kill(pid, signal.SIGTERM)
 
     def forget(self) -> None:

@@ -183,7 +183,7 @@ def test_launch_ends_despite_a_missing_container(
     h.ready()
     h.exit('a')
     assert not h.supervisor.done
-    h.after(limits.PATIENCE + 0.1)
+    h.after(limits.WAIT_WARNING_DELAY + 0.1)
     assert h.supervisor.done
     assert [label for label, _ in failed(h)] == ['lost']
 

@@ -180,11 +180,11 @@ def test_silence_is_told_once(process):
         watch.handle(events.Started(one, 1))
     watch.handle(events.Output(a, 'stderr', b'text\n'))
     watch.handle(events.Exited(b, 1, Outcome(code=0), 1.0, False, False))
-    assert watch.due() == limits.SILENCE
+    assert watch.due() == limits.SILENCE_WARNING_DELAY
     assert watch.overdue() is None
-    now = limits.SILENCE
+    now = limits.SILENCE_WARNING_DELAY
     told = watch.overdue()
-    assert told == events.Silent(c, limits.SILENCE)
+    assert told == events.Silent(c, limits.SILENCE_WARNING_DELAY)
     assert '--tty' in told.lines()[0]
     watch.handle(events.Started(b, 1))
     now *= 3
