@@ -12,9 +12,9 @@ from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.process import line_buffering
-from colcon_yamllaunch.engine.process.elf import Elf
-from colcon_yamllaunch.engine.process.elf import read_elf
+from colcon_yamllaunch.engine.process.line_buffering import Elf
 from colcon_yamllaunch.engine.process.line_buffering import LineBuffering
+from colcon_yamllaunch.engine.process.line_buffering import read_elf
 from colcon_yamllaunch.engine.process.line_buffering import SilenceWatch
 import pytest
 
