@@ -36,16 +36,6 @@ STOPPED = Outcome(signal=signal.SIGINT)
 
 
 @pytest.fixture
-def history():
-    def begin(*entries):
-        made = History(*entries)
-        made.turn()
-        return made
-
-    return begin
-
-
-@pytest.fixture
 def box(process):
     return process('box-1', node_name='/box', is_container=True)
 
@@ -233,7 +223,7 @@ def test_container_is_added_with_its_components(history, box, process):
     h.extend(box, component('a'), component('b', is_lifecycle=True))
     h.there('/box')
     h.loads(1, 2)
-    assert h.composition.is_lifecycle('b')
+    assert h.launch.by_label['b'].lifecycle is not None
     assert [t.label for t in h.composition.tasks] == ['a', 'b']
     with pytest.raises(ValueError, match='a already'):
         h.extend(component('a'))
@@ -262,7 +252,7 @@ def test_component_moves_to_another_container(history, box, process):
     assert (
         h.answer('load', full_name='/a', unique_id=1)['container'] == '/crate'
     )
-    assert h.composition.is_lifecycle('a')
+    assert h.launch.by_label['a'].lifecycle is not None
 
 
 def test_dropped_component_is_unloaded(history, box):
@@ -304,7 +294,7 @@ def test_replaced_lifecycle_node_gets_its_state(history, process):
     assert h.open('follow')[-1]['node'] == '/new'
     h.supervisor.replace(process('lc', 'plain'))
     h.exit('lc', STOPPED)
-    assert not h.composition.is_lifecycle('lc')
+    assert h.launch.by_label['lc'].lifecycle is None
 
 
 def changes(*transitions, node='/lc'):

@@ -26,17 +26,6 @@ from support.history import History
 INT, TERM, KILL = signal.SIGINT, signal.SIGTERM, signal.SIGKILL
 
 
-@pytest.fixture
-def history():
-    def begin(*entries, refused=()):
-        made = History(*entries)
-        made.host.refused.update(refused)
-        made.turn()
-        return made
-
-    return begin
-
-
 def test_an_empty_plan_ends_at_once(history):
     assert history().supervisor.done
 
