@@ -128,15 +128,12 @@ def process_description(
     :param blocks: The launch files, groups and timers of the plan
     :param log: The log with all of its output, if there is one
     """
-    return Description(
-        process.label,
-        process.ros_name,
-        process.node_name,
-        process.package,
-        str(process.position),
-        _within(process.block, blocks),
-        tuple(map(_parameter, parameters)),
-        None if log is None else str(log),
+    return _description(
+        process,
+        None,
+        parameters,
+        blocks,
+        log,
         argv=tuple(argv),
         cwd=process.cwd,
         environment=process.environment,
@@ -159,30 +156,20 @@ def told_description(
     :param blocks: The launch files, groups and timers of the plan
     :param log: The log with all of its output here, if there is one
     """
-    process = part if isinstance(part, Process) else None
-    component = part if isinstance(part, Component) else None
     variables = told.get('environment')
-    return Description(
-        part.label,
-        part.ros_name,
-        _text(told.get('node')) or part.node_name,
-        part.package,
-        str(part.position),
-        _within(part.block, blocks),
-        tuple(map(_parameter, part.parameters)),
-        None if log is None else str(log),
-        argv=tuple(map(str, _list(told.get('argv')))) if process else (),
-        cwd=_text(told.get('cwd')) if process else None,
-        environment=tuple(
+    more: dict[str, Any] = {
+        'environment': tuple(
             (str(name), _text(value))
             for name, value in (
                 variables.items() if isinstance(variables, Mapping) else ()
             )
-        ),
-        plugin=component.plugin if component else None,
-        container=component.container if component else None,
-        remaps=component.remaps if component else (),
-    )
+        )
+    }
+    if isinstance(part, Process):
+        more['argv'] = tuple(map(str, _list(told.get('argv'))))
+        more['cwd'] = _text(told.get('cwd'))
+    node = _text(told.get('node'))
+    return _description(part, node, part.parameters, blocks, log, **more)
 
 
 def _text(told: object) -> str | None:
@@ -203,18 +190,33 @@ def component_description(
     :param log: The log of its container, if there is one
     """
     component = task.successor or task.component
+    return _description(
+        component, task.full_name, component.parameters, blocks, log
+    )
+
+
+def _description(
+    part: Process | Component,
+    node: str | None,
+    parameters: Iterable[SetParameter],
+    blocks: Sequence[Block],
+    log: Path | None,
+    **more: Any,
+) -> Description:
+    if isinstance(part, Component):
+        more['plugin'] = part.plugin
+        more['container'] = part.container
+        more['remaps'] = part.remaps
     return Description(
-        component.label,
-        component.ros_name,
-        task.full_name or component.node_name,
-        component.package,
-        str(component.position),
-        _within(component.block, blocks),
-        tuple(map(_parameter, component.parameters)),
+        part.label,
+        part.ros_name,
+        node or part.node_name,
+        part.package,
+        str(part.position),
+        _within(part.block, blocks),
+        tuple(map(_parameter, parameters)),
         None if log is None else str(log),
-        plugin=component.plugin,
-        container=component.container,
-        remaps=component.remaps,
+        **more,
     )
 
 

@@ -30,7 +30,7 @@ from colcon_yamllaunch.engine.launch_settings import Settings
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.loop import TimerHandle
 from colcon_yamllaunch.engine.moment import Moment
-from colcon_yamllaunch.engine.orphans import Strays
+from colcon_yamllaunch.engine.orphans import OrphanFinder
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.output.channels import size_of
 from colcon_yamllaunch.engine.output.relay import Recorder
@@ -154,7 +154,7 @@ class Engine:
             self.terminals,
             len(self.supervisor.tasks),
         )
-        self._strays = Strays(settings, guard, self.starter)
+        self._orphan_finder = OrphanFinder(settings, guard, self.starter)
         self._end_turns = overridden(participants, 'end_turn')
         self._dues: list[Callable[[], float | None]] = [
             conditions.due,
@@ -411,7 +411,7 @@ class Engine:
     ) -> list[Orphan]:
         """Find processes of the launch."""
         numbers = {task.number for task in self.supervisor.tasks}
-        return self._strays.orphans(
+        return self._orphan_finder.orphans(
             groups, with_leader, numbers, self.loop.children.keys()
         )
 
@@ -509,6 +509,7 @@ class Engine:
             start,
             self.tell,
             self._settings.client_log,
+            self.state,
         )
 
     def _await_ros(self, ros: 'RosLink') -> None:
@@ -536,7 +537,7 @@ class Engine:
 
     def _adopted(self) -> set[int]:
         """Return the children that we adopted."""
-        return self._strays.adopted(
+        return self._orphan_finder.adopted(
             self._children_of_ours(), self.loop.children.keys()
         )
 
@@ -548,7 +549,7 @@ class Engine:
         if self._ros is not None and self.supervisor.is_stopping:
             # it takes as long as a process to come to its end
             self._ros.hang_up()
-        looked = self.loop.time() - self._strays.looked
+        looked = self.loop.time() - self._orphan_finder.looked
         if looked >= limits.ADOPTION_INTERVAL:
             self._reap()
         self.supervisor.end_turn()

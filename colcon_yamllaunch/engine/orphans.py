@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What processes of a launch have started, and left to the launcher."""
+"""Orphans: processes of a launch that lost the process that started them."""
 
 from collections.abc import Collection
 from collections.abc import Mapping
@@ -19,15 +19,15 @@ from colcon_yamllaunch.engine.stopping.launch_scan import Adopter
 from colcon_yamllaunch.engine.stopping.launch_scan import find_orphans
 from colcon_yamllaunch.engine.stopping.launch_scan import Known
 
-#: Who is older than any launch of this process; see `young_processes`.
+#: Processes older than any launch of ours; see `young_processes`.
 _ELDERS: set[tuple[str, int]] = set()
 
 
-class Strays:
+class OrphanFinder:
     """
-    Finds what belongs to a launch without being one of its processes.
+    Finds the orphans of a launch.
 
-    :param guard: Is told of those that became our children
+    :param guard: Receives those that became children of the launcher
     """
 
     def __init__(

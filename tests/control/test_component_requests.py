@@ -52,7 +52,7 @@ class Controlled:
         state = LaunchState(about, clock=self.clock, log_files=logs)
         state.expect(entries)
         self.composition = Composition(
-            Plan(entries), self.sent.append, state.apply, self.loop
+            Plan(entries), self.sent.append, state.apply, self.loop, state
         )
         terminals = SimpleNamespace(
             has_keyboard=lambda _: False,
@@ -79,7 +79,7 @@ class Controlled:
         self.near.settimeout(60)
         self.left = []
         Client(far, self.loop, service, self.left.append)
-        self.composition.take({'event': 'ready'})
+        self.composition.handle({'event': 'ready'})
         for entry in entries:
             if isinstance(entry, Component):
                 self.composition.due(entry)
@@ -117,7 +117,7 @@ class Controlled:
     def answered(self, do, **answer):
         """Let the client program answer what it was asked last."""
         number = self.asked(do)[-1]['id']
-        self.composition.take({'id': number, 'ok': True, **answer})
+        self.composition.handle({'id': number, 'ok': True, **answer})
 
     def state(self):
         self.ask(('status', {}))
@@ -160,11 +160,13 @@ def test_the_status_has_components_and_lifecycles(controlled, process):
     assert (b.container, b.process, b.log) == ('/elsewhere', None, None)
     assert (b.node, b.lifecycle) == (None, None)
     (load, _) = c.asked('load')
-    c.composition.take(
+    c.composition.handle(
         {'id': load['id'], 'ok': True, 'full_name': '/ns/a', 'unique_id': 1}
     )
     for node in ('/ns/a', '/cam'):
-        c.composition.take({'event': 'state', 'node': node, 'state': 'active'})
+        c.composition.handle(
+            {'event': 'state', 'node': node, 'state': 'active'}
+        )
     c.history.now += 7
     state = c.state()
     assert [p.lifecycle for p in state.processes] == [None, 'active']
@@ -213,7 +215,7 @@ def test_a_transition_that_fails_has_its_reason(controlled):
     (refused,) = c.answers()
     assert refused['error'] == 'a does not run'
     load, _ = c.asked('load')
-    c.composition.take(
+    c.composition.handle(
         {'id': load['id'], 'ok': True, 'full_name': '/ns/a', 'unique_id': 1}
     )
     c.ask(('change_state', change))

@@ -105,7 +105,9 @@ class History:
         self.loop.now = seconds
 
     def compose(self, plan):
-        return Composition(plan, self.asked.append, self.host.tell, self.loop)
+        return Composition(
+            plan, self.asked.append, self.host.tell, self.loop, self.launch
+        )
 
     def extend(self, *entries):
         self.supervisor.extend(Plan(entries))
@@ -123,7 +125,7 @@ class History:
 
     def says(self, **message):
         """Have the client that speaks with ROS say something."""
-        self.composition.take(message)
+        self.composition.handle(message)
         self.turn()
 
     def ready(self, *containers):

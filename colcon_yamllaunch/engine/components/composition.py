@@ -16,12 +16,10 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from dataclasses import field
-from itertools import count
 import json
 import math
 import re
 from typing import Any
-from typing import Literal
 
 from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.engine import events
@@ -35,6 +33,8 @@ from colcon_yamllaunch.engine.components.requests import WaitWarnings
 from colcon_yamllaunch.engine.components.ros_timers import RosTimers
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.loop import TimerHandle
+from colcon_yamllaunch.engine.state import ComponentState
+from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.plan.plan import ChangeState
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Plan
@@ -50,15 +50,13 @@ _NOT_LOADED = '{} is not loaded'
 @dataclass(slots=True)
 class ComponentTask:
     """
-    A component of the plan, and its phase.
+    What the composition needs of a component besides its `ComponentState`.
 
-    :param number: Its number among the components of the plan
-    :param since: When its phase began, by the clock of the composition
+    :param launch: The launch, which has that state
     :param lifecycle: Its states, if it is a lifecycle node
     :param unique_id: The number that its container knows it by while it is
       loaded
     :param full_name: The full name of its node, from its container
-    :param ending: Why it is not loaded, as a part of a sentence
     :param is_due: Whether its turn has come
     :param is_wanted: Whether it is loaded again with its container, as
       nobody asked to unload it
@@ -68,14 +66,11 @@ class ComponentTask:
     :param successor: The component that replaces it when it is loaded next
     """
 
-    number: int
     component: Component
-    since: float
+    launch: LaunchState
     lifecycle: LifecycleTask | None = None
-    phase: events.Phase = 'waiting'
     unique_id: int | None = None
     full_name: str | None = None
-    ending: str = ''
     is_due: bool = False
     is_wanted: bool = True
     is_again: bool = False
@@ -89,9 +84,16 @@ class ComponentTask:
         return self.component.label
 
     @property
-    def state(self) -> str | None:
-        """Its lifecycle state, as `active`, if it has one."""
-        return None if self.lifecycle is None else self.lifecycle.state
+    def state(self) -> ComponentState:
+        """Its state; only events change it."""
+        state = self.launch.by_label[self.label]
+        assert isinstance(state, ComponentState)
+        return state
+
+    @property
+    def phase(self) -> events.Phase:
+        """Its phase."""
+        return self.state.phase
 
     @property
     def is_open(self) -> bool:
@@ -124,9 +126,7 @@ class _Container:
     name: str
     tasks: list[ComponentTask] = field(default_factory=list)
     providers: list[Process] = field(default_factory=list)
-    phases: dict[str, Literal['pending', 'running', 'ended']] = field(
-        default_factory=dict
-    )
+    phases: dict[str, events.Phase] = field(default_factory=dict)
     ending: str = ''
     is_there: bool = False
     must_list: bool = False
@@ -154,7 +154,7 @@ class Composition:
     The components, lifecycle nodes and ROS timers of a launch.
 
     :param send: Sends a request to the client, one JSON object
-    :param emit: Receives events
+    :param emit: Receives events, and applies them to `state`
     """
 
     def __init__(
@@ -163,7 +163,9 @@ class Composition:
         send: Callable[[Mapping[str, Any]], None],
         emit: events.Listener,
         loop: Loop,
+        state: LaunchState,
     ) -> None:
+        self._state = state
         self._emit = emit
         self._loop = loop
         self._requests = Requests(send)
@@ -175,7 +177,6 @@ class Composition:
         self._has_processes = False
         self._by_label: dict[str, ComponentTask] = {}
         self._containers: dict[str, _Container] = {}
-        self._numbers = count()
         # components to forget as soon as they are not loaded any more
         self._dropped: set[str] = set()
         #: Whether the launch is being stopped, and nothing more is done.
@@ -187,11 +188,6 @@ class Composition:
         """The components, in the order of the plan."""
         return list(self._by_label.values())
 
-    @property
-    def lifecycle_tasks(self) -> list[LifecycleTask]:
-        """The lifecycle nodes, processes first, in the order of the plan."""
-        return self._lifecycles.tasks
-
     def task(self, label: str) -> ComponentTask:
         """
         Return a component of the plan.
@@ -202,25 +198,12 @@ class Composition:
             raise RefusedError(f"there is no component '{label}'")
         return self._by_label[label]
 
-    def is_lifecycle(self, label: str) -> bool:
-        """Return whether a process or component is a lifecycle node."""
-        return self._lifecycles.of_label(label) is not None
-
-    def state(self, label: str) -> str | None:
-        """Return the lifecycle state of a process or component, if any."""
-        task = self._lifecycles.of_label(label)
-        return None if task is None else task.state
-
     def container_process(self, task: ComponentTask) -> Process | None:
         """Return the process of the plan that a component is loaded into."""
         container = self._containers.get(task.component.container)
         if container is None or not container.providers:
             return None
         return container.providers[0]
-
-    def seconds(self, task: ComponentTask) -> float:
-        """Return for how long a component has been in its phase."""
-        return self._loop.time() - task.since
 
     @property
     def is_busy(self) -> bool:
@@ -252,14 +235,13 @@ class Composition:
             if process.node_name is not None:
                 container = self._named(process.node_name)
                 container.providers.append(process)
-                container.phases[process.label] = 'pending'
+                container.phases[process.label] = 'waiting'
         for component in more.components():
             if component.label in self._by_label:
                 raise ValueError(f'there is a {component.label} already')
             task = ComponentTask(
-                next(self._numbers),
                 component,
-                self._loop.time(),
+                self._state,
                 self._lifecycles.of_label(component.label),
             )
             self._by_label[task.label] = task
@@ -485,7 +467,7 @@ class Composition:
         self._has_processes = True
         container = self._provided_by(process)
         if container is not None:
-            container.phases[process.label] = 'pending' if again else 'ended'
+            container.phases[process.label] = 'waiting' if again else 'ended'
             container.ending = f'{process.label} {ending}'
             if not container.runs:
                 self._container_ended(container, asked=asked, again=again)
@@ -521,24 +503,26 @@ class Composition:
 
     # messages of the client
 
-    def take(self, message: Mapping[str, Any]) -> None:
+    def handle(self, message: Mapping[str, Any]) -> None:
         """Handle one message of the client."""
         if self.is_stopping:
             return
         match message:
             case {'id': int()}:
-                self._requests.take(message)
+                self._requests.handle(message)
             case {'event': 'ready'}:
                 self._requests.is_ready = True
                 for container in self._containers.values():
                     if container.must_list:
                         self._list(container)
                     else:
-                        self._go_on(container)
+                        self._request_open(container)
                 self._lifecycles.client_is_ready()
                 self._timers.client_is_ready()
             case {'event': 'container', 'container': str(name)}:
-                self._seen(name, is_there=bool(message.get('there')))
+                self._presence_changed(
+                    name, is_there=bool(message.get('there'))
+                )
             case {'event': 'state', 'node': str(node), 'state': str(state)}:
                 before = message.get('from') or None
                 self._lifecycles.changed(node, state, before)
@@ -615,15 +599,15 @@ class Composition:
             self._requests.gone(container=container.name)
         for task in container.tasks:
             if task.is_due:
-                self._went_with(container, task, asked=asked, again=again)
+                self._lost_container(container, task, asked=asked, again=again)
 
-    def _seen(self, name: str, *, is_there: bool) -> None:
+    def _presence_changed(self, name: str, *, is_there: bool) -> None:
         """Handle that the services of a container came or went."""
         container = self._containers.get(name)
         if container is None or container.is_gone:
             return
         if not is_there:
-            self._vanished(container)
+            self._services_lost(container)
             return
         if not container.is_there:
             container.since = self._loop.time()
@@ -679,12 +663,8 @@ class Composition:
 
         :param ending: Why it is not loaded, or could not be unloaded
         """
-        if phase != task.phase:
-            task.since = self._loop.time()
-        elif ending == task.ending:
-            return
-        task.phase, task.ending = phase, ending
-        self._emit(events.PartChanged(task.component, phase, ending))
+        if (phase, ending) != (task.phase, task.state.ending):
+            self._emit(events.PartChanged(task.component, phase, ending))
 
     def _begin(self, task: ComponentTask) -> None:
         """Load a component as soon as possible."""
@@ -731,7 +711,7 @@ class Composition:
     def _loaded(
         self, task: ComponentTask, unique_id: int, full_name: str
     ) -> None:
-        seconds = self.seconds(task)
+        seconds = self._state.seconds_of(task.state)
         task.unique_id, task.full_name = unique_id, full_name
         self._enter(task, 'loaded')
         self._emit(
@@ -770,14 +750,14 @@ class Composition:
         elif task.phase != 'loading':
             self._requests.cancel(task.request)
             task.request = None
-            self._gone(task, 'it was not loaded yet')
+            self._unloaded(task, 'it was not loaded yet')
         # one that is being loaded is unloaded as soon as it is
 
     def _ask_to_unload(self, task: ComponentTask) -> None:
         container = self._container_of(task)
         self._enter(task, 'unloading')
         if self._given_up is not None:
-            self._kept(task, self._given_up)
+            self._unload_failed(task, self._given_up)
             return
         if not self._requests.is_ready or container.must_list:
             return
@@ -785,9 +765,11 @@ class Composition:
         def answered(answer: Mapping[str, Any]) -> None:
             task.request = None
             if answer.get('ok'):
-                self._gone(task, events.REQUESTED)
+                self._unloaded(task, events.REQUESTED)
             else:
-                self._kept(task, str(answer.get('reason') or 'no reason'))
+                self._unload_failed(
+                    task, str(answer.get('reason') or 'no reason')
+                )
 
         task.request = self._requests.ask(
             'unload',
@@ -796,14 +778,14 @@ class Composition:
             unique_id=task.unique_id,
         )
 
-    def _kept(self, task: ComponentTask, reason: str) -> None:
+    def _unload_failed(self, task: ComponentTask, reason: str) -> None:
         """Handle that a component cannot be unloaded."""
         task.is_wanted = True
         task.is_again = False
         self._enter(task, 'loaded', f'could not be unloaded: {reason}')
-        self._emit(events.Warned(f'{task.label}: {task.ending}'))
+        self._emit(events.Warned(f'{task.label}: {task.state.ending}'))
 
-    def _gone(self, task: ComponentTask, reason: str) -> None:
+    def _unloaded(self, task: ComponentTask, reason: str) -> None:
         """Handle that a component is not loaded any more."""
         was_loaded = task.unique_id is not None
         task.unique_id = task.request = None
@@ -817,7 +799,7 @@ class Composition:
             task.is_wanted = True
             self._begin(task)
 
-    def _went_with(
+    def _lost_container(
         self,
         container: _Container,
         task: ComponentTask,
@@ -834,7 +816,7 @@ class Composition:
         task.is_wanted |= task.is_again
         task.is_again = False
         if task.unique_id is not None:
-            self._gone(task, events.CONTAINER_ENDED)
+            self._unloaded(task, events.CONTAINER_ENDED)
         reason = f'its container {container.ending}'
         if was_open and not asked:
             self._fail(task, reason, again=again)
@@ -843,7 +825,7 @@ class Composition:
         elif task.phase != 'failed':
             self._enter(task, 'unloaded', reason)
 
-    def _vanished(self, container: _Container) -> None:
+    def _services_lost(self, container: _Container) -> None:
         container.is_there = False
         container.since = self._loop.time()
         for task in container.tasks:
@@ -865,7 +847,7 @@ class Composition:
             if answer.get('ok'):
                 container.must_list = False
                 self._compare(container, answer['nodes'])
-                self._go_on(container)
+                self._request_open(container)
             elif container.is_there:
                 # else it is asked when it comes
                 self._loop.call_later(
@@ -886,7 +868,7 @@ class Composition:
                 continue
             if left.pop(task.unique_id, None) != task.full_name:
                 was_wanted = task.is_wanted
-                self._gone(task, 'its container came back without it')
+                self._unloaded(task, 'its container came back without it')
                 if was_wanted:
                     self._enter(task, 'waiting')
         for task in container.tasks:
@@ -896,7 +878,7 @@ class Composition:
                 if unique_id is not None:
                     self._loaded(task, unique_id, left.pop(unique_id))
 
-    def _go_on(self, container: _Container) -> None:
+    def _request_open(self, container: _Container) -> None:
         """Request the loads and unloads that are still to be done."""
         for task in container.tasks:
             if task.request is not None:

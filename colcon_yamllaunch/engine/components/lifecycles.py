@@ -32,7 +32,7 @@ _STEPS = {
     ('inactive', 'active'): 'activate',
 }
 _GONE = 'it is no part of the launch any more'
-_OTHER_WISH = 'somebody asked for something else'
+_SUPERSEDED = 'somebody asked for something else'
 # the state during a transition, and that after its success
 _REACHED = {
     ('configuring', 'inactive'),
@@ -114,8 +114,8 @@ class Lifecycles:
         self._loop = loop
         self._given_up: str | None = None
         self._replies: dict[int, Reply] = {}
-        # requests that wait for a client, by the labels of the nodes
-        self._wishes: dict[str, tuple[str, Reply]] = {}
+        # requests of users that wait for a client, by the labels of the nodes
+        self._pending: dict[str, tuple[str, Reply]] = {}
         # by the full names of the nodes
         self._planned: dict[str, _Planned] = {}
         self._by_label: dict[str, LifecycleTask] = {}
@@ -209,13 +209,13 @@ class Lifecycles:
         elif self._requests.is_ready:
             self._follow(task)
         if node is not None:
-            self._go_on(node)
+            self._request_planned(node)
 
     def down(self, task: LifecycleTask) -> None:
         """Handle that a node does not run any more."""
         if task.is_running and task.node is not None:
             self._requests.gone(node=task.node)
-            self._give_up(task.node)
+            self._forget_planned(task.node)
         task.is_running = task.is_driven = False
         task.state = None
         self._drop(task, 'it ended')
@@ -251,11 +251,11 @@ class Lifecycles:
         if self._given_up is not None:
             raise RefusedError(self._given_up)
         if self._requests.is_ready:
-            self._wish(task, transition, reply)
+            self._request(task, transition, reply)
         else:
             # a client comes soon, and the node may run by then
-            self._drop(task, _OTHER_WISH)
-            self._wishes[task.label] = transition, reply
+            self._drop(task, _SUPERSEDED)
+            self._pending[task.label] = transition, reply
 
     def change_as_planned(self, entry: ChangeState) -> None:
         """
@@ -273,7 +273,7 @@ class Lifecycles:
             self._planned[entry.node] = _Planned(
                 deque([entry]), self._loop.time()
             )
-            self._go_on(entry.node)
+            self._request_planned(entry.node)
 
     def client_is_ready(self) -> None:
         """Follow the nodes that run."""
@@ -281,11 +281,11 @@ class Lifecycles:
             if task.is_running:
                 self._follow(task)
         for node in tuple(self._planned):
-            self._go_on(node)
-        wishes, self._wishes = self._wishes, {}
-        for label, (transition, reply) in wishes.items():
+            self._request_planned(node)
+        pending, self._pending = self._pending, {}
+        for label, (transition, reply) in pending.items():
             try:
-                self._wish(self._by_label[label], transition, reply)
+                self._request(self._by_label[label], transition, reply)
             except RefusedError as error:
                 reply(str(error))
 
@@ -294,7 +294,7 @@ class Lifecycles:
         for planned in self._planned.values():
             planned.request = None
         for task in self.tasks:
-            if task.label not in self._wishes:
+            if task.label not in self._pending:
                 self._drop(task, 'the ROS client ended, and starts again')
 
     def client_given_up(self, reason: str) -> None:
@@ -306,7 +306,7 @@ class Lifecycles:
             self._drop(task, reason)
             self._fail_for_good(task, reason)
         for node in tuple(self._planned):
-            self._go_on(node)
+            self._request_planned(node)
 
     def end_turn(self) -> None:
         """Warn of nodes that do not reach their goal."""
@@ -345,7 +345,7 @@ class Lifecycles:
                 return task
         raise RefusedError(f"there is no lifecycle node '{name}'")
 
-    def _wish(
+    def _request(
         self, task: LifecycleTask, transition: str, reply: Reply
     ) -> None:
         """
@@ -355,12 +355,12 @@ class Lifecycles:
         """
         if not task.is_running or task.node is None:
             raise RefusedError(f'{task.label} does not run')
-        self._drop(task, _OTHER_WISH)
+        self._drop(task, _SUPERSEDED)
         # from now on, the user decides on its states
         task.is_driven = False
         self._ask(task, transition, reply)
 
-    def _go_on(self, node: str) -> None:
+    def _request_planned(self, node: str) -> None:
         """Request the next transition of the plan for a node."""
         planned = self._planned.get(node)
         if planned is None or planned.request is not None:
@@ -368,7 +368,7 @@ class Lifecycles:
         task = self._of_node(node)
         entry = planned.entries[0]
         if self._given_up is not None:
-            self._give_up(node)
+            self._forget_planned(node)
             self._report_failure(entry, task, self._given_up)
             return
         if not self._requests.is_ready or not (
@@ -377,10 +377,10 @@ class Lifecycles:
             return
         if task is not None:
             # the plan decides on its next states
-            self._drop(task, _OTHER_WISH)
+            self._drop(task, _SUPERSEDED)
             task.is_driven = False
             if task.state == TRANSITIONS[entry.transition].goal:
-                self._made(node)
+                self._planned_made(node)
                 return
 
         def answered(answer: Mapping[str, Any]) -> None:
@@ -388,10 +388,10 @@ class Lifecycles:
             if answer.get('ok'):
                 if task is not None:
                     goal = TRANSITIONS[entry.transition].goal
-                    self._reach(task, goal, is_wish=True)
-                self._made(node)
+                    self._reach(task, goal, is_requested=True)
+                self._planned_made(node)
                 return
-            self._give_up(node)
+            self._forget_planned(node)
             if not has_ended(answer):
                 reason = str(answer.get('reason') or 'it was refused')
                 self._report_failure(entry, task, reason)
@@ -401,29 +401,29 @@ class Lifecycles:
         )
 
     def _reach(
-        self, task: LifecycleTask, state: str, *, is_wish: bool
+        self, task: LifecycleTask, state: str, *, is_requested: bool
     ) -> None:
         """
         Handle the success of a transition.
 
-        :param is_wish: Whether the user requested it, rather than the launch
+        :param is_requested: Whether a user requested it, not the launch
         """
         task.state = state
-        if is_wish:
+        if is_requested:
             task.goal = state
         self._emit(events.PartChanged(task.owner, lifecycle=state))
 
-    def _made(self, node: str) -> None:
+    def _planned_made(self, node: str) -> None:
         """Go on after a transition of the plan."""
         planned = self._planned[node]
         planned.entries.popleft()
         if planned.entries:
             planned.since = self._loop.time()
-            self._go_on(node)
+            self._request_planned(node)
         else:
-            self._give_up(node)
+            self._forget_planned(node)
 
-    def _give_up(self, node: str) -> None:
+    def _forget_planned(self, node: str) -> None:
         """Forget the transitions of the plan for a node."""
         self._warnings.cancel(node)
         planned = self._planned.pop(node, None)
@@ -460,8 +460,8 @@ class Lifecycles:
             self._drive(task)
             return
         task.state = state
-        is_wish = not (task.is_driven or task.is_leaving)
-        if (before, state) in _REACHED and is_wish:
+        is_requested = not (task.is_driven or task.is_leaving)
+        if (before, state) in _REACHED and is_requested:
             # somebody else decided so
             task.goal = state
         self._emit(events.StateChanged(task.owner, node, state, before))
@@ -503,9 +503,9 @@ class Lifecycles:
     ) -> None:
         if answer.get('ok'):
             # the event may come later
-            is_wish = reply is not None
+            is_requested = reply is not None
             goal = TRANSITIONS[transition].goal
-            self._reach(task, goal, is_wish=is_wish)
+            self._reach(task, goal, is_requested=is_requested)
             self._drive(task)
             if reply is not None:
                 reply(None)
@@ -526,8 +526,8 @@ class Lifecycles:
             reply = self._replies.pop(number, None)
             if reply is not None:
                 reply(reason)
-        if task.label in self._wishes:
-            _, reply = self._wishes.pop(task.label)
+        if task.label in self._pending:
+            _, reply = self._pending.pop(task.label)
             reply(reason)
 
     def _fail(self, task: LifecycleTask, transition: str, reason: str) -> None:

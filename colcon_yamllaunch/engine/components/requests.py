@@ -49,7 +49,7 @@ class Requests:
                 {'id': next(self._count), 'do': 'cancel', 'request': number}
             )
 
-    def take(self, answer: Mapping[str, Any]) -> None:
+    def handle(self, answer: Mapping[str, Any]) -> None:
         """Pass an answer to the function that waits for it, if any."""
         answered = self._open.pop(answer['id'], None)
         if answered is not None:
@@ -115,6 +115,7 @@ class WaitWarnings:
             self._alarms[key] = self._loop.call_at(due, self._loop.wake)
 
     def _after(self, key: str, since: float) -> float:
-        first = limits.WAIT_WARNING_DELAY
-        begun, seconds = self._next.get(key, (since, first))
-        return seconds if begun == since else first
+        begun, seconds = self._next.get(
+            key, (since, limits.WAIT_WARNING_DELAY)
+        )
+        return seconds if begun == since else limits.WAIT_WARNING_DELAY

@@ -22,6 +22,7 @@ from colcon_yamllaunch.engine.components.composition import Composition
 from colcon_yamllaunch.engine.helper_process import HelperProcess
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.process.pythons import pythons
+from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Timer
 
@@ -48,7 +49,7 @@ class RosLink:
 
     :param environment: The environment that it runs in
     :param start: Starts it as a process of the launch
-    :param emit: Receives events
+    :param emit: Receives events, and applies them to `state`
     :param log: The file for its standard error, or None
     """
 
@@ -60,18 +61,21 @@ class RosLink:
         start: Start,
         emit: events.Listener,
         log: Path | None,
+        state: LaunchState,
     ) -> None:
         self._environment = environment
         self._start = start
         self._emit = emit
         self._process = HelperProcess(
-            loop, self._spawn, self._take, self._lost, log
+            loop, self._spawn, self._handle, self._lost, log
         )
         self._packages = needed_packages(plan)
         self._pythons = pythons(environment.get('PATH', os.defpath))
         self._python = self._first_found = 0
         #: The components and lifecycle nodes of the launch.
-        self.composition = Composition(plan, self._process.send, emit, loop)
+        self.composition = Composition(
+            plan, self._process.send, emit, loop, state
+        )
         #: Whether the environment has the needed packages.
         self.is_found = are_beside(
             self._packages, self._pythons[0], environment
@@ -153,16 +157,16 @@ class RosLink:
         last = self._process.last_line()
         return f': {last}' if last else ''
 
-    def _take(self, message: dict[str, Any]) -> None:
+    def _handle(self, message: dict[str, Any]) -> None:
         """Handle a message of the client."""
         match message:
             case {'event': 'found', 'missing': [*missing]}:
                 self._found([str(name) for name in missing])
             case {'event': 'ready'}:
                 self._is_ready = True
-                self.composition.take(message)
+                self.composition.handle(message)
             case _:
-                self.composition.take(message)
+                self.composition.handle(message)
 
     def _found(self, missing: list[str]) -> None:
         if not missing:

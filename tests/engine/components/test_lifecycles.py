@@ -79,11 +79,11 @@ def test_a_node_is_configured_and_activated(node):
     h = begin(node())
     assert [r['node'] for r in h.open('follow')] == ['/lc']
     activate(h)
-    assert h.composition.state('lc-1') == 'active'
+    assert h.state('lc-1').lifecycle == 'active'
     lines = [line for e in h.happened(StateChanged) for line in e.lines()]
     assert lines == ['lc-1: inactive', 'lc-1: active']
     h.exit('lc-1')
-    assert h.composition.state('lc-1') is None
+    assert h.state('lc-1').lifecycle == 'unknown'
     assert h.supervisor.done
     assert not h.happened(TransitionFailed)
 
@@ -92,7 +92,7 @@ def test_without_autostart_a_node_is_only_followed(node):
     h = begin(node(autostart=False))
     goes(h, 'unconfigured')
     assert transitions(h) == []
-    assert h.composition.state('lc-1') == 'unconfigured'
+    assert h.state('lc-1').lifecycle == 'unconfigured'
 
 
 def test_a_transition_that_fails_is_a_failure(node):
@@ -121,7 +121,7 @@ def test_a_respawned_node_gets_the_state_that_it_had_reached(node):
     goes(h, 'unconfigured')
     h.answer('change_state')
     assert transitions(h) == []
-    assert h.composition.state('lc-1') == 'inactive'
+    assert h.state('lc-1').lifecycle == 'inactive'
     assert not h.happened(TransitionFailed)
 
 
@@ -147,9 +147,9 @@ def test_a_component_is_activated_once_it_is_loaded(process):
     h.there('/box')
     h.loads(1)
     activate(h, '/a')
-    assert h.composition.task('a').state == 'active'
+    assert h.composition.task('a').state.lifecycle == 'active'
     h.exit('box-1', CRASH)
-    assert h.composition.task('a').state is None
+    assert h.composition.task('a').state.lifecycle == 'unknown'
     h.loads(1)
     activate(h, '/a')
 
