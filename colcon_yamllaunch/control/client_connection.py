@@ -27,10 +27,10 @@ _TOO_MUCH = 4 * _SHARE
 # bytes that the system is to take from us at the end; it takes what it allows
 _LAST_ROOM = 1024 * 1024
 _CHUNK = 64 * 1024
-# a connection is slow that was busy for so much of a second, and took fewer
-# bytes than that in it
-_BUSY = 0.5
+# a connection is slow that has something to send all the time, and takes fewer
+# bytes a second; how long it is looked at, in seconds
 _SLOW = 8 * 1024 * 1024
+_LOOK = 0.2
 _GONE = select.EPOLLERR | select.EPOLLHUP
 
 
@@ -236,7 +236,8 @@ class Client:
         self._is_waiting = number is None
         self._unanswered += 1
         if message.get('request') == 'ping':
-            self._speed.look(time.monotonic())
+            has_rest = bool(self._outgoing) or self._has_more()
+            self._speed.look(time.monotonic(), has_rest=has_rest)
         granted = self._service.answer(
             message,
             lambda answer: self._answer({**answer, **same}),
@@ -282,14 +283,13 @@ class Client:
         try:
             while self._outgoing:
                 sent = self._connection.send(self._outgoing)
-                self._speed.sent(sent)
+                self._speed.bytes += sent
                 del self._outgoing[:sent]
                 if self._skipped and not self._outgoing:
                     skipped = {'skipped': self._skipped}
                     self._skipped = 0
                     self._outgoing += protocol.encode(skipped)
         except BlockingIOError:
-            self._speed.blocked(time.monotonic())
             self._watch()
         except OSError:
             if self._is_holder:
@@ -332,35 +332,24 @@ class _Speed:
     """How fast a connection is."""
 
     def __init__(self) -> None:
-        #: Whether it was busy, and yet slow.
+        #: Whether it is slow.
         self.is_slow = False
+        #: The bytes that it has taken since the last look.
+        self.bytes = 0
         self._since = time.monotonic()
-        self._bytes = 0
-        self._blocked = 0.0
-        self._blocked_since: float | None = None
+        self._had_rest = False
 
-    def sent(self, size: int) -> None:
-        """Note that it has taken some bytes."""
-        self._bytes += size
-        if self._blocked_since is not None:
-            self._blocked += time.monotonic() - self._blocked_since
-            self._blocked_since = None
+    def look(self, now: float, *, has_rest: bool) -> None:
+        """
+        Find out whether it is slow.
 
-    def blocked(self, now: float) -> None:
-        """Note that it takes no more for now."""
-        if self._blocked_since is None:
-            self._blocked_since = now
-
-    def look(self, now: float) -> None:
-        """Find out whether it was slow since the last look."""
-        if self._blocked_since is not None:
-            self._blocked += now - self._blocked_since
-            self._blocked_since = now
-        seconds = max(now - self._since, 1e-3)
-        self.is_slow = (
-            self._blocked > _BUSY * seconds and self._bytes < _SLOW * seconds
-        )
-        self._blocked, self._bytes, self._since = 0.0, 0, now
+        :param has_rest: Whether there is something that it has not taken
+        """
+        seconds = now - self._since
+        if seconds >= _LOOK:
+            is_busy = self._had_rest and has_rest
+            self.is_slow = is_busy and self.bytes < _SLOW * seconds
+            self.bytes, self._since, self._had_rest = 0, now, has_rest
 
 
 def _packed(data: bytes) -> bytes:
