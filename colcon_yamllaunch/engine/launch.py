@@ -16,10 +16,11 @@ class Launch(Protocol):
     """
     A running launch: its state, and the commands that it executes.
 
-    The engine of this process is one, and so is the client of the control
-    socket of another process, `control.client.RunningLaunch`. Its events
-    change the state: those of the engine go to its listeners, and those of
-    another process are read by `RunningLaunch.events`.
+    There are three: the engine of this process; the client of the control
+    socket of another process, `control.client.RunningLaunch`; and that of a
+    part on a machine, `remote.link.remote_part.RemotePart`. Events change the
+    state: those of the engine go to its listeners, as do those of a part, and
+    those of another process are read by `RunningLaunch.events`.
     """
 
     @property

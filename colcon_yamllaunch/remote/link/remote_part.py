@@ -35,11 +35,13 @@ from colcon_yamllaunch.engine.commands import DONE
 from colcon_yamllaunch.engine.commands import Done
 from colcon_yamllaunch.engine.commands import PartCommand
 from colcon_yamllaunch.engine.commands import Refused
+from colcon_yamllaunch.engine.commands import Response
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.event_codec import EventError
 from colcon_yamllaunch.engine.event_codec import EventReader
 from colcon_yamllaunch.engine.events import LinkState
 from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.state import PartState
 from colcon_yamllaunch.engine.state import ProcessState
 from colcon_yamllaunch.engine.stopping.launch_stop import timeouts_of
@@ -54,6 +56,7 @@ from colcon_yamllaunch.remote.deployment.machine import Machine
 from colcon_yamllaunch.remote.link.machine_link import MachineLink
 from colcon_yamllaunch.remote.part_commands import Finish
 from colcon_yamllaunch.remote.part_commands import Measure
+from colcon_yamllaunch.remote.part_commands import Usage
 from colcon_yamllaunch.remote.part_settings import LINK_LOST
 
 #: Seconds after which something comes late, and has the time at which it was.
@@ -104,9 +107,9 @@ class RemotePart:
         self._stopped_for = ''
         self._size = os.terminal_size((80, 24))
         # who waits for the answer to a request, by its number
-        self._requests: dict[int, Callable[[Mapping[str, Any]], None]] = {}
-        #: What has become of the link.
-        self.state: LinkState = 'up'
+        self._replies: dict[int, Callable[[Mapping[str, Any]], None]] = {}
+        #: The state of the connection to the machine.
+        self.link_state: LinkState = 'up'
         #: Why it is lost or gone, for the user; or empty.
         self.reason = ''
         self._is_idle = False
@@ -132,12 +135,12 @@ class RemotePart:
     @property
     def is_over(self) -> bool:
         """Whether nothing is to be heard of it any more."""
-        return self.state in ('gone', 'done')
+        return self.link_state in ('gone', 'done')
 
     @property
     def is_busy(self) -> bool:
         """Whether something runs there, or is about to."""
-        return not self.is_over and bool(self._requests or not self._is_idle)
+        return not self.is_over and bool(self._replies or not self._is_idle)
 
     @property
     def link(self) -> MachineLink:
@@ -171,7 +174,7 @@ class RemotePart:
             if not self._held:
                 self._link.hold(False)
         self._link.advance()
-        if self.state == 'up' and self._clock() > self._ends_by:
+        if self.link_state == 'up' and self._clock() > self._ends_by:
             self._give_up('it does not end, though it was told to')
         self._guard_link()
 
@@ -180,23 +183,31 @@ class RemotePart:
         if not self.is_over:
             self._link.send(request_of(command))
 
+    @property
+    def state(self) -> LaunchState:
+        """The state of the whole launch; see `Launch`."""
+        return self._launch.state
+
     def ask(
         self,
-        command: Command[Any],
-        done: Callable[[Mapping[str, Any]], None],
+        command: Command[Response],
+        reply: Callable[[Response | Refused], object] = bool,
     ) -> None:
         """
-        Send a command.
+        Send a command, and pass on the response; see `Launch`.
 
-        :param done: Takes the answer, with an `error` if it was refused
         :raises RefusedError: when it cannot be sent now
         """
-        if self.state != 'up':
+        if self.link_state != 'up':
             raise RefusedError(self._why_not())
-        if len(self._requests) >= MAXIMUM_REQUESTS:
+        if len(self._replies) >= MAXIMUM_REQUESTS:
             raise RefusedError(f'{self.machine.name} does not answer')
         number = self._link.send(request_of(command))
-        self._requests[number] = done
+
+        def answered(answer: Mapping[str, Any]) -> None:
+            reply(self._response(command, answer))
+
+        self._replies[number] = answered
 
     def stop(
         self, reason: str, *, interactive: bool, drop_timers: bool
@@ -204,7 +215,7 @@ class RemotePart:
         """Begin to end all of it."""
         if self._is_restarting:
             self._give_up(self.reason)
-        if self.state == 'lost' and not self._is_waited_for:
+        if self.link_state == 'lost' and not self._is_waited_for:
             self._is_waited_for = True
             self._emit(
                 events.Warned(f'{self.machine.name}: {self._pending_text()}')
@@ -215,7 +226,7 @@ class RemotePart:
 
     def escalate(self) -> None:
         """Take the next step of stopping at once."""
-        if self.state == 'lost':
+        if self.link_state == 'lost':
             # who asks twice does not wait until it is back
             what = 'its processes stop there by themselves'
             if self.machine.on_lost == 'keep':
@@ -280,7 +291,7 @@ class RemotePart:
 
     def has_keyboard(self, label: str) -> bool:
         """Return whether keys can be typed at a process now."""
-        if self.state != 'up' or label not in self._parts:
+        if self.link_state != 'up' or label not in self._parts:
             return False
         state = self._launch.state.process(label)
         return state is not None and state.terminal
@@ -314,7 +325,7 @@ class RemotePart:
         """Start and load parts anew after a change; return their labels."""
         mine = [label for label in self._parts if label in labels]
         begun = tuple(label for label in mine if self._may_restart(label))
-        if begun and self.state == 'up':
+        if begun and self.link_state == 'up':
             self._send_missing(self._missing.intersection(begun))
             self.ask(commands.RestartChanged(begun), self._warn_refused)
             return begun
@@ -346,39 +357,37 @@ class RemotePart:
         :raises RefusedError: when it cannot be sent now
         """
         label = command.process
-
-        def answered(answer: Mapping[str, Any]) -> None:
-            reply(self._response(command, answer))
-
         match command:
             case commands.Type():
                 self.send(command)
                 reply(DONE)
                 return
             case commands.Describe() | commands.ChangeState():
-                self.ask(command, answered)
+                self.ask(command, reply)
                 return
         if self._launch.is_stopping:
             raise RefusedError('the whole launch is being stopped')
         is_restart = isinstance(command, commands.Restart)
-        if is_restart and (self.state == 'gone' or self._is_restarting):
+        if is_restart and (self.link_state == 'gone' or self._is_restarting):
             self._restart_gone(label, reply)
             return
-        if label in self._missing and self.state == 'up':
+        if label in self._missing and self.link_state == 'up':
             if not is_restart:
                 raise RefusedError(f'{label} does not run')
             self._send_missing({label})
             reply(DONE)
             return
-        self.ask(command, answered)
+        self.ask(command, reply)
 
     def _response(
-        self, command: PartCommand[Any], answer: Mapping[str, Any]
+        self, command: Command[Any], answer: Mapping[str, Any]
     ) -> Any:
         """Return the response to a command that an answer stands for."""
         error = _error_of(answer)
         if error is not None:
             return Refused(error)
+        if isinstance(command, Measure):
+            return Usage(_usage(answer.get('usage'), self._parts))
         if not isinstance(command, commands.Describe):
             return DONE
         # few ask for that
@@ -402,12 +411,12 @@ class RemotePart:
         :raises RefusedError: when it cannot be asked for now
         """
 
-        def answered(answer: Mapping[str, Any]) -> None:
-            usage = _usage(answer.get('usage'), self._parts)
+        def measured(response: Usage | Refused) -> None:
+            usage = {} if isinstance(response, Refused) else response.usage
             self._emit(events.Measured(self.machine.name, usage))
             done()
 
-        self.ask(Measure(), answered)
+        self.ask(Measure(), measured)
 
     def cpu_shares(self) -> dict[str, float]:
         """Return the shares of a processor by label, as far as known."""
@@ -459,8 +468,8 @@ class RemotePart:
 
     def lost(self, reason: str) -> None:
         """Take into account that nothing is heard of the machine."""
-        if self.state == 'up':
-            self.state = 'lost'
+        if self.link_state == 'up':
+            self.link_state = 'lost'
             self.reason = printable(reason)
             is_kept = self.machine.on_lost == 'keep'
             name = self.machine.name
@@ -469,8 +478,8 @@ class RemotePart:
 
     def back(self, seconds: float) -> None:
         """Take into account that it is heard of again."""
-        if self.state == 'lost':
-            self.state = 'up'
+        if self.link_state == 'lost':
+            self.link_state = 'up'
             self.reason = ''
             if self._ends_by < math.inf:
                 self._limit_end()
@@ -618,7 +627,7 @@ class RemotePart:
         if 'event' in message:
             self._take_event(self._reader.read(message['event']))
         elif 'ok' in message:
-            done = self._requests.pop(message['id'], None)
+            done = self._replies.pop(message['id'], None)
             if done is not None:
                 done(message)
         elif 'shown' in message:
@@ -828,23 +837,23 @@ class RemotePart:
         return None
 
     def _enter(self, state: LinkState) -> None:
-        self.state = state
+        self.link_state = state
         name = self.machine.name
         self._emit(events.LinkChanged(name, state, self.reason))
 
     def _emit(self, event: events.Event) -> None:
         self._launch.tell(event)
 
-    def _warn_refused(self, answer: Mapping[str, Any]) -> None:
-        error = _error_of(answer)
-        if error is not None:
-            self._emit(events.Warned(f'{self.machine.name}: {error}'))
+    def _warn_refused(self, response: object) -> None:
+        if isinstance(response, Refused):
+            text = f'{self.machine.name}: {response.error}'
+            self._emit(events.Warned(text))
 
     def _why_not(self) -> str:
         name = self.machine.name
-        if self.state == 'done':
+        if self.link_state == 'done':
             return f'nothing runs on {name} any more'
-        if self.state == 'gone':
+        if self.link_state == 'gone':
             return f'{name} is gone: {self.reason}'
         return f'the link to {name} is lost: {self.reason}'
 
@@ -868,7 +877,7 @@ class RemotePart:
 
     def _refuse_all(self, why: str) -> None:
         """Answer all requests, as nobody else will."""
-        waiting, self._requests = self._requests, {}
+        waiting, self._replies = self._replies, {}
         for done in waiting.values():
             done({'error': why})
 

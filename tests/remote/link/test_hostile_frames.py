@@ -151,7 +151,7 @@ def test_any_messages_of_a_machine_harm_no_launch(sent: list[bytes]) -> None:
     gone = [e for e in launch.told if isinstance(e, events.MachineGone)]
     assert len(gone) <= 1
     assert all('\n' not in line for e in gone for line in e.lines())
-    assert part.is_over == bool(gone) or part.state == 'done'
+    assert part.is_over == bool(gone) or part.link_state == 'done'
 
 
 EXITED = {
@@ -186,7 +186,7 @@ def test_a_machine_that_sends_nonsense_is_dropped(
     message: dict[str, Any], reason: str
 ) -> None:
     part, _ = _sent([json.dumps(message).encode() + b'\n'])
-    assert part.state == 'gone'
+    assert part.link_state == 'gone'
     assert reason in part.reason
 
 
@@ -194,12 +194,12 @@ def test_a_machine_that_sends_nonsense_is_dropped(
 @pytest.mark.parametrize('asked', [-1, 10**18, 10**60, 'a', None])
 def test_a_machine_that_executed_too_much_is_dropped(asked: Any) -> None:
     part, _ = _sent([], {**ANSWER, 'asked': asked})
-    assert part.state == 'gone'
+    assert part.link_state == 'gone'
 
 
 @pytest.mark.hostile
 def test_few_bytes_do_not_become_many() -> None:
     data = zlib.compress(bytes(messages.MAXIMUM_MESSAGE + 1), 9)
     part, _ = _sent([protocol.encode_raw('packed', {}, data)])
-    assert part.state == 'gone'
+    assert part.link_state == 'gone'
     assert 'too long' in part.reason
