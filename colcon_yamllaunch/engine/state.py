@@ -856,19 +856,26 @@ def _in_short(outcome: Outcome) -> str:
 _ABOUT = ('title', 'package', 'file', 'folder')
 _LAUNCH = ('pid', 'log_folder')
 _LATER_OF_LAUNCH = ('watch', 'watch_failed', 'watch_paused', 'exit_code')
-_PROCESS = (
-    *('label', 'phase', 'pid', 'restarts', 'ending', 'executable', 'node'),
-    *('package', 'terminal'),
-)
-_COMPONENT = (
-    *('label', 'phase', 'ending', 'plugin', 'node', 'package', 'container'),
-    *('process', 'lifecycle'),
-)
-_LATER_OF_PROCESS = (
-    *('name', 'lifecycle', 'machine', 'cpu', 'memory'),
-    *('condition', 'failure'),
-)
-_LATER_OF_COMPONENT = ('machine', 'condition', 'failure')
+# the fields that each version sends, and those of later versions
+_FIELDS: Mapping[type, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    ProcessState: (
+        (
+            *('label', 'phase', 'pid', 'restarts', 'ending', 'executable'),
+            *('node', 'package', 'terminal'),
+        ),
+        (
+            *('name', 'lifecycle', 'machine', 'cpu', 'memory'),
+            *('condition', 'failure'),
+        ),
+    ),
+    ComponentState: (
+        (
+            *('label', 'phase', 'ending', 'plugin', 'node', 'package'),
+            *('container', 'process', 'lifecycle'),
+        ),
+        ('machine', 'condition', 'failure'),
+    ),
+}
 
 
 def to_json(state: LaunchState, since: int | None = None) -> dict[str, Any]:
@@ -907,12 +914,8 @@ def to_json(state: LaunchState, since: int | None = None) -> dict[str, Any]:
 
 def part_to_json(state: LaunchState, part: Part) -> dict[str, Any]:
     """Return a process or component as the control protocol sends it."""
-    names = (
-        (*_PROCESS, *_LATER_OF_PROCESS)
-        if isinstance(part, ProcessState)
-        else (*_COMPONENT, *_LATER_OF_COMPONENT)
-    )
-    values = _values(part, names)
+    required, later = _FIELDS[type(part)]
+    values = _values(part, (*required, *later))
     values['seconds'] = round(state.seconds_of(part), 3)
     values['log'] = state.log_of(part)
     machine = state.machines.get(part.machine or '')
@@ -943,10 +946,8 @@ def from_json(
 def _part_from_json(
     kind: type[ProcessState | ComponentState], row: Mapping[str, Any]
 ) -> Part:
-    if kind is ProcessState:
-        known = _known(row, (*_PROCESS, 'seconds'), _LATER_OF_PROCESS)
-    else:
-        known = _known(row, (*_COMPONENT, 'seconds'), _LATER_OF_COMPONENT)
+    required, later = _FIELDS[kind]
+    known = _known(row, (*required, 'seconds'), later)
     part = kind(**known, is_due=False)
     part.log = row['log']
     if 'condition' not in row:

@@ -12,7 +12,6 @@ from collections import deque
 from collections.abc import Callable
 from collections.abc import Collection
 from collections.abc import Iterable
-from collections.abc import Iterator
 from collections.abc import Sequence
 from dataclasses import dataclass
 from dataclasses import replace
@@ -36,6 +35,7 @@ from colcon_yamllaunch.engine.process.spawn import StartError
 from colcon_yamllaunch.engine.state import ProcessState
 from colcon_yamllaunch.engine.stopping.launch_stop import Stop
 from colcon_yamllaunch.engine.tasks import Task
+from colcon_yamllaunch.plan.plan import changed_entries
 from colcon_yamllaunch.plan.plan import ChangeState
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Entry
@@ -190,29 +190,16 @@ class Supervisor:
         seconds = self._loop.time() - task.started
         step = self._after_exit(task, asked=asked, failed=failed)
         delay = _delay_after(task, seconds) if step == 'respawn' else None
-        self._engine.tell(
-            events.Exited(
-                process,
-                group,
-                outcome,
-                seconds=seconds,
-                asked=asked,
-                failed=failed,
-                respawn_delay=delay,
-            )
+        event = events.Exited(
+            process,
+            group,
+            outcome,
+            seconds=seconds,
+            asked=asked,
+            failed=failed,
+            respawn_delay=delay,
         )
-        if self._composition is not None:
-            self._composition.ended(
-                process,
-                self._state(task).ending,
-                asked=asked,
-                failed=failed,
-                again=delay is not None or task.is_restarting,
-            )
-        if delay is not None:
-            self._respawn_later(task, delay, is_clean=False)
-        elif step == 'shutdown':
-            self.stop(f'{process.label} ended')
+        self._ended(task, event, step, asked=asked, failed=failed)
         if single_stop is not None:
             single_stop.take_steps()
 
@@ -534,19 +521,8 @@ class Supervisor:
             # the program may just be written again, or memory be short
             step = self._after_exit(task, asked=self.is_stopping, failed=True)
             delay = _delay_after(task, 0.0) if step == 'respawn' else None
-            self._engine.tell(events.StartFailed(process, str(error), delay))
-            if self._composition is not None:
-                self._composition.ended(
-                    process,
-                    self._state(task).ending,
-                    asked=False,
-                    failed=True,
-                    again=delay is not None,
-                )
-            if delay is not None:
-                self._respawn_later(task, delay, is_clean=True)
-            elif step == 'shutdown':
-                self.stop(f'{process.label} could not be started')
+            event = events.StartFailed(process, str(error), delay)
+            self._ended(task, event, step, asked=False, failed=True)
             return
         task.started = self._loop.time()
         task.group = group
@@ -558,6 +534,34 @@ class Supervisor:
         early_signals, task.early_signals = task.early_signals, []
         for entry in early_signals:
             self._signal(entry)
+
+    def _ended(
+        self,
+        task: Task,
+        event: events.Exited | events.StartFailed,
+        step: Literal['nothing', 'respawn', 'shutdown'],
+        *,
+        asked: bool,
+        failed: bool,
+    ) -> None:
+        """Emit the end of a process, or its failed start, and go on."""
+        self._engine.tell(event)
+        delay = event.respawn_delay
+        is_exit = isinstance(event, events.Exited)
+        if self._composition is not None:
+            self._composition.ended(
+                task.process,
+                self._state(task).ending,
+                asked=asked,
+                failed=failed,
+                again=delay is not None or task.is_restarting,
+            )
+        if delay is not None:
+            # what did not start has left nothing running
+            self._respawn_later(task, delay, is_clean=not is_exit)
+        elif step == 'shutdown':
+            how = 'ended' if is_exit else 'could not be started'
+            self.stop(f'{task.process.label} {how}')
 
     def _after_exit(
         self, task: Task, *, asked: bool, failed: bool
@@ -699,9 +703,13 @@ class Supervisor:
 
     def _filter(self, is_unwanted: Callable[[Entry], bool]) -> None:
         """Remove entries that have not been executed yet."""
-        self._agenda = deque(_without(self._agenda, is_unwanted))
+
+        def left(entry: Entry) -> Entry | None:
+            return None if is_unwanted(entry) else entry
+
+        self._agenda = deque(changed_entries(self._agenda, left))
         for key, (timer, handle) in self._timers.items():
-            entries = tuple(_without(timer.entries, is_unwanted))
+            entries = changed_entries(timer.entries, left)
             self._timers[key] = replace(timer, entries=entries), handle
 
     def _forget_cancelled(self) -> None:
@@ -822,17 +830,6 @@ class Supervisor:
         if self._stop.is_over and not self._engine.is_waiting():
             self._stop.abandon()
             self.done = True
-
-
-def _without(
-    entries: Iterable[Entry], is_unwanted: Callable[[Entry], bool]
-) -> Iterator[Entry]:
-    for entry in entries:
-        if isinstance(entry, Timer):
-            inner = tuple(_without(entry.entries, is_unwanted))
-            yield replace(entry, entries=inner)
-        elif not is_unwanted(entry):
-            yield entry
 
 
 def _delay_after(task: Task, seconds: float) -> float:

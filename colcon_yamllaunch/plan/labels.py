@@ -11,18 +11,17 @@ a label is the name of the node where the launch file gives one.
 
 from collections import Counter
 from collections.abc import Collection
-from collections.abc import Mapping
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import chain
 from itertools import count
 from typing import NamedTuple
 
+from colcon_yamllaunch.plan.plan import changed_entries
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Entry
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import Timer
 
 #: What stands between the name of a machine and that of a process there.
 MACHINE_SEPARATOR = '│'
@@ -88,7 +87,13 @@ def with_labels(plan: Plan, taken: Collection[str] = ()) -> Plan:
     labels = dict(
         zip((t.name for t in things), labels_of(things, taken), strict=True)
     )
-    return replace(plan, entries=_labelled(plan.entries, labels))
+
+    def labelled(entry: Entry) -> Entry:
+        if isinstance(entry, Process | Component):
+            return replace(entry, label=labels[entry.label])
+        return entry
+
+    return replace(plan, entries=changed_entries(plan.entries, labelled))
 
 
 def _free(name: str, taken: Collection[str]) -> str:
@@ -99,17 +104,3 @@ def _free(name: str, taken: Collection[str]) -> str:
 
 def _last_part(node: str | None) -> str:
     return (node or '').rpartition('/')[2]
-
-
-def _labelled(
-    entries: Sequence[Entry], labels: Mapping[str, str]
-) -> tuple[Entry, ...]:
-    found = []
-    for entry in entries:
-        if isinstance(entry, Timer):
-            inner = _labelled(entry.entries, labels)
-            entry = replace(entry, entries=inner)
-        elif isinstance(entry, Process | Component):
-            entry = replace(entry, label=labels[entry.label])
-        found.append(entry)
-    return tuple(found)

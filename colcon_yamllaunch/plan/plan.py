@@ -6,6 +6,7 @@
 from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Iterator
+from dataclasses import replace
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.plan.position import Position
@@ -342,35 +343,40 @@ class Plan:
     left_open: tuple[str, ...] = ()
     handlers: tuple[EventHandler, ...] = ()
 
+    def walk(self) -> Iterator[Entry]:
+        """Iterate over all entries in order, including those of timers."""
+        pending = list(reversed(self.entries))
+        while pending:
+            entry = pending.pop()
+            yield entry
+            if isinstance(entry, Timer):
+                pending.extend(reversed(entry.entries))
+
     def processes(self) -> Iterator[Process]:
         """Iterate over all processes, those behind timers too."""
-        return (e for e in self._leaves() if isinstance(e, Process))
+        return (e for e in self.walk() if isinstance(e, Process))
 
     def components(self) -> Iterator[Component]:
         """Iterate over all components, those behind timers too."""
-        return (e for e in self._leaves() if isinstance(e, Component))
+        return (e for e in self.walk() if isinstance(e, Component))
 
     def changes_of_state(self) -> Iterator[ChangeState]:
         """Iterate over all transitions, those behind timers too."""
-        return (e for e in self._leaves() if isinstance(e, ChangeState))
+        return (e for e in self.walk() if isinstance(e, ChangeState))
+
+    @property
+    def has_ros_timer(self) -> bool:
+        """Whether a timer is on the time of the topic `/clock`."""
+        return any(isinstance(e, Timer) and e.on_ros_time for e in self.walk())
 
     @property
     def needs_ros(self) -> bool:
         """Whether more is to be done in ROS than to start processes."""
-        pending = list(self.entries)
-        while pending:
-            match pending.pop():
-                case Component() | ChangeState():
-                    return True
-                case Process(is_lifecycle=True):
-                    return True
-                case Timer(on_ros_time=True):
-                    return True
-                case Timer(entries=entries):
-                    pending.extend(entries)
-                case _:
-                    pass
-        return False
+        return self.has_ros_timer or any(
+            isinstance(e, Component | ChangeState)
+            or (isinstance(e, Process) and e.is_lifecycle)
+            for e in self.walk()
+        )
 
     @property
     def host_position(self) -> Position | None:
@@ -381,19 +387,10 @@ class Plan:
         """
         for handler in self.handlers:
             return handler.position
-        for entry in self._leaves():
+        for entry in self.walk():
             if isinstance(entry, HostCall):
                 return entry.position
         return None
-
-    def _leaves(self) -> Iterator[Entry]:
-        pending = list(reversed(self.entries))
-        while pending:
-            entry = pending.pop()
-            if isinstance(entry, Timer):
-                pending.extend(reversed(entry.entries))
-            else:
-                yield entry
 
 
 @dataclass(frozen=True, slots=True)
@@ -412,6 +409,25 @@ class Growth:
     entries: tuple[Entry, ...] = ()
     problems: tuple[str, ...] = ()
     blocks: tuple[Block, ...] = ()
+
+
+def changed_entries(
+    entries: Iterable[Entry], change: Callable[[Entry], Entry | None]
+) -> tuple[Entry, ...]:
+    """
+    Return entries after a change to each, including those of timers.
+
+    :param change: Returns what replaces an entry, None to leave it out; it is
+      not called for timers
+    """
+    found: list[Entry] = []
+    for entry in entries:
+        if isinstance(entry, Timer):
+            inner = changed_entries(entry.entries, change)
+            found.append(replace(entry, entries=inner))
+        elif (changed := change(entry)) is not None:
+            found.append(changed)
+    return tuple(found)
 
 
 #: Returns all parameters that a process is given, with where they are set; the

@@ -22,6 +22,7 @@ from typing import TypeVar
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.plan.labels import machine_of
+from colcon_yamllaunch.plan.plan import changed_entries
 from colcon_yamllaunch.plan.plan import ChangeState
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Entry
@@ -93,12 +94,10 @@ def plan_difference(
     by_label = {entry.label: entry for entry in before}
     differs: list[str] = []
     same: list[str] = []
-    for entry in _leaves(plan.entries):
-        then = by_label.get(entry.label)
-        if then is None:
-            continue
-        is_same = _content(then) == _content(entry)
-        (same if is_same else differs).append(entry.label)
+    for entry in plan.walk():
+        if isinstance(entry, Process | Component) and entry.label in by_label:
+            is_same = _content(by_label[entry.label]) == _content(entry)
+            (same if is_same else differs).append(entry.label)
     stays = {*differs, *same}
     others = Counter(key for key, _ in _others(old.entries))
     fresh = tuple(_new(plan.entries, labels, others))
@@ -180,13 +179,8 @@ def _relabelled(
         names[key], labels[key] = name, label
         fresh.add(label)
 
-    def with_names(entries: Iterable[Entry]) -> tuple[Entry, ...]:
-        return tuple(map(with_name, entries))
-
     def with_name(entry: Entry) -> Entry:
         match entry:
-            case Timer():
-                return replace(entry, entries=with_names(entry.entries))
             case Process():
                 key = entry.ros_name
                 name = None if entry.name is None else names[key]
@@ -208,7 +202,7 @@ def _relabelled(
         )
         for handler in new.handlers
     )
-    entries = with_names(new.entries)
+    entries = changed_entries(new.entries, with_name)
     return replace(new, entries=entries, handlers=handlers), fresh
 
 
@@ -254,14 +248,6 @@ def _new(
 
 def _labelled(plan: Plan) -> tuple[Labelled, ...]:
     return (*plan.processes(), *plan.components())
-
-
-def _leaves(entries: Iterable[Entry]) -> Iterator[Labelled]:
-    for entry in entries:
-        if isinstance(entry, Timer):
-            yield from _leaves(entry.entries)
-        elif isinstance(entry, Process | Component):
-            yield entry
 
 
 def _others(

@@ -24,7 +24,6 @@ from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.process.pythons import pythons
 from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Timer
 
 #: The program; it imports nothing of this package.
 PROGRAM = Path(__file__).with_name('ros_client.py')
@@ -197,7 +196,7 @@ def needed_packages(plan: Plan) -> list[str]:
         'lifecycle_msgs': any(p.is_lifecycle for p in plan.processes())
         or any(c.is_lifecycle for c in plan.components())
         or any(True for _ in plan.changes_of_state()),
-        'rosgraph_msgs': _has_ros_timer(plan),
+        'rosgraph_msgs': plan.has_ros_timer,
     }
     return [name for name, is_needed in needs.items() if is_needed]
 
@@ -261,14 +260,3 @@ def missing_packages(
         )
     depends = ''.join(f'<exec_depend>{m}</exec_depend>' for m in missing)
     return f'{text}. In package.xml: {depends}'
-
-
-def _has_ros_timer(plan: Plan) -> bool:
-    pending = list(plan.entries)
-    while pending:
-        entry = pending.pop()
-        if isinstance(entry, Timer):
-            if entry.on_ros_time:
-                return True
-            pending.extend(entry.entries)
-    return False

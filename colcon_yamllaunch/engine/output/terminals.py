@@ -26,10 +26,10 @@ from colcon_yamllaunch.engine.output.channels import resize
 from colcon_yamllaunch.engine.output.relay import Relay
 from colcon_yamllaunch.engine.output.relay import Sink
 from colcon_yamllaunch.engine.process.spawn import StartError
+from colcon_yamllaunch.plan.plan import changed_entries
 from colcon_yamllaunch.plan.plan import Entry
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import Timer
 
 _IFLAG, _LFLAG = 0, 3
 _ECHOES_LINES = termios.ICANON | termios.ECHO
@@ -43,13 +43,11 @@ def with_terminals(plan: Plan, label: str | None = None) -> Plan:
     """
 
     def changed(entry: Entry) -> Entry:
-        if isinstance(entry, Timer):
-            return replace(entry, entries=tuple(map(changed, entry.entries)))
         if isinstance(entry, Process) and label in (None, entry.label):
             return replace(entry, emulate_tty=True)
         return entry
 
-    return replace(plan, entries=tuple(map(changed, plan.entries)))
+    return replace(plan, entries=changed_entries(plan.entries, changed))
 
 
 class Keyboards:
@@ -64,10 +62,10 @@ class Keyboards:
         return None
 
     def attach(self, label: str) -> None:
-        """Have its terminal watched, as somebody is attached to it."""
+        """Watch its terminal, as a client is attached to it."""
 
     def detach(self, label: str) -> None:
-        """Have it watched no more."""
+        """Stop watching its terminal."""
 
     def type(self, label: str, keys: bytes) -> None:
         """Type at a process."""
@@ -86,7 +84,7 @@ class Terminals:
         self._typed: dict[int, bytes] = {}
         # those whose modes are of the terminal that their process writes to
         self._followers: set[int] = set()
-        #: Is told each descriptor of a keyboard before it is closed.
+        #: Is called with each descriptor of a keyboard before it is closed.
         self.closing: Callable[[int], object] = bool
 
     @contextmanager
@@ -94,7 +92,7 @@ class Terminals:
         self, process: Process, size: os.terminal_size | None
     ) -> Iterator[int]:
         """
-        Give the descriptor that a process that is being started reads from.
+        Provide the standard input of a process that is being started.
 
         :param size: The size of its terminal, or None if it gets none
         :raises StartError: when there are too many open files, for instance
@@ -120,7 +118,7 @@ class Terminals:
         self._loop.add_reader(channel.reader, self._read_echo, process.label)
 
     def handle(self, event: Event) -> None:
-        """Listen to an event."""
+        """Handle an event."""
         if isinstance(event, Exited):
             self._close(event.process.label)
 
@@ -170,7 +168,7 @@ class Terminals:
         return modes
 
     def has_keyboard(self, label: str) -> bool:
-        """Tell whether keys can be typed at a process now."""
+        """Return whether keys can be typed at a process now."""
         return label in self._keyboards or self.elsewhere.has_keyboard(label)
 
     def type(self, label: str, keys: bytes) -> None:
@@ -193,7 +191,7 @@ class Terminals:
             self.elsewhere.type(label, keys)
 
     def add_sink(self, label: str, sink: Sink) -> None:
-        """Have somebody told at once what a process writes, and its prompt."""
+        """Send a sink the unfinished line of a process, then its output."""
         prompt = self._relay.unfinished(label)
         if prompt:
             sink('stdout', prompt)
@@ -202,7 +200,7 @@ class Terminals:
         self._relay.sinks.setdefault(label, []).append(sink)
 
     def remove_sink(self, label: str, sink: Sink) -> None:
-        """Have somebody told no more."""
+        """Send a sink nothing any more."""
         sinks = self._relay.sinks.get(label, [])
         if sink in sinks:
             sinks.remove(sink)
