@@ -2,7 +2,7 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-When a launch is to end by itself: what must be seen, and by when.
+Exit conditions: what ends a launch by itself (`--until`, `--for`).
 
 Times count from the moment when the launch begins to start processes, so
 building is not counted.
@@ -21,9 +21,9 @@ from colcon_yamllaunch.engine.output.lines import bare
 
 class ExitConditions:
     """
-    Listens whether what a launch waits for happens.
+    Decides when a launch ends by itself.
 
-    Without any argument that is nothing, and the launch takes its course.
+    Without arguments, it never does.
 
     :param until: Expressions; each must be found in a line of any process.
       Then the launch is stopped
@@ -67,7 +67,7 @@ class ExitConditions:
         self._start = self._clock()
 
     def handle(self, event: events.Event) -> None:
-        """Listen to an event."""
+        """Handle an event."""
         match event:
             case events.Output():
                 if self._unseen and not self._timed_out:
@@ -124,7 +124,7 @@ class ExitConditions:
         return f'{self._timeout:g} s are over'
 
     def end(self) -> None:
-        """Take note that the launch is over."""
+        """Note that the launch is over."""
         self._seconds = self._clock() - self._start
 
     def verdicts(self) -> tuple[events.Verdict, ...]:

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""When what is told just now happened: now, unless it comes late."""
+"""The time of the current event: now, unless it arrives late."""
 
 from collections.abc import Callable
 import time
@@ -9,10 +9,10 @@ import time
 
 class Moment:
     """
-    The time of day of what is told.
+    The time of the current event.
 
-    What another machine has kept while the link to it was lost comes late,
-    and has the time at which it was written.
+    An event that another machine kept while the connection was lost arrives
+    late, and has the time at which it happened.
 
     :param now: Returns the time of day, in seconds
     """

@@ -58,7 +58,7 @@ class Outcome:
 
 def ending_of(outcome: Outcome, asked: bool) -> str:
     """
-    Say how a process ended, as a part of a sentence.
+    Return how a process ended, as a part of a sentence.
 
     :param asked: Whether it had been asked to stop
     """
@@ -82,7 +82,7 @@ def signal_name(number: int) -> str:
 
 def is_failure(outcome: Outcome, asked: bool) -> bool:
     """
-    Tell whether a process failed.
+    Return whether a process failed.
 
     :param asked: Whether it had been asked to stop; then any exit code is
       fine, and so is the end by one of :data:`STOP_SIGNALS`, but a crash on
@@ -99,7 +99,7 @@ def after_exit(
     process: Process, respawns: int, stopping: bool
 ) -> Literal['nothing', 'respawn', 'shutdown']:
     """
-    Decide what follows the end of a process, however it ended.
+    Return what follows the end of a process, however it ended.
 
     Stopping wins over respawning; and as in ROS 2, `on_exit: shutdown` holds
     for each end of a process that is respawned.

@@ -30,9 +30,9 @@ _STREAMS = ('stdout', 'stderr')
 
 class ProcessStarter:
     """
-    Starts the processes of a launch, and knows who has their output.
+    Starts the processes of a launch, and maps descriptors to their output.
 
-    :param guard: Is told of all processes
+    :param guard: Receives all processes
     :param processes: How many processes the plan has
     """
 
@@ -66,7 +66,7 @@ class ProcessStarter:
         self._limit.expect(processes)
 
     def close(self) -> None:
-        """Leave the limits of the system as they were."""
+        """Restore the limits of the system."""
         self._limit.restore()
 
     def start(

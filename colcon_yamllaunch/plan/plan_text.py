@@ -205,7 +205,7 @@ def handler_as_text(handler: EventHandler, cwd: str) -> Iterator[str]:
 
 
 def when(handler: EventHandler) -> str:
-    """Say when an event handler does something."""
+    """Return when an event handler acts."""
     who = ' or '.join(handler.processes)
     condition = handler.condition
     rest = f' ({condition})' if condition else ''

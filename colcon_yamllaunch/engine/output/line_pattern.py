@@ -64,7 +64,7 @@ class LinePattern:
 
     def is_in(self, lines: str) -> bool:
         r"""
-        Tell whether one of some lines matches.
+        Return whether one of several lines matches.
 
         In a line that is longer than a piece, a match that is longer than
         half of one may be missed. To be called in the main thread.
@@ -132,7 +132,7 @@ class LinePattern:
 
 @functools.cache
 def _heed_timer() -> None:
-    """Have a search end with the timer, from now on."""
+    """Let the timer end searches from now on."""
     signal.signal(signal.SIGVTALRM, _over)
 
 

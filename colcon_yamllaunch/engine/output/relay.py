@@ -35,15 +35,15 @@ class _Source:
 
 class Relay:
     """
-    The ends to read from of all processes.
+    Reads the output of all processes.
 
     A process whose output waits for the screen is not read, so that it is
     held up by its own pipe; others are not.
 
     :param accepts: Whether the screen takes more of a process's stream
-    :param record: Is given each piece of output before anybody else, so that
-      it is not lost with the launcher
-    :param tell: Is told of whole lines
+    :param record: Receives each piece of output first, so that it is not lost
+      with the launcher
+    :param tell: Receives whole lines
     """
 
     def __init__(
@@ -65,15 +65,15 @@ class Relay:
         # bytes of all lines that have not ended
         self._unfinished = 0
         self._large_pipes = 0
-        #: Who is told at once what a process writes, by its label.
+        #: Receive the output of a process at once, by its label.
         self.sinks: dict[str, list[Sink]] = {}
-        #: Is told each descriptor before it is closed.
+        #: Is called with each descriptor before it is closed.
         self.closing: Callable[[int], object] = bool
 
     def add(
         self, group: int, process: Process, stdout: int, stderr: int
     ) -> None:
-        """Take the ends of a new process, which are closed here later."""
+        """Read from a new process; the descriptors are closed here later."""
         sources = [
             _Source(stdout, process, 'stdout'),
             _Source(stderr, process, 'stderr'),
@@ -115,20 +115,20 @@ class Relay:
         )
 
     def end_lines(self, label: str) -> None:
-        """Take the last line of a process as whole, as somebody ended it."""
+        """Emit the unfinished line of a process as a whole line."""
         for source in self._all():
             if source.process.label == label:
                 self._pass_on(source, self._flushed(source))
 
     def show(self, label: str, stream: events.Stream, data: bytes) -> None:
-        """Tell at once what a process writes, or what is echoed."""
+        """Send sinks what a process writes, or what is echoed."""
         for sink in tuple(self.sinks.get(label, ())):
             sink(stream, data)
 
     def feed(
         self, process: Process, stream: events.Stream, data: bytes
     ) -> None:
-        """Take what a process on another machine wrote."""
+        """Add output of a process on another machine."""
         key = process.label, stream
         source = self._fed.get(key)
         if source is None:

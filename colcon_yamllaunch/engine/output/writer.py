@@ -39,23 +39,23 @@ class Writer:
             self.descriptor, self._careful = _open_again(descriptor)
         #: Why something could not be shown that somebody may miss, if so.
         self.error: OSError | None = None
-        #: Whether nobody can read it any more; then all is dropped.
+        #: Whether there is no reader any more; then everything is dropped.
         self.broken = False
         self._queue: deque[tuple[object, bytes | memoryview]] = deque()
         self._total = 0
         self._shares: dict[object, int] = {}
 
     def write(self, key: object, data: bytes) -> None:
-        """Take something to be shown with the next :meth:`flush`."""
+        """Add data to what the next :meth:`flush` shows."""
         if not self.broken:
             self._add(key, data)
 
     def write_raw(self, key: object, data: bytes) -> None:
-        """Take what a process wrote that has the keyboard, as it came."""
+        """Add the unchanged output of the process that has the keyboard."""
         self.write(key, data)
 
     def steer(self, data: bytes) -> None:
-        """Take what shows nothing, such as the title of a window."""
+        """Add control sequences, such as the title of a window."""
         self.write(None, data)
 
     def due(self) -> float | None:
@@ -79,18 +79,18 @@ class Writer:
                 self.error = self.error or error
 
     def accepts(self, key: object) -> bool:
-        """Tell whether a stream may add to what waits already."""
+        """Return whether a stream may add to what is pending."""
         share = self._shares.get(key, 0)
         if self._total > limits.SCREEN_BACKLOG:
             return share == 0 and self._total < limits.SCREEN_MAXIMUM
         return share < limits.STREAM_BACKLOG
 
     def waits(self) -> bool:
-        """Tell whether something waits to be shown."""
+        """Return whether output is pending."""
         return bool(self._queue)
 
     def give_up(self) -> None:
-        """Drop everything from now on, as nobody can read it."""
+        """Drop everything from now on, as there is no reader."""
         self._drop()
         self.broken = True
 

@@ -79,7 +79,7 @@ class LaunchCgroup:
     @contextmanager
     def entered(self, number: int) -> Iterator[None]:
         """
-        Be in the group of a process, so that what is started is born there.
+        Move to the group of a process, so that it starts there.
 
         If there can be none, nothing happens. The first move for a while takes
         some 10 ms, as the kernel waits until each processor took note of it,

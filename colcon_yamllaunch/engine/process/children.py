@@ -2,10 +2,10 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-What the system tells about our children, and only about ours.
+The children of the launcher that ended or were suspended.
 
-Looking first and waiting then leaves children of other code alone; if one of
-those is first in line, ours are tried one by one.
+Only the given children are reaped: those of other code are left alone. If one
+of these is reported first, ours are checked one by one.
 """
 
 from collections.abc import Collection
@@ -34,7 +34,7 @@ def suspended_children(
 
 
 def has_ended(pid: int) -> bool:
-    """Tell whether a child is gone; one that has just ended is reaped."""
+    """Return whether a child has ended; it is reaped if so."""
     try:
         return os.waitpid(pid, os.WNOHANG)[0] == pid
     except ChildProcessError:

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Where the system puts core dumps; see core(5)."""
+"""The path of a core dump; see core(5)."""
 
 from collections.abc import Callable
 import glob
@@ -24,9 +24,9 @@ def find_core_dump(
     now: Callable[[], float] = time.time,
 ) -> str | None:
     """
-    Say where the core dump of a process is that has just ended.
+    Return where the core dump of a process is that has just ended.
 
-    Return a path, a command that opens it, or the program that got it; None
+    That is a path, a command that opens it, or the program that got it; None
     if it is not found.
 
     :param cwd: The working directory that it was started in

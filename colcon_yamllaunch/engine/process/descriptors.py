@@ -93,6 +93,6 @@ class DescriptorLimit:
         return spawn_with_original_limit
 
     def restore(self) -> None:
-        """Have the limit as it was."""
+        """Restore the limit."""
         if self._raised:
             resource.setrlimit(resource.RLIMIT_NOFILE, self._before)

@@ -118,11 +118,11 @@ class LineBuffering:
         return {}
 
     def holds_back(self, process: Process) -> bool:
-        """Tell whether a process may hold lines back since its start."""
+        """Return whether a process may hold lines back since its start."""
         return process.label in self._holding
 
     def is_cpp(self, process: Process) -> bool:
-        """Tell whether it is one in C++ that may."""
+        """Return whether a process is in C++ and may hold lines back."""
         return self._holding.get(process.label, False)
 
     def _find_library(self) -> tuple[str, Elf] | None:
@@ -134,10 +134,9 @@ class LineBuffering:
 
 class SilenceWatch:
     """
-    Notices, once a launch, a process that may hold back all that it writes.
+    Finds, once in a launch, a process that may hold back all its output.
 
-    :param holds_back: Tells whether a process may; the user is bothered with
-      no others
+    :param holds_back: Returns whether a process may
     :param clock: Returns seconds that never go back
     """
 
@@ -152,7 +151,7 @@ class SilenceWatch:
         self._is_over = False
 
     def handle(self, event: events.Event) -> None:
-        """Listen to an event."""
+        """Handle an event."""
         if isinstance(event, events.Started):
             process = event.process
             if not self._is_over and self._holds_back(process):
@@ -162,11 +161,11 @@ class SilenceWatch:
             self._silent.pop(event.process.label, None)
 
     def due(self) -> float | None:
-        """Return when to look again, if at all."""
+        """Return when to call `overdue`, by the clock, or None."""
         return min((due for due, _ in self._silent.values()), default=None)
 
     def overdue(self) -> events.Silent | None:
-        """Return what is to be told now, if anything is."""
+        """Return the event that is due now, if there is one."""
         for due, process in self._silent.values():
             if due <= self._clock():
                 self._silent.clear()

@@ -49,7 +49,7 @@ class Place:
         return Place(path, status.st_dev, status.st_ino)
 
     def is_at(self, status: os.stat_result) -> bool:
-        """Tell whether a status is that of this place, and ours."""
+        """Return whether a status is that of this place, and ours."""
         found = status.st_dev, status.st_ino, status.st_uid
         return found == (self.device, self.inode, os.getuid())
 

@@ -75,7 +75,7 @@ def spawn_process(
 @contextmanager
 def explained(program: str) -> Iterator[None]:
     """
-    Say in one line why a program cannot be started.
+    Turn errors inside into one line that says why a program does not start.
 
     :raises StartError: when the system or Python complains inside
     """
