@@ -65,6 +65,9 @@ class Relay:
         # bytes of all lines that have not ended
         self._unfinished = 0
         self._large_pipes = 0
+        # glibc gives the top of the heap back to the system with each chunk of
+        # output, unless a larger block was freed before (see mallopt(3))
+        bytearray(limits.LARGE_PIPE)
         #: Receive the output of a process at once, by its label.
         self.sinks: dict[str, list[Sink]] = {}
         #: Is called with each descriptor before it is closed.
