@@ -57,6 +57,8 @@ def records(process, tmp_path):
         events.Requested(talker, 'restart'),
         events.Attached(talker),
         events.Detached(talker),
+        events.Idle(True),
+        events.CannotRun('reason'),
         events.Signalled(talker, 4711, 2, True),
         events.ShuttingDown('interrupted'),
         events.StillRunning(('kitchen',), 0, 2),
