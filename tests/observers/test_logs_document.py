@@ -102,6 +102,8 @@ def records(process, tmp_path):
         events.LinkChanged,
         events.Measured,
         events.StateReceived,
+        events.Idle,
+        events.CannotRun,
     }
     assert len(lines) == len(recorded)
     return {r['event']: r for r in map(json.loads, lines)}

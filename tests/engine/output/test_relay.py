@@ -121,8 +121,9 @@ def test_output_of_another_machine_is_cut_into_lines(relayed):
     assert relayed.told[-1] == ('arm│a', b'rest')
 
 
-def test_who_is_attached_sees_output_of_another_machine_at_once(relayed):
+def test_output_of_a_machine_is_shown_apart_from_its_lines(relayed):
     seen = []
     relayed.relay.sinks['arm│a'] = [lambda *piece: seen.append(piece)]
-    relayed.relay.feed(relayed.process('arm│a'), 'stdout', b'name? ')
+    relayed.relay.show('arm│a', 'stdout', b'name? ')
+    relayed.relay.feed(relayed.process('arm│a'), 'stdout', b'name? x\n')
     assert seen == [('stdout', b'name? ')]
