@@ -42,7 +42,7 @@ def printable(text: str) -> str:
     """
     if text.isascii() and text.replace('\n', ' ').isprintable():
         return text
-    return _UNFIT.sub(_replaced, text)
+    return _UNFIT.sub(replaced, text)
 
 
 def one_line(text: str) -> str:
@@ -62,5 +62,6 @@ def printable_json(text: str) -> str:
     return _UNFIT_IN_JSON.sub(lambda m: f'\\u{ord(m[0]):04x}', text)
 
 
-def _replaced(match: re.Match[str]) -> str:
+def replaced(match: re.Match[str]) -> str:
+    """Return what takes the place of a sequence or a control character."""
     return '' if len(match[0]) > 1 else '\N{REPLACEMENT CHARACTER}'

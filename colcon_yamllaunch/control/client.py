@@ -366,28 +366,9 @@ def _fields(command: 'Command[Any]') -> dict[str, Any]:
 
 
 def _response(command: 'Command[Any]', answer: Mapping[str, Any]) -> Any:
-    """Return the response to a command that an answer stands for."""
-    from colcon_yamllaunch.common.codec import CodecError
-    from colcon_yamllaunch.engine import commands
+    from colcon_yamllaunch.control.command_codec import response_of
 
-    if not answer.get('ok'):
-        return commands.Refused(str(answer.get('error')))
-    try:
-        match command:
-            case commands.Describe():
-                from colcon_yamllaunch.engine import description
-
-                described = description.from_json(answer.get('description'))
-                return commands.Described(described)
-            case commands.Tree():
-                from colcon_yamllaunch.engine import plan_tree
-
-                return commands.PlanTree(
-                    plan_tree.from_json(answer.get('tree'))
-                )
-    except CodecError as error:
-        return commands.Refused(f'the answer is malformed: {error}')
-    return commands.DONE
+    return response_of(command, answer)
 
 
 def _watched(fields: Mapping[str, Any]) -> Watched:

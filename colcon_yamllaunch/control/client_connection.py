@@ -158,6 +158,9 @@ class Client:
 
     def _has_room(self) -> bool:
         """Tell whether there is room for the answer to a request."""
+        if self._is_holder:
+            # it may have to stop what floods it
+            return True
         if self._cursor is None:
             return not self._outgoing and self._may_ask_more()
         return len(self._outgoing) < _TOO_MUCH and self._may_ask_more()

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Commands as requests of the control protocol, and back."""
+"""Commands and responses as messages of the control protocol, and back."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -11,6 +11,7 @@ from colcon_yamllaunch.common.codec import Codec
 from colcon_yamllaunch.common.codec import CodecError
 from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.control.protocol import ProtocolError
+from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine.commands import Command
 from colcon_yamllaunch.plan.plan_json import SPECIAL
 from colcon_yamllaunch.plan.plan_json import TAGS
@@ -40,6 +41,35 @@ def fields_of(command: Command[Any]) -> dict[str, Any]:
 def request_of(command: Command[Any]) -> dict[str, Any]:
     """Return the request that asks for a command."""
     return protocol.request(command.name, **fields_of(command))
+
+
+def response_of(command: Command[Any], answer: Mapping[str, Any]) -> Any:
+    """
+    Return the response to a command that an answer stands for.
+
+    It is `Refused` if the answer is malformed.
+    """
+    if not answer.get('ok'):
+        return commands.Refused(str(answer.get('error')))
+    try:
+        match command:
+            case commands.Describe():
+                from colcon_yamllaunch.engine import description
+
+                described = description.from_json(answer.get('description'))
+                return commands.Described(described)
+            case commands.Tree():
+                from colcon_yamllaunch.engine import plan_tree
+
+                return commands.PlanTree(
+                    plan_tree.from_json(answer.get('tree'))
+                )
+            case commands.RestartChanged():
+                return _CODEC.from_json(commands.Restarted, answer)
+            case _:
+                return commands.DONE
+    except CodecError as error:
+        return commands.Refused(f'the answer is malformed: {error}')
 
 
 def _read_bytes(data: object) -> bytes:

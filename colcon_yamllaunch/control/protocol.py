@@ -9,7 +9,7 @@ requests; each is answered by one object, in order. A request has `version`,
 which is :data:`VERSION`, and `request`:
 
 - `status`: the answer has the launch as `launch`, see
-  `launch_states.LaunchState`;
+  `engine.state.to_json`;
 - `stop` and `restart`, with the label of a process as `process`, or what ROS 2
   calls it; that of a component, or the full name of its node, has it unloaded,
   or loaded anew;

@@ -86,8 +86,8 @@ class Service:
         """
         Answer a request, at once unless `protocol` says otherwise.
 
-        Return the label of the process to :meth:`attach` the client to, or
-        from where on it is told what happens, or None.
+        Return the label of the process to :meth:`attach` the client to, the
+        cursor of its subscription, or None.
 
         :param connection: That of the client
         :param cursor: Where the client has come that has subscribed

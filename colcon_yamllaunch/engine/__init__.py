@@ -12,7 +12,8 @@ signals; a signal such as Ctrl-C arrives in `Engine._stop_by`.
   stopped, and when. It does not touch the system.
 - :mod:`.events` declares what can happen, and :mod:`.event_codec` reads events
   of other machines. :mod:`.state` is the state of the launch, which only
-  events change; it has what failed and the exit code.
+  events change; it has what failed. `run.py` (`_Launch.finish`) decides the
+  exit code from that, from `--until` and `--for`, and from output errors.
 - :mod:`.commands` declares what can be requested, and :mod:`.dispatcher`
   executes it: the second Ctrl-C is the command `Escalate`.
 - :mod:`.loop` waits for descriptors and timers. :mod:`.limits` has the
@@ -24,5 +25,8 @@ signals; a signal such as Ctrl-C arrives in `Engine._stop_by`.
   `components/`, which loads components and changes lifecycle states.
 - :mod:`.participants` declares what can take part in a launch beside the
   engine: the watcher, the parts on other machines, Python launch files.
+- :mod:`.launch` is the interface to a running launch, here, in another process
+  or on a machine. :mod:`.outcome` judges how a process ended, and says what
+  follows (`delay_of_respawn`).
 - :mod:`.exit_conditions` ends a launch by itself (`--until`, `--for`).
 """

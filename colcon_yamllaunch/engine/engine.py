@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""The loop that ties processes, output, signals and time together."""
+"""The engine: connects the loop, processes, output and signals of a launch."""
 
 from collections.abc import Callable
 from collections.abc import Collection
@@ -65,7 +65,7 @@ if TYPE_CHECKING:
     from colcon_yamllaunch.engine.components.ros_link import RosLink
     from colcon_yamllaunch.engine.dispatcher import Dispatcher
 
-# how long the guard lets the process that speaks with ROS end by itself
+# how long the guard waits for the ROS client to end by itself
 _CLIENT_TIMEOUTS = Timeouts(0.5, 0.5)
 
 
@@ -143,7 +143,7 @@ class Engine:
             *overridden(participants, 'handle_output'),
         ]
         self._ros = self._ros_link(plan) if plan.needs_ros else None
-        #: The course of the launch.
+        #: Decides what is started, restarted and stopped.
         self.supervisor = Supervisor(plan, self, self.loop, self.composition)
         #: Starts processes.
         self.starter = ProcessStarter(
@@ -195,7 +195,7 @@ class Engine:
 
     @property
     def composition(self) -> 'Composition | None':
-        """The course of what happens in ROS, if anything is to."""
+        """The components and lifecycle nodes; None if ROS is not needed."""
         return None if self._ros is None else self._ros.composition
 
     def groups(self) -> Mapping[str, int]:

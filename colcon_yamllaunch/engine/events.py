@@ -628,7 +628,7 @@ class PartChanged(Event):
 @dataclass(frozen=True, slots=True)
 class RosLost(Event):
     """
-    Nobody speaks with ROS for the launch any more.
+    The ROS client has ended and is not started again.
 
     :param reason: Why, as a sentence without its end
     """
@@ -940,9 +940,9 @@ class PlanFailed(Event):
 
 
 @dataclass(frozen=True, slots=True)
-class HostLost(Event):
+class WorkerLost(Event):
     """
-    The host of launch files in Python has ended before the launch.
+    The worker that runs Python launch files has ended before the launch.
 
     :param reason: How, as a part of a sentence
     """
@@ -1069,7 +1069,7 @@ def _starts_again(delay: float | None) -> str:
 
 
 def shown(position: Position) -> str:
-    """Return a place as a user looks at it, in his folder if it is there."""
+    """Return a position for users, relative to the current folder below it."""
     try:
         relative = os.path.relpath(position.path)
     except (OSError, ValueError):

@@ -81,7 +81,7 @@ class ExitConditions:
                 self._take_failure(event.process.label)
             case events.RosLost():
                 self._take_failure('the ROS client')
-            case events.HostLost():
+            case events.WorkerLost():
                 self._take_failure('the host of launch files in Python')
             case events.ShuttingDown():
                 self._stopping = True

@@ -36,4 +36,6 @@ class Launch(Protocol):
         Execute a command.
 
         :param reply: Is called with the response, at once or later
+        :raises RefusedError: when a part on a machine cannot be reached
+        :raises ControlError: when another process cannot be reached
         """

@@ -272,7 +272,6 @@ class LaunchState:
     :param left_behind: Processes that cannot be ended
     :param verdicts: What came of its exit conditions; set by `Ended`
     :param exit_code: What the launcher exits with, None until it ends
-    :param sequence: The number of events so far; output does not count
     :param version: Grows whenever something that is shown changes
     :param order_version: The version in which the order of its processes and
       components, or what belongs to it, changed last
@@ -307,7 +306,6 @@ class LaunchState:
     )
     verdicts: tuple[events.Verdict, ...] = ()
     exit_code: int | None = None
-    sequence: int = 0
     version: int = 0
     order_version: int = 0
 
@@ -430,7 +428,6 @@ class LaunchState:
         """Change it as an event says."""
         if isinstance(event, events.Output):
             return
-        self.sequence += 1
         self._note_failure(event)
         part = self._part_of(event)
         if part is not None and self._apply_to_part(part, event):
@@ -642,7 +639,7 @@ class LaunchState:
                 self.left_behind[key] = event
             case events.RosLost():
                 self.problems.append(event.reason)
-            case events.HostLost():
+            case events.WorkerLost():
                 self.problems.append(event.text)
             case events.PlanFailed():
                 self.problems.append(event.problems[0])

@@ -302,19 +302,6 @@ class Supervisor:
                     again=False,
                 )
 
-    def replace(self, process: Process) -> None:
-        """
-        Replace a process, and restart it if it was started before.
-
-        :param process: It has the label of a process of the plan
-        :raises RefusedError: when there is none, or all is being stopped
-        """
-        task = self.task(process.label)
-        if self._is_begun(task):
-            self.restart_process(process.label)
-            task.is_dropped = False
-        task.successor = process
-
     def revise(self, process: Process, *, at_once: bool) -> None:
         """
         Replace a process from its next start on.

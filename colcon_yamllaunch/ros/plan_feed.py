@@ -203,7 +203,7 @@ class PlanFeed(Participant):
         self._unwatch()
         self._grow(self._growing.lost(''))
         outcome = Outcome.from_status(status)
-        self.launch.tell(events.HostLost(str(outcome)))
+        self.launch.tell(events.WorkerLost(str(outcome)))
 
     def _read(self) -> None:
         try:

@@ -5,10 +5,13 @@
 The keymap of both views: the status block and the full screen.
 
 A row has a key, its help, and its effect: the command that it sends, or the
-change of the filter. Both views execute these; so a new key is a row, and no
-more. A row without either is for a method `key_NAME` of the view, which gets
-the label that the key is for. A view may show the response to a command in
-its own way, by a method `after_NAME`, which gets both.
+change of the filter. Both views execute these, so a key for one process is one
+row. A letter for all must not be one of `status_model.KEYS`, which choose
+processes, and the status block hints at it only if it is in `keys._IN_HINT`.
+
+A row without either calls the method `key_NAME` of the view: of the status
+block with a label or None, of the full screen with the part or the key. A view
+may show the response to a command in its own way, by a method `after_NAME`.
 """
 
 from collections.abc import Callable

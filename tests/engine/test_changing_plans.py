@@ -35,6 +35,17 @@ POSITION = Position('/ws/demo.yaml', 7, 9)
 STOPPED = Outcome(signal=signal.SIGINT)
 
 
+def replace_process(h, part):
+    h.supervisor.revise(part, at_once=False)
+    if part.label in h.started():
+        h.supervisor.restart_process(part.label)
+
+
+def replace_component(h, part):
+    h.composition.revise(part)
+    h.composition.reload(part.label)
+
+
 @pytest.fixture
 def box(process):
     return process('box-1', node_name='/box', is_container=True)
@@ -124,7 +135,7 @@ def test_added_entries_do_not_start_during_a_shutdown(history, process):
 
 def test_replaced_process_is_restarted(history, process):
     h = history(process('a', 'old', name='a.py-1', output='screen'))
-    h.supervisor.replace(process('a', 'new', name='a.py-1'))
+    replace_process(h, process('a', 'new', name='a.py-1'))
     assert h.sent('a') == [signal.SIGINT]
     assert h.supervisor.task('a').process.argv == ('old',)
     h.exit('a', STOPPED)
@@ -139,8 +150,8 @@ def test_replaced_process_is_restarted(history, process):
 def test_replaced_process_that_has_ended_is_started(history, process):
     h = history(process('a', 'old'), process('b', on_exit_shutdown=True))
     h.exit('a', Outcome(code=1))
-    h.supervisor.replace(process('a', 'new'))
-    h.supervisor.replace(process('b', 'new'))
+    replace_process(h, process('a', 'new'))
+    replace_process(h, process('b', 'new'))
     h.turn()
     h.exit('b', STOPPED)
     assert arguments(h, 'a') == ['old', 'new']
@@ -149,7 +160,7 @@ def test_replaced_process_that_has_ended_is_started(history, process):
 
 def test_replaced_process_behind_a_timer_waits_for_it(history, process):
     h = history(process('a'), Timer(2.0, (process('b', 'old'),)))
-    h.supervisor.replace(process('b', 'new'))
+    replace_process(h, process('b', 'new'))
     assert h.started() == ['a']
     h.after(2.0)
     assert arguments(h, 'b') == ['new']
@@ -188,7 +199,7 @@ def test_process_dropped_during_its_restart_does_not_start(history, process):
     assert h.started() == ['a', 'b']
     # and the other way round
     h.supervisor.drop('a')
-    h.supervisor.replace(process('a', 'new'))
+    replace_process(h, process('a', 'new'))
     h.exit('a', STOPPED)
     assert arguments(h, 'a') == ['true', 'new']
     assert not h.happened(Dropped)[1:]
@@ -233,7 +244,7 @@ def test_replaced_component_is_reloaded(history, box):
     h = history(box, component('a'))
     h.ready('/box')
     h.loads(1)
-    h.composition.replace(component('a', name='other'))
+    replace_component(h, component('a', name='other'))
     assert h.composition.task('a').component.name == 'a'
     h.answer('unload')
     assert h.loads(2) == ['/other']
@@ -245,9 +256,7 @@ def test_component_moves_to_another_container(history, box, process):
     h = history(box, other, component('a'))
     h.ready('/box', '/crate')
     h.loads(1)
-    h.composition.replace(
-        component('a', container='/crate', is_lifecycle=True)
-    )
+    replace_component(h, component('a', container='/crate', is_lifecycle=True))
     assert h.answer('unload')['container'] == '/box'
     assert (
         h.answer('load', full_name='/a', unique_id=1)['container'] == '/crate'
@@ -279,7 +288,7 @@ def test_replaced_container_reloads_its_components(history, box, process):
     h = history(box, component('a'))
     h.ready('/box')
     h.loads(1)
-    h.supervisor.replace(process('box-1', 'new', node_name='/box'))
+    replace_process(h, process('box-1', 'new', node_name='/box'))
     h.exit('box-1', STOPPED)
     h.there('/box')
     assert h.loads(2) == ['/a']
@@ -289,10 +298,10 @@ def test_replaced_lifecycle_node_gets_its_state(history, process):
     node = {'is_lifecycle': True, 'autostart': True, 'node_name': '/lc'}
     h = history(process('lc', **node))
     h.ready()
-    h.supervisor.replace(process('lc', 'new', **{**node, 'node_name': '/new'}))
+    replace_process(h, process('lc', 'new', **{**node, 'node_name': '/new'}))
     h.exit('lc', STOPPED)
     assert h.open('follow')[-1]['node'] == '/new'
-    h.supervisor.replace(process('lc', 'plain'))
+    replace_process(h, process('lc', 'plain'))
     h.exit('lc', STOPPED)
     assert h.launch.by_label['lc'].lifecycle is None
 

@@ -6,7 +6,6 @@ import signal
 
 from colcon_yamllaunch.engine.events import Dropped
 from colcon_yamllaunch.engine.events import Exited
-from colcon_yamllaunch.engine.events import HostLost
 from colcon_yamllaunch.engine.events import LeftBehind
 from colcon_yamllaunch.engine.events import LinkBack
 from colcon_yamllaunch.engine.events import Loaded
@@ -20,6 +19,7 @@ from colcon_yamllaunch.engine.events import Started
 from colcon_yamllaunch.engine.events import StartFailed
 from colcon_yamllaunch.engine.events import StateChanged
 from colcon_yamllaunch.engine.events import TransitionFailed
+from colcon_yamllaunch.engine.events import WorkerLost
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.observers.failures import Failures
 from colcon_yamllaunch.plan.plan import Component
@@ -260,7 +260,7 @@ def test_launch_files_in_python_fail(process):
     failures = heard(
         exited(process('a'), code=3),
         PlanFailed(('a.launch.py:7: error: no', '  return no')),
-        HostLost('died by SIGKILL (killed)'),
+        WorkerLost('died by SIGKILL (killed)'),
     )
     assert exit_code(failures) == 1
     assert failures.summary()[1:] == (

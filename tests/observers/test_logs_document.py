@@ -81,7 +81,7 @@ def records(process, tmp_path):
         events.Watched('a.py changed'),
         events.Checked(False, ('one',), (), 0.5),
         events.PlanFailed(('error: oh', '  no')),
-        events.HostLost('reason'),
+        events.WorkerLost('reason'),
         events.Ended(1),
         events.PartChanged(talker, 'ended'),
         events.LinkChanged('arm', 'done'),

@@ -324,7 +324,7 @@ def test_its_end_is_told_once_after_its_last_answers(launch):
     launch.helpers.pop(HOST)(9)
     assert launch.done[0] == [said]
     (lost,) = launch.done[1:]
-    assert isinstance(lost, events.HostLost)
+    assert isinstance(lost, events.WorkerLost)
     assert 'SIGKILL' in lost.lines()[0]
     assert launch.link.pid == 0
     launch.growing.is_busy = True

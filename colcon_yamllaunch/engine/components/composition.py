@@ -13,7 +13,6 @@ from collections.abc import Callable
 from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from dataclasses import field
 import json
@@ -259,23 +258,6 @@ class Composition:
         if container is not None:
             container.providers.remove(process)
             container.phases.pop(process.label, None)
-
-    def replace(self, component: Component) -> None:
-        """
-        Replace a component, and load it again if it was loaded.
-
-        :param component: It has the label of a component of the plan
-        :raises RefusedError: when there is none, or all is being stopped
-        """
-        self._refuse_while_stopping()
-        task = self.task(component.label)
-        self._dropped.discard(task.label)
-        task.successor = component
-        if task.is_due and not self._container_of(task).is_gone:
-            with suppress(RefusedError):
-                self.reload(task.label)
-        elif task.unique_id is None:
-            self._succeed(task)
 
     def revise(self, component: Component) -> None:
         """Replace a component when it is loaded next."""

@@ -6,6 +6,7 @@
 import re
 
 from colcon_yamllaunch.common.printable import COLOUR
+from colcon_yamllaunch.common.printable import replaced
 from colcon_yamllaunch.common.printable import SEQUENCE
 from colcon_yamllaunch.engine import limits
 
@@ -98,7 +99,7 @@ def bare(data: bytes) -> str:
     if not data.translate(None, _PLAIN):
         return data.decode()
     text = normalised(data).decode(errors='replace')
-    return _SEQUENCES.sub(_without_sequences, text)
+    return _SEQUENCES.sub(replaced, text)
 
 
 def colourless(data: bytes) -> bytes:
@@ -124,8 +125,4 @@ def prefixed(data: bytes, prefix: bytes, reset: bool = False) -> bytes:
 def _without_controls(match: re.Match[str]) -> str:
     if match[1]:
         return match[1]
-    return _without_sequences(match)
-
-
-def _without_sequences(match: re.Match[str]) -> str:
-    return '' if len(match[0]) > 1 else '\N{REPLACEMENT CHARACTER}'
+    return replaced(match)

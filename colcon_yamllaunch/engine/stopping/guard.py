@@ -23,6 +23,8 @@ The launcher sends messages, each an array of frames in JSON:
   may be null, as lines with time and label. It is read when the launcher is
   gone, and not before;
 - `["closed", KEY]`: the launcher reads from that one no more;
+- `["terminal", BEFORE, NOW]` with a descriptor, `["no terminal"]` and
+  `["typing", BOOLEAN]`: the terminal whose modes are to be restored;
 - `["adopted", PID, BIRTH, NUMBER]`: a process that lost its parent;
 - `["lease", SECONDS]`, or null for none: unless it is renewed by then, the
   launcher gets SIGTERM, and SIGKILL if it does not end;

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""The launcher, to those on the other machine who answer its requests."""
+"""The connection to the launcher, for code that runs on the machine."""
 
 from collections.abc import Callable
 from collections.abc import Mapping
@@ -23,7 +23,7 @@ BEAT = 1.0
 
 _READ = 256 * 1024
 
-#: What a line is said with.
+#: Sends the launcher a line of progress.
 Say = Callable[[str], None]
 
 

@@ -29,7 +29,7 @@ _LOOK = 0.05
 
 class _Left(Targets):
     """
-    What carries the mark of a launch, and whatever came of that.
+    Processes with the mark of a launch, and their descendants.
 
     :param leader: A child of ours that leads a group and a session, or 0
     """

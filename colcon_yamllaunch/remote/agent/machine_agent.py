@@ -13,7 +13,7 @@ A request is a control frame `{"request": NAME, "id": NUMBER, …}`; the answer
 is `{"reply": NUMBER, "result": {…}}` or `{"reply": NUMBER, "error": TEXT}`,
 and before it any number of `{"line": TEXT}`. `hello`, `stream`, `start` and
 `resume` are done here; `MODULE.FUNCTION` is a function of a module of
-`remote/sync`, which takes the `arguments` and what a line is said with.
+`remote/sync`, which takes the `arguments` and a function that sends a line.
 """
 
 from collections.abc import Mapping

@@ -81,6 +81,9 @@ class Part(Participant):
         self._heartbeat = heartbeat_of(settings.lost_after)
         self._standstill = min(_STANDSTILL, settings.lost_after / 2)
         self._is_finished = self._is_lost = self._is_held = False
+        # whether the launch there has ended
+        self._is_over = False
+        self._connection: Holder | None = None
         # whether nothing runs, and what the launcher knows of that
         self._is_idle = self._told_idle = False
         self._checked_at = time.monotonic()
@@ -110,11 +113,13 @@ class Part(Participant):
         """
         deadline = self._loop.time() + FIRST_TIMEOUT
         while self._subscribers.connection is None:
-            if self._loop.time() >= deadline or self._server.is_left:
+            is_late = self._loop.time() >= deadline
+            if is_late or self._server.is_left or self._engine.is_stopping:
                 self._is_lost = True
                 raise UserError('the launcher is gone')
             self._run_loop()
-        self._check_silence()
+        if self._check is None:
+            self._check_silence()
 
     def accepts(self, label: str) -> bool:  # noqa: ARG002
         """Return whether a process may write more for now."""
@@ -159,6 +164,7 @@ class Part(Participant):
         is_kept = self._keeps and not self._is_finished
         timeout = KEPT_FOR if is_kept else LAST_TIMEOUT
         deadline = self._loop.time() + timeout
+        self._is_over = True
         while not self._subscribers.has_all and self._loop.time() < deadline:
             if self._subscribers.connection is None and not self._keeps:
                 # a lost part leaves nothing behind
@@ -182,9 +188,6 @@ class Part(Participant):
             shown.connection = connection
         if connection is None and not self._subscribers.is_reconnecting:
             self._lose('the connection to the launcher has ended')
-
-    #: The connection of the launcher.
-    _connection: Holder | None = None
 
     def _check_silence(self) -> None:
         """Stop the part if nothing was heard of the launcher for long."""
@@ -211,7 +214,7 @@ class Part(Participant):
 
     def _lose(self, reason: str) -> None:
         """Stop the part, unless it is to be kept or has been stopped."""
-        if self._is_lost or self._is_finished:
+        if self._is_lost or self._is_finished or self._is_over:
             return
         # nobody else can show it now
         self._engine.serve()

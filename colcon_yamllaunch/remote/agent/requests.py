@@ -1,9 +1,11 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Functions that the launcher asks for by name, each in a process of its own.
+"""
+Functions that the launcher calls by name.
 
-So that it can be ended with all that it has started when the launcher is gone.
+Each runs in its own process, so that it and all that it started can be ended
+when the launcher is gone.
 """
 
 from collections.abc import Mapping

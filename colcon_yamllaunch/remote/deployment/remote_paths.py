@@ -1,7 +1,12 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Paths of this workspace replaced by those of a machine's workspace."""
+"""
+What is adapted to a machine.
+
+The paths of the workspace are replaced by those there, and
+:func:`variables_along` returns the environment variables that are sent.
+"""
 
 from collections.abc import Iterator
 from collections.abc import Mapping

@@ -51,21 +51,21 @@ from colcon_yamllaunch.remote.part_settings import LOST_AFTER
 #: Seconds without a word after which a link is lost, at most.
 SILENCE = 4.5
 #: Seconds that a new connection may take until the machine answers.
-PATIENCE = 15.0
+ANSWER_TIMEOUT = 15.0
 #: Seconds that the start of a new part may take, which sources a workspace.
-START_PATIENCE = 25.0
+START_TIMEOUT = 25.0
 #: Seconds between two attempts to connect again, and the longest of these
 #: pauses, as each is longer than the one before.
 FIRST_PAUSE = 0.5
 LONGEST_PAUSE = 5.0
-#: Seconds after which nothing of a part runs any more that is stopped when its
-#: link is lost, and that has been noticed there: the longest usual time-outs.
+#: Seconds after the loss by which a part with `on_lost: stop` has ended: the
+#: longest usual timeouts.
 STOPPED_AFTER = 20.0
 #: Bytes that may wait for a screen that takes no more; a machine that sends
 #: more without being told to is broken.
 MAXIMUM_HELD = 64 * 1024 * 1024
 #: Seconds that a machine gets at the end to see that nothing is left there.
-LAST_PATIENCE = 2.0
+CLOSE_TIMEOUT = 2.0
 #: Seconds for which the loop may stand still, as when the launch is suspended,
 #: without that being silence of a machine; less where that is short.
 _STANDSTILL = 2.0
@@ -101,25 +101,24 @@ class LinkHandler(Protocol):
         """
 
     def lost(self, reason: str) -> None:
-        """Take note that the link is lost; it is tried to get it back."""
+        """Handle a lost connection; the link tries to reconnect."""
 
     def back(self, seconds: float) -> None:
-        """Take note that it is back, after so many seconds."""
+        """Handle a new connection, after some seconds without one."""
 
     def gone(self, reason: str) -> None:
-        """Take note that nothing more comes, as the part has ended or not."""
+        """Handle the end of the link: the part has ended, or is given up."""
 
 
 class MachineLink:
     """
-    Speaks with the engine of a part, by one connection after another.
+    The client of a part, on one connection after another.
 
     :param part: The part, which begins to run with :meth:`begin`
     """
 
     def __init__(self, part: StartedPart) -> None:
         self.machine = part.machine
-        self.name = part.machine.name
         self._part = part
         self._environment = part.environment
         self._process: ConnectProcess | None = part.process
@@ -154,13 +153,12 @@ class MachineLink:
         # the plan of a new part, while one is to be started
         self._plan: Callable[[], str] | None = None
         # the first connection exists already
-        self._patience = SILENCE
+        self._timeout = SILENCE
         self._heard = self._beaten = time.monotonic()
         self._since = self._turned = self._heard
         self._lost_at: float | None = None
         self._pause = FIRST_PAUSE
         self._retry_at = 0.0
-        self._reason = ''
         # connections that were given up, until they are reaped
         self._ending: dict[int, tuple[ConnectProcess, float]] = {}
         #: Whether nothing more comes.
@@ -169,7 +167,7 @@ class MachineLink:
 
     @property
     def identity(self) -> str:
-        """The identity of the launch that the part is there."""
+        """The launch identity of the part on the machine."""
         return self._part.identity
 
     @property
@@ -181,11 +179,6 @@ class MachineLink:
     def pids(self) -> frozenset[int]:
         """That, and those of earlier connections that have not ended."""
         return frozenset({self.pid, *self._ending} - {0})
-
-    @property
-    def is_lost(self) -> bool:
-        """Whether the link is lost now."""
-        return self._lost_at is not None
 
     def begin(self, loop: Loop, handler: LinkHandler) -> None:
         """Let the part run, and speak with it from now on."""
@@ -253,14 +246,14 @@ class MachineLink:
             self._heard += now - self._turned
             self._since += now - self._turned
         self._turned = now
-        self._end_old(now)
+        self._kill_old_connections(now)
         if self.is_gone:
             return
         self._pass_on()
         if self._process is None:
-            self._mind_loss(now)
+            self._reconnect_if_due(now)
         elif not self._is_subscribed:
-            if now - self._since > self._patience:
+            if now - self._since > self._timeout:
                 self._lose('it does not answer')
         elif now - self._heard > self._silence:
             # the end of this connection is not to stop its part
@@ -302,7 +295,7 @@ class MachineLink:
             self._lose(f'the connection ended ({outcome})')
 
     def disown(self) -> None:
-        """Have nothing to do with it, in a fork of this process."""
+        """Close the pipes of the connection, in a fork of this process."""
         if self._process is not None:
             self._process.disown()
 
@@ -316,8 +309,8 @@ class MachineLink:
             self.send(request_of(Shutdown('the launch has ended')))
             self.send(request_of(Finish()))
         if self._process is not None:
-            self._part_with(self._process)
-        deadline = time.monotonic() + LAST_PATIENCE
+            self._drop_connection(self._process)
+        deadline = time.monotonic() + CLOSE_TIMEOUT
         for process, _ in self._ending.values():
             process.close(max(0.0, deadline - time.monotonic()))
         self._ending.clear()
@@ -398,9 +391,12 @@ class MachineLink:
                 self._subscribe()
 
     def _subscribe(self) -> None:
-        """Have the part send what has not come."""
+        """Have the part send what was not passed on."""
         self._reader = MessageReader(_read_object)
         self._pings.clear()
+        # what waits comes once more
+        self._waiting.clear()
+        self._waiting_size = 0
         keeps = self.machine.on_lost == 'keep'
         lease = None if keeps else self._lost_after + _GUARD_MARGIN
         request = protocol.request(
@@ -580,7 +576,7 @@ class MachineLink:
         process = self._process
         now = time.monotonic()
         if process is not None:
-            self._part_with(process)
+            self._drop_connection(process)
         while self._waiting and not self._held:
             self._pass_on()
         if self._is_over:
@@ -591,7 +587,6 @@ class MachineLink:
         assert self._handler is not None
         if self._lost_at is None:
             self._lost_at = now
-            self._reason = reason
             self._retry_at = now
             self._handler.lost(reason)
         if self._plan is not None and self.machine.on_lost != 'restart':
@@ -600,7 +595,7 @@ class MachineLink:
         elif not self.can_start_again:
             self._give_up(f'{reason}; its allocation has ended')
 
-    def _mind_loss(self, now: float) -> None:
+    def _reconnect_if_due(self, now: float) -> None:
         if self._lost_at is None:
             return
         keeps = self.machine.on_lost == 'keep'
@@ -615,7 +610,7 @@ class MachineLink:
 
     def _connect_again(self, now: float) -> None:
         self._since = now
-        self._patience = PATIENCE
+        self._timeout = ANSWER_TIMEOUT
         self._retry_at = now + self._pause
         command = connect_command(
             self.machine, self._environment, host=self._part.facts.host
@@ -650,7 +645,7 @@ class MachineLink:
             }
             if self._plan is not None:
                 self._since = time.monotonic()
-                self._patience = START_PATIENCE
+                self._timeout = START_TIMEOUT
                 content = {
                     'request': 'start',
                     'plan': self._plan(),
@@ -660,7 +655,7 @@ class MachineLink:
             self._put(frames.message(content))
         return rest
 
-    def _part_with(self, process: ConnectProcess) -> None:
+    def _drop_connection(self, process: ConnectProcess) -> None:
         """Have a connection end, which is reaped later."""
         self._process = None
         self._bootstrap = None
@@ -671,21 +666,21 @@ class MachineLink:
                 self._loop.remove(descriptor)
         process.close_pipes()
         if process.status is None:
-            due = time.monotonic() + LAST_PATIENCE
+            due = time.monotonic() + CLOSE_TIMEOUT
             self._ending[process.pid] = process, due
 
-    def _end_old(self, now: float) -> None:
+    def _kill_old_connections(self, now: float) -> None:
         for pid, (process, due) in tuple(self._ending.items()):
             if now >= due:
                 # it hangs in a network that is gone
                 with suppress(ProcessLookupError):
                     os.killpg(pid, signal.SIGKILL)
-                self._ending[pid] = process, now + LAST_PATIENCE
+                self._ending[pid] = process, now + CLOSE_TIMEOUT
 
     def _give_up(self, reason: str) -> None:
         """Take into account that nothing more comes, for whatever reason."""
         if self._process is not None:
-            self._part_with(self._process)
+            self._drop_connection(self._process)
         self._finish(reason)
 
     def _finish(self, reason: str) -> None:
@@ -733,7 +728,7 @@ class ClockDifference:
     def here(self, seconds: float) -> float:
         """Return a time of the other clock by ours."""
         here = seconds - self.ahead
-        # whoever is to be trusted says no other
+        # a time outside this range is wrong
         return here if 0 <= here < _LAST else self._now()
 
 

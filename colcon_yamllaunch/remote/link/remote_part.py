@@ -28,6 +28,7 @@ from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.common.printable import printable
 from colcon_yamllaunch.common.table import decimal_size
 from colcon_yamllaunch.control.command_codec import request_of
+from colcon_yamllaunch.control.command_codec import response_of
 from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.commands import Command
@@ -59,20 +60,21 @@ from colcon_yamllaunch.remote.part_commands import Measure
 from colcon_yamllaunch.remote.part_commands import Usage
 from colcon_yamllaunch.remote.part_settings import LINK_LOST
 
-#: Seconds after which something comes late, and has the time at which it was.
+#: Seconds after which an event or output is late and gets the time at which it
+#: happened.
 LATE = 1.0
 #: Seconds that a machine gets to end its part, besides the time-outs of its
 #: processes.
-END_PATIENCE = 15.0
+END_TIMEOUT = 15.0
 #: How many requests to a machine may wait for their answers.
 MAXIMUM_REQUESTS = 1000
 
 
 class RemotePart:
     """
-    What runs on one machine.
+    The part of the launch that runs on one machine; see `Launch`.
 
-    :param plan: It, with the paths of this computer
+    :param plan: The plan of the part, with the paths of this computer
     :param localised: Returns a plan with the paths of that machine
     :param clock: Returns seconds that never go back
     """
@@ -144,7 +146,7 @@ class RemotePart:
 
     @property
     def link(self) -> MachineLink:
-        """What leads there."""
+        """The connection to the machine."""
         return self._link
 
     def join(self, launch: Engine) -> None:
@@ -389,7 +391,7 @@ class RemotePart:
         if isinstance(command, Measure):
             return Usage(_usage(answer.get('usage'), self._parts))
         if not isinstance(command, commands.Describe):
-            return DONE
+            return response_of(command, answer)
         # few ask for that
         from colcon_yamllaunch.engine.description import told_description
 
@@ -726,7 +728,7 @@ class RemotePart:
 
     def _take_shown(self, shown: object) -> None:
         """
-        Show who is attached to a process what that writes.
+        Show output of a process to those attached to it.
 
         :raises EventError: when it makes no sense
         """
@@ -758,7 +760,7 @@ class RemotePart:
                 raise EventError('the modes of a terminal are not told')
 
     def _part_of_event(self, label: str) -> Process | Component | None:
-        """Return what a machine means that tells a label."""
+        """Return the process or component that a label in an event names."""
         part = self._parts.get(label)
         if part is None and label == UNATTRIBUTED:
             # what belongs to no process for sure
@@ -873,7 +875,7 @@ class RemotePart:
         """Have it end within the time that what is there takes for that."""
         timeouts = map(timeouts_of, self.processes())
         longest = max((t.sigterm + t.sigkill for t in timeouts), default=0.0)
-        self._ends_by = self._clock() + longest + END_PATIENCE
+        self._ends_by = self._clock() + longest + END_TIMEOUT
 
     def _refuse_all(self, why: str) -> None:
         """Answer all requests, as nobody else will."""

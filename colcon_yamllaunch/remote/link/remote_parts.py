@@ -31,7 +31,7 @@ from colcon_yamllaunch.remote.link.remote_part import RemotePart
 from colcon_yamllaunch.remote.part_commands import Hide
 from colcon_yamllaunch.remote.part_commands import Show
 
-#: Seconds that figures of machines are waited for, by who asks for the state.
+#: Seconds that a request for the state waits for measurements of machines.
 MEASURING = 1.0
 #: Seconds after which such figures are asked for anew.
 FRESH = 2.0
@@ -162,7 +162,7 @@ class RemoteParts(Participant, Keyboards):
         for part in self.parts:
             part.link.disown()
 
-    # who and what
+    # lookups
 
     def find(self, name: str) -> Process | Component | None:
         """Return a process or component as it is planned now."""

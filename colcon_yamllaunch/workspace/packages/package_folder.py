@@ -13,6 +13,7 @@ from colcon_yamllaunch.common.fingerprint import Fingerprint
 from colcon_yamllaunch.common.fingerprint import fingerprint
 from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.packages.workspace_root import IGNORE_MARKERS
+from colcon_yamllaunch.workspace.packages.workspace_root import is_folder
 
 #: What a folder may be.
 PACKAGE = 'package'
@@ -46,7 +47,7 @@ def content(path: str) -> tuple[set[str], list[str]] | None:
     try:
         with os.scandir(path) as entries:
             for entry in entries:
-                if not _is_folder(entry):
+                if not is_folder(entry):
                     files.add(entry.name)
                 elif not entry.name.startswith('.'):
                     folders.append(entry.name)
@@ -144,10 +145,3 @@ def conditions(path: str) -> tuple[set[str], bool]:
     text = text_of(Path(path, MANIFEST))
     names = set(_VARIABLE.findall(text)) if 'condition' in text else set()
     return names, 'group_depend' in text
-
-
-def _is_folder(entry: os.DirEntry[str]) -> bool:
-    try:
-        return entry.is_dir()
-    except OSError:
-        return False

@@ -127,12 +127,13 @@ def has_package_below(
             pending += [
                 (entry.path, depth + 1)
                 for entry in entries
-                if not entry.name.startswith('.') and _is_folder(entry)
+                if not entry.name.startswith('.') and is_folder(entry)
             ]
     return False
 
 
-def _is_folder(entry: 'os.DirEntry[str]') -> bool:
+def is_folder(entry: os.DirEntry[str]) -> bool:
+    """Return whether an entry is a folder, or a link to one."""
     try:
         return entry.is_dir()
     except OSError:

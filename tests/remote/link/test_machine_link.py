@@ -339,6 +339,25 @@ def test_a_held_link_passes_nothing_on(plain: PlainMachine) -> None:
         part.finish()
 
 
+def test_nothing_comes_twice_of_a_held_link_that_was_lost(
+    plain: PlainMachine,
+) -> None:
+    machine = plain.machine(on_lost='keep')
+    with LinkedPart(machine, [process('arm│a', MANY_LINES)]) as part:
+        part.wait_for(part.out)
+        part.link.hold(True)
+        until = time.monotonic() + 1
+        part.wait_for(lambda: time.monotonic() > until)
+        part.cut()
+        part.wait_for_told('back')
+        part.link.hold(False)
+        part.wait_for_told('exited')
+        assert part.out().splitlines() == LINES
+        assert part.told.count('started') == 1
+        part.finish()
+    plain.wait_until_empty()
+
+
 def test_a_slow_loop_is_no_loss(plain: PlainMachine) -> None:
     with LinkedPart(plain.machine(), [process('arm│a', 'sleep 99')]) as part:
         part.wait_for_told('started')

@@ -16,7 +16,7 @@ from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Timer
 from colcon_yamllaunch.plan.plan_json import plan_from_json
 from colcon_yamllaunch.remote.deployment.placement import Placed
-from colcon_yamllaunch.remote.link.remote_part import END_PATIENCE
+from colcon_yamllaunch.remote.link.remote_part import END_TIMEOUT
 from colcon_yamllaunch.remote.link.remote_parts import MEASURING
 from colcon_yamllaunch.remote.link.remote_parts import RemoteParts
 from colcon_yamllaunch.remote.part_settings import LINK_LOST
@@ -655,7 +655,7 @@ def test_machine_that_does_not_end_is_dropped(played):
     played.link.tells(events.Started(DRIVER, 77))
     played.launch.shut_down('interrupted')
     # whatever it says meanwhile
-    played.now += 5 + 5 + END_PATIENCE - 1
+    played.now += 5 + 5 + END_TIMEOUT - 1
     played.link.tells(events.Idle(False))
     played.parts.end_turn()
     assert played.parts.is_waiting()
@@ -673,7 +673,7 @@ def test_machine_with_nothing_to_stop_is_dropped_at_the_end():
     played = Played(entries=())
     played.launch.is_stopping = True
     assert played.parts.is_waiting()
-    played.now += END_PATIENCE + 1
+    played.now += END_TIMEOUT + 1
     played.parts.end_turn()
     assert not played.parts.is_waiting()
 
@@ -687,6 +687,6 @@ def test_machine_with_a_lasting_timer_is_waited_for():
     assert played.parts.is_waiting()
     # Ctrl-C again
     played.do(commands.Escalate())
-    played.now += 5 + 5 + END_PATIENCE + 1
+    played.now += 5 + 5 + END_TIMEOUT + 1
     played.parts.end_turn()
     assert not played.parts.is_waiting()
