@@ -15,7 +15,9 @@ signals; a signal such as Ctrl-C arrives in `Engine._stop_by`.
   events change; it has what failed. `run.py` (`_Launch.finish`) decides the
   exit code from that, from `--until` and `--for`, and from output errors.
 - :mod:`.commands` declares what can be requested, and :mod:`.dispatcher`
-  executes it: the second Ctrl-C is the command `Escalate`.
+  executes it. The second Ctrl-C, or the first one while the launch is being
+  stopped already, is the command `Escalate`: `Supervisor.escalate` sends the
+  next of SIGINT, SIGTERM and SIGKILL at once, and drops timers.
 - :mod:`.loop` waits for descriptors and timers. :mod:`.limits` has the
   timeouts and limits.
 - :mod:`.process_starter` and `process/` start programs, `output/` reads what

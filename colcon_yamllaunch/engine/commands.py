@@ -7,7 +7,9 @@ Commands: requests to a running launch, and the responses to them.
 A key, an option such as `--stop`, a request on the control socket, a watched
 file, Ctrl-C and the launcher of a remote part all send these commands. Each
 class has the name of its request in the control protocol as `name`;
-`engine.dispatcher` has one handler for each.
+`engine.dispatcher` has one handler for each. To add a command, add a class
+here and a handler there; a response with fields of its own is also read in
+`control.command_codec.response_of`.
 """
 
 from typing import ClassVar

@@ -160,7 +160,6 @@ class Engine:
             conditions.due,
             self._silence.due,
             writer.due,
-            *overridden(participants, 'due'),
         ]
         self._alarm: TimerHandle | None = None
         # whether the screen may have to be waited for

@@ -100,10 +100,6 @@ class Participant:
     def end_turn(self) -> None:
         """Do what is due at the end of a turn of the loop."""
 
-    def due(self) -> float | None:
-        """Return when the next turn must end, by the clock of the loop."""
-        return None
-
     def is_waiting(self) -> bool:
         """
         Return whether the launch must go on though no process runs.

@@ -1,4 +1,20 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""The ROS 2 launch language: from a launch file to a plan."""
+"""
+The ROS 2 launch language: from a launch file to a plan.
+
+Input: a launch file, its arguments and an environment. Output: a plan, or
+problems with their positions.
+
+- `syntax/` reads YAML and XML into values with positions, and explains errors
+  (`diagnostics`, `yaml_errors`, `xml_errors`).
+- `vocabulary/` has the tables of actions, substitutions and types.
+- `tree/` makes the tree of actions of a file (`launch_tree`).
+- `evaluation/` walks through the actions (`walk`) with their scope, and
+  collects the plan (`plan_draft`). `actions/` has the handler of each action.
+- `policies/` has the three ways to walk: `evaluate` makes a plan, `check`
+  looks at every branch, and `declared` lists launch arguments.
+- `host/` asks the worker that visits Python launch files (see `ros/`).
+- `reports/` writes what a check found.
+"""

@@ -13,10 +13,12 @@ Only a launch with a deployment file (`--deploy`) imports this.
 - `sync/` sends the code by rsync, and builds it there.
 - `agent/` runs on the machine: it answers requests, and runs its part.
 - `link/` is the launcher's side while the launch runs. `machine_link` is a
-  client of the control socket of a part: it detects a lost connection
-  (`_lose`), connects again, and goes on where it was, so that everything
-  arrives exactly once. `remote_part` emits the events of a part here, and
-  sends it commands. `remote_parts` is the participant in the launch.
+  client of the control socket of a part. It detects a lost connection (silence
+  in `_beat`, the end of the stream in `_receive`, that of the process in
+  `ended`), handles that in `_lose`, connects again, and goes on where it was,
+  so that everything arrives exactly once. `remote_part` emits the events of a
+  part here, and sends it commands. `remote_parts` is the participant in the
+  launch.
 - `part_commands` has the commands that only a launcher sends, and
   `part_settings` what a part is given besides its plan.
 

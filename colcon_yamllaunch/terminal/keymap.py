@@ -9,6 +9,10 @@ change of the filter. Both views execute these, so a key for one process is one
 row. A letter for all must not be one of `status_model.KEYS`, which choose
 processes, and the status block hints at it only if it is in `keys._IN_HINT`.
 
+A new command is a class in `engine/commands` and a handler in
+`Dispatcher.__init__`, and needs nothing else to be sent or encoded. On the
+full screen the keys for one, for all and for the screen share one keyboard.
+
 A row without either calls the method `key_NAME` of the view: of the status
 block with a label or None, of the full screen with the part or the key. A view
 may show the response to a command in its own way, by a method `after_NAME`.

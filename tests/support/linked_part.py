@@ -181,10 +181,7 @@ class LinkedPart:
 
     def turn(self) -> None:
         """Have one turn of the loop of a launch."""
-        self.link.advance()
-        wait = self.link.seconds_to_wait()
-        pause = 0.05 if wait is None else min(wait, 0.05)
-        alarm = self.loop.call_later(pause, self.loop.wake)
+        alarm = self.loop.call_later(0.05, self.loop.wake)
         self.loop.run_once()
         alarm.cancel()
         for pid in self.link.pids:

@@ -5,7 +5,6 @@
 
 from collections.abc import Callable
 import os
-import time
 from types import SimpleNamespace
 from typing import Any
 
@@ -21,6 +20,7 @@ from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.remote.deployment.machine import Machine
 from colcon_yamllaunch.remote.link.remote_parts import RemoteParts
 from support.launch_states import ABOUT
+from support.test_loop import TestLoop
 
 #: The size of the terminals of processes.
 SIZE = os.terminal_size((120, 40))
@@ -56,12 +56,6 @@ class PlayedLink:
         request = {k: v for k, v in request.items() if k != 'version'}
         self.sent.append(request)
         return len(self.sent)
-
-    def advance(self) -> None:
-        return
-
-    def seconds_to_wait(self) -> float | None:
-        return 0.5
 
     def hold(self, held: bool) -> None:
         self.is_held = held
@@ -104,12 +98,11 @@ class PlayedLaunch:
     def __init__(
         self,
         parts: RemoteParts | None = None,
-        clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        self.loop: Any = None
+        self.loop: Any = TestLoop()
         self.terminals: Any = SimpleNamespace()
         #: What the events say of the machines.
-        self.state = LaunchState(ABOUT, clock=clock)
+        self.state = LaunchState(ABOUT, clock=self.loop.time)
         self.blocks: tuple[Block, ...] = ()
         self.moment = Moment(lambda: 1000.0)
         self.is_stopping = False

@@ -1,4 +1,4 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What does each action, and makes each substitution."""
+"""The handlers of the actions, and the makers of the substitutions."""

@@ -28,6 +28,7 @@ from colcon_yamllaunch.control.messages import MessageReader
 from colcon_yamllaunch.control.protocol import ProtocolError
 from colcon_yamllaunch.engine.commands import Shutdown
 from colcon_yamllaunch.engine.loop import Loop
+from colcon_yamllaunch.engine.loop import TimerHandle
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.remote.connection import frames
 from colcon_yamllaunch.remote.connection.bootstrap import Bootstrap
@@ -154,13 +155,14 @@ class MachineLink:
         self._plan: Callable[[], str] | None = None
         # the first connection exists already
         self._timeout = SILENCE
-        self._heard = self._beaten = time.monotonic()
-        self._since = self._turned = self._heard
+        self._heard = self._since = self._beaten = time.monotonic()
         self._lost_at: float | None = None
         self._pause = FIRST_PAUSE
-        self._retry_at = 0.0
+        self._retry: TimerHandle | None = None
+        # the next turn in which messages are passed on
+        self._passing: TimerHandle | None = None
         # connections that were given up, until they are reaped
-        self._ending: dict[int, tuple[ConnectProcess, float]] = {}
+        self._ending: dict[int, ConnectProcess] = {}
         #: Whether nothing more comes.
         self.is_gone = False
         self._is_over = False
@@ -186,7 +188,8 @@ class MachineLink:
         process = self._process
         assert process is not None
         process.leave_to_guard()
-        self._heard = self._since = time.monotonic()
+        self._heard = self._since = self._beaten = time.monotonic()
+        loop.call_later(self._heartbeat, self._beat)
         self._watch(process)
         self._put(frames.message({'relay': True}))
         self._feed(self._part.received)
@@ -205,7 +208,7 @@ class MachineLink:
         :param plan: Returns the part in JSON when it is sent
         :param at_once: Whether to connect now, or after a pause
         """
-        now = time.monotonic()
+        pause = self._pause
         if self.is_gone:
             self.is_gone = self._is_over = self._held = False
             self._events = self._bytes = self._acknowledged = 0
@@ -214,12 +217,12 @@ class MachineLink:
             self._holder = os.urandom(8).hex()
             self._waiting.clear()
             self._waiting_size = 0
-            self._lost_at = now
-            self._retry_at = now + self._pause
+            self._lost_at = time.monotonic()
             self._pause = min(self._pause * 2, LONGEST_PAUSE)
+            self._retry_later(pause)
         self._plan = plan
         if at_once:
-            self._retry_at = now
+            self._retry_later(0.0)
 
     def send(self, request: Mapping[str, Any]) -> int:
         """
@@ -237,54 +240,36 @@ class MachineLink:
     def hold(self, held: bool) -> None:
         """Pass on no output, and nothing behind it, or go on."""
         self._held = held
+        self._pass_on_soon()
 
-    def advance(self) -> None:
-        """Do what is due."""
+    def _beat(self) -> None:
+        """Send a heartbeat, or handle that the machine is silent."""
+        assert self._loop is not None
+        self._loop.call_later(self._heartbeat, self._beat)
         now = time.monotonic()
-        if now - self._turned > min(_STANDSTILL, self._silence / 2):
-            # what was said meanwhile is still to be read
-            self._heard += now - self._turned
-            self._since += now - self._turned
-        self._turned = now
-        self._kill_old_connections(now)
-        if self.is_gone:
-            return
-        self._pass_on()
+        gap = now - self._beaten
+        self._beaten = now
+        if gap > self._heartbeat + min(_STANDSTILL, self._silence / 2):
+            # what was sent meanwhile is still to be read
+            self._heard += gap
+            self._since += gap
         if self._process is None:
-            self._reconnect_if_due(now)
-        elif not self._is_subscribed:
+            return
+        if not self._is_subscribed:
             if now - self._since > self._timeout:
                 self._lose('it does not answer')
         elif now - self._heard > self._silence:
             # the end of this connection is not to stop its part
             self._ping(reconnecting=True)
             self._lose(f'nothing was heard of it for {self._silence:g} s')
-        if self._is_subscribed and (
-            now - self._beaten >= self._heartbeat
-            or self._bytes - self._acknowledged >= _ACKNOWLEDGED
-        ):
-            self._beaten = now
+        else:
             self._ping()
-
-    def seconds_to_wait(self) -> float | None:
-        """Return the seconds until :meth:`advance` is to be called again."""
-        now = time.monotonic()
-        waits = [due - now for _, due in self._ending.values()]
-        if not self.is_gone:
-            if self._waiting and not self._held:
-                return 0.0
-            # no heartbeat is sent while the connection is lost
-            beaten = self._beaten if self._is_subscribed else now
-            waits.append(beaten + self._heartbeat - now)
-            if self._process is None:
-                waits.append(self._retry_at - now)
-        return max(0.0, min(waits)) if waits else None
 
     def ended(self, pid: int, outcome: Outcome) -> None:
         """Take into account that a connection process ended."""
         known = self._ending.pop(pid, None)
         if known is not None:
-            known[0].status = 0
+            known.status = 0
             return
         if pid != self.pid or self._process is None:
             return
@@ -311,7 +296,7 @@ class MachineLink:
         if self._process is not None:
             self._drop_connection(self._process)
         deadline = time.monotonic() + CLOSE_TIMEOUT
-        for process, _ in self._ending.values():
+        for process in self._ending.values():
             process.close(max(0.0, deadline - time.monotonic()))
         self._ending.clear()
         self.is_gone = True
@@ -461,6 +446,7 @@ class MachineLink:
         self._waiting_size += size
         if self._waiting_size > MAXIMUM_HELD:
             raise ProtocolError('it sends more than it may')
+        self._pass_on_soon()
 
     def _resume(self, asked: object) -> None:
         """
@@ -518,6 +504,24 @@ class MachineLink:
         else:
             self._loop.remove_writer(process.stdin)
 
+    def _pass_on_soon(self) -> None:
+        """Pass on what has come in the next turn, unless it is held."""
+        assert self._loop is not None
+        if self._passing is None and self._waiting and not self._held:
+            self._passing = self._loop.call_soon(self._pass_on_in_turn)
+
+    def _pass_on_in_turn(self) -> None:
+        self._passing = None
+        if self.is_gone:
+            return
+        self._pass_on()
+        if (
+            self._is_subscribed
+            and self._bytes - self._acknowledged >= _ACKNOWLEDGED
+        ):
+            self._ping()
+        self._pass_on_soon()
+
     def _pass_on(self) -> None:
         """Pass on what has come, for a turn."""
         try:
@@ -574,7 +578,6 @@ class MachineLink:
     def _lose(self, reason: str) -> None:
         """Take into account that the connection is of no use any more."""
         process = self._process
-        now = time.monotonic()
         if process is not None:
             self._drop_connection(process)
         while self._waiting and not self._held:
@@ -582,36 +585,44 @@ class MachineLink:
         if self._is_over:
             self._finish('it has ended')
             return
-        self._retry_at = now + self._pause
+        pause = self._pause
         self._pause = min(self._pause * 2, LONGEST_PAUSE)
         assert self._handler is not None
         if self._lost_at is None:
-            self._lost_at = now
-            self._retry_at = now
+            self._lost_at = time.monotonic()
+            pause = 0.0
             self._handler.lost(reason)
+        self._retry_later(pause)
         if self._plan is not None and self.machine.on_lost != 'restart':
             # who asked for it is told
             self._give_up(reason)
         elif not self.can_start_again:
             self._give_up(f'{reason}; its allocation has ended')
 
-    def _reconnect_if_due(self, now: float) -> None:
-        if self._lost_at is None:
+    def _retry_later(self, pause: float) -> None:
+        """Try to connect again after a pause."""
+        assert self._loop is not None
+        if self._retry is not None:
+            self._retry.cancel()
+        self._retry = self._loop.call_later(pause, self._reconnect)
+
+    def _reconnect(self) -> None:
+        """Connect again, unless the part has stopped by now."""
+        if self._lost_at is None or self._process is not None:
             return
         keeps = self.machine.on_lost == 'keep'
         limit = self._lost_after + STOPPED_AFTER
-        is_late = now - self._lost_at > limit
+        is_late = time.monotonic() - self._lost_at > limit
         if is_late and not keeps and self._plan is None:
             self._give_up(
                 f'no connection for {limit:g} s; its part has stopped itself'
             )
-        elif now >= self._retry_at:
-            self._connect_again(now)
+        else:
+            self._connect_again()
 
-    def _connect_again(self, now: float) -> None:
-        self._since = now
+    def _connect_again(self) -> None:
+        self._since = time.monotonic()
         self._timeout = ANSWER_TIMEOUT
-        self._retry_at = now + self._pause
         command = connect_command(
             self.machine, self._environment, host=self._part.facts.host
         )
@@ -666,16 +677,17 @@ class MachineLink:
                 self._loop.remove(descriptor)
         process.close_pipes()
         if process.status is None:
-            due = time.monotonic() + CLOSE_TIMEOUT
-            self._ending[process.pid] = process, due
+            self._ending[process.pid] = process
+            if self._loop is not None:
+                self._loop.call_later(CLOSE_TIMEOUT, self._kill, process.pid)
 
-    def _kill_old_connections(self, now: float) -> None:
-        for pid, (process, due) in tuple(self._ending.items()):
-            if now >= due:
-                # it hangs in a network that is gone
-                with suppress(ProcessLookupError):
-                    os.killpg(pid, signal.SIGKILL)
-                self._ending[pid] = process, now + CLOSE_TIMEOUT
+    def _kill(self, pid: int) -> None:
+        """Kill a connection process that hangs in a network that is gone."""
+        if pid in self._ending:
+            assert self._loop is not None
+            with suppress(ProcessLookupError):
+                os.killpg(pid, signal.SIGKILL)
+            self._loop.call_later(CLOSE_TIMEOUT, self._kill, pid)
 
     def _give_up(self, reason: str) -> None:
         """Take into account that nothing more comes, for whatever reason."""

@@ -16,7 +16,6 @@ from collections.abc import Mapping
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-import math
 import os
 from pathlib import Path
 import signal
@@ -41,6 +40,7 @@ from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.event_codec import EventError
 from colcon_yamllaunch.engine.event_codec import EventReader
 from colcon_yamllaunch.engine.events import LinkState
+from colcon_yamllaunch.engine.loop import TimerHandle
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.state import PartState
@@ -76,7 +76,6 @@ class RemotePart:
 
     :param plan: The plan of the part, with the paths of this computer
     :param localised: Returns a plan with the paths of that machine
-    :param clock: Returns seconds that never go back
     """
 
     def __init__(
@@ -84,10 +83,8 @@ class RemotePart:
         link: MachineLink,
         plan: Plan,
         localised: Callable[[Plan], Plan] = lambda plan: plan,
-        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._link = link
-        self._clock = clock
         self._localised = localised
         self._reader = EventReader(self._part_of_event)
         self._parts: dict[str, Process | Component] = {}
@@ -116,8 +113,8 @@ class RemotePart:
         self.reason = ''
         self._is_idle = False
         self._is_finishing = False
-        # by when it must have ended, as the launch does
-        self._ends_by = math.inf
+        # when it must have ended, as the launch does
+        self._deadline: TimerHandle | None = None
         # whether it has been said that a stop waits for the link
         self._is_waited_for = False
         # which processes are held as the launch is
@@ -164,8 +161,8 @@ class RemotePart:
         self._size = size
         self.send(commands.Resize(size.columns, size.lines))
 
-    def advance(self) -> None:
-        """Do what is due."""
+    def end_turn(self) -> None:
+        """Go on with output that the screen takes again."""
         if self._held:
             # while all is stopped, there is not much that may still come
             is_stopping = self._launch.is_stopping
@@ -175,9 +172,6 @@ class RemotePart:
             }
             if not self._held:
                 self._link.hold(False)
-        self._link.advance()
-        if self.link_state == 'up' and self._clock() > self._ends_by:
-            self._give_up('it does not end, though it was told to')
         self._guard_link()
 
     def send(self, command: Command[Any]) -> None:
@@ -234,7 +228,7 @@ class RemotePart:
             if self.machine.on_lost == 'keep':
                 what = 'its processes run on there (on_lost: keep)'
             self._give_up(f'{self.reason}; {what}')
-        if self._ends_by == math.inf:
+        if self._deadline is None:
             self._limit_end()
         self.send(commands.Escalate())
 
@@ -243,7 +237,7 @@ class RemotePart:
         if is_suspended:
             # told when the launch goes on, as it hears nothing meanwhile
             self._suspended |= {process.label for process in self._running()}
-        elif self._ends_by < math.inf:
+        elif self._deadline is not None:
             self._limit_end()
         self.send(commands.Hold(is_suspended))
 
@@ -251,7 +245,7 @@ class RemotePart:
         """Have it end, as the launch is over."""
         if not self._is_finishing:
             self._is_finishing = True
-            if self._ends_by == math.inf and not self._has_timers:
+            if self._deadline is None and not self._has_timers:
                 self._limit_end()
             self.send(Finish())
 
@@ -483,7 +477,7 @@ class RemotePart:
         if self.link_state == 'lost':
             self.link_state = 'up'
             self.reason = ''
-            if self._ends_by < math.inf:
+            if self._deadline is not None:
                 self._limit_end()
             self._emit(events.LinkBack(self.machine.name, seconds))
             if self._is_restarting:
@@ -875,7 +869,15 @@ class RemotePart:
         """Have it end within the time that what is there takes for that."""
         timeouts = map(timeouts_of, self.processes())
         longest = max((t.sigterm + t.sigkill for t in timeouts), default=0.0)
-        self._ends_by = self._clock() + longest + END_TIMEOUT
+        if self._deadline is not None:
+            self._deadline.cancel()
+        self._deadline = self._launch.loop.call_later(
+            longest + END_TIMEOUT, self._end_late
+        )
+
+    def _end_late(self) -> None:
+        if self.link_state == 'up':
+            self._give_up('it does not end, though it was told to')
 
     def _refuse_all(self, why: str) -> None:
         """Answer all requests, as nobody else will."""

@@ -10,7 +10,6 @@ from dataclasses import replace
 from functools import partial
 from itertools import chain
 import os
-import time
 from typing import Any
 
 from colcon_yamllaunch.common.errors import RefusedError
@@ -53,7 +52,6 @@ class RemoteParts(Participant, Keyboards):
     :param place_more: Tells where what comes later runs; without it, that is
       here
     :param localise: Returns a plan with the paths of a machine
-    :param clock: Returns seconds that never go back
     """
 
     def __init__(
@@ -62,11 +60,9 @@ class RemoteParts(Participant, Keyboards):
         placed: Placed,
         place_more: Place | None = None,
         localise: Localise = lambda _, plan: plan,
-        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._placed = placed
         self._place_more = place_more
-        self._clock = clock
         whole = placed.whole
         labels = [process.label for process in whole.processes()]
         labels += [component.label for component in whole.components()]
@@ -80,11 +76,9 @@ class RemoteParts(Participant, Keyboards):
                 link,
                 placed.parts.get(name, Plan()),
                 partial(localise, name),
-                clock,
             )
-        # those who wait for figures: until when, and how many machines
+        # when processes were measured last, by the clock of the loop
         self._measured = -FRESH
-        self._measuring: list[tuple[float, set[str], Callable[[], None]]] = []
         self._is_closed = False
 
     @property
@@ -127,19 +121,9 @@ class RemoteParts(Participant, Keyboards):
                 )
 
     def end_turn(self) -> None:
-        """Do what is due."""
+        """Go on with output that the screen takes again."""
         for part in self.parts:
-            part.advance()
-        if self._measuring:
-            self._mind_measuring()
-
-    def due(self) -> float | None:
-        """Return when :meth:`end_turn` is to be called again."""
-        now = self._clock()
-        waits = (part.link.seconds_to_wait() for part in self.parts)
-        dues = [now + wait for wait in waits if wait is not None]
-        dues += (due for due, _, _ in self._measuring)
-        return min(dues, default=None)
+            part.end_turn()
 
     def is_waiting(self) -> bool:
         """Tell whether the launch is to go on, though nothing runs here."""
@@ -180,7 +164,8 @@ class RemoteParts(Participant, Keyboards):
 
         Asking has them measured anew.
         """
-        if self._clock() >= self._measured + FRESH:
+        assert self._launch is not None
+        if self._launch.loop.time() >= self._measured + FRESH:
             self.measure(lambda: None)
         shares: dict[str, float] = {}
         for part in self.parts:
@@ -189,26 +174,27 @@ class RemoteParts(Participant, Keyboards):
 
     def measure(self, done: Callable[[], None]) -> None:
         """
-        Find out what processes use.
+        Measure what processes use.
 
-        :param done: Is called when that is known, as far as it is soon
+        :param done: Is called when all machines have answered, or after
+          :data:`MEASURING` seconds
         """
-        self._measured = self._clock()
-        waiting: set[str] = set()
+        assert self._launch is not None
+        loop = self._launch.loop
+        self._measured = loop.time()
+        timer = loop.call_later(MEASURING, done)
+        pending = {*self._parts}
+
+        def answered(name: str) -> None:
+            pending.discard(name)
+            if not (pending or timer.cancelled()):
+                timer.run()
+
         for name, part in self._parts.items():
-
-            def answered(name: str = name) -> None:
-                waiting.discard(name)
-                self._mind_measuring()
-
-            # the answer may come at once
-            waiting.add(name)
             try:
-                part.measure(answered)
+                part.measure(partial(answered, name))
             except RefusedError:
-                waiting.discard(name)
-        self._measuring.append((self._measured + MEASURING, waiting, done))
-        self._mind_measuring()
+                answered(name)
 
     # commands
 
@@ -337,15 +323,6 @@ class RemoteParts(Participant, Keyboards):
     def type(self, label: str, keys: bytes) -> None:
         """Type at a process."""
         self._send(commands.Type(label, keys))
-
-    def _mind_measuring(self) -> None:
-        now = self._clock()
-        waiting, self._measuring = self._measuring, []
-        for due, machines, done in waiting:
-            if machines and now < due:
-                self._measuring.append((due, machines, done))
-            else:
-                done()
 
     def _send(self, command: commands.PartCommand[Any]) -> None:
         found = self._found(command.process)

@@ -135,7 +135,8 @@ def _sent(
             if part.is_over:
                 break
             link._feed(data)
-            part.advance()
+            launch.loop.wake()
+            launch.loop.run_once()
             to_json(launch.state)
             part.cpu_shares()
         return part, launch

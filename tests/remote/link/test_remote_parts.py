@@ -39,7 +39,6 @@ class Played:
     """Parts on one machine, or several, with both ends played."""
 
     def __init__(self, *links, entries=(DRIVER, HELPER, TALKER), **fields):
-        self.now = 100.0
         self.link, *self.others = links or (PlayedLink(),)
         whole = Plan(entries)
         parts = {
@@ -52,14 +51,22 @@ class Played:
         self.parts = RemoteParts(
             (self.link, *self.others),
             Placed(whole, Plan(), parts),
-            clock=lambda: self.now,
             **fields,
         )
-        self.launch = PlayedLaunch(self.parts, lambda: self.now)
+        self.launch = PlayedLaunch(self.parts)
         self.launch.parts = self.parts
         self.parts.begin()
         # what is left for this machine
         self.rest = []
+
+    @property
+    def now(self):
+        """The time; setting it lets time pass."""
+        return self.launch.loop.now
+
+    @now.setter
+    def now(self, now):
+        self.launch.loop.pass_time(now - self.now)
 
     def do(self, command):
         """Execute a command, of which this machine has its share."""
