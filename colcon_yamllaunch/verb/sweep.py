@@ -72,4 +72,4 @@ class SweepVerb(VerbExtensionPoint):  # type: ignore[misc]
         # a mistake in the command line is found without all this imports
         from colcon_yamllaunch.verb.sweeping.sweep_flow import SweepFlow
 
-        return SweepFlow(options, known.log_base, self._environment).run()
+        return SweepFlow(options, known, self._environment).run()

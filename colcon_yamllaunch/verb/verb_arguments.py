@@ -9,9 +9,8 @@ import os
 import sys
 from typing import Any
 
-from colcon_yamllaunch.verb.cli.log_base import choose_log_base
-from colcon_yamllaunch.verb.cli.option_parser import add_options
-from colcon_yamllaunch.verb.cli.option_table import Verb
+from colcon_yamllaunch.verb.cli.command_line import add_options
+from colcon_yamllaunch.verb.cli.options import Verb
 
 
 def add_verb_arguments(parser: Any, verb: Verb) -> dict[str, str]:
@@ -22,7 +21,6 @@ def add_verb_arguments(parser: Any, verb: Verb) -> dict[str, str]:
     # what colcon adds to the environment is not the user's
     environment = dict(os.environ)
     add_options(parser, verb)
-    choose_log_base(verb)
     parser.print_help = partial(_print_help, verb, parser)
     if '_ARGCOMPLETE' in environment:
         from colcon_yamllaunch.verb.completion.completing import complete

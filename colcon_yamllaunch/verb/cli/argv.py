@@ -7,7 +7,7 @@ The command line, before colcon's parser gets it.
 argparse looks at every word, also at those of a program that `colcon run`
 runs: `-height` would be `-h` with something malformed behind it, `--log` an
 ambiguous abbreviation. Behind a `--` it leaves them alone, so one is put in
-front of the package. For other words see `option_scanner`.
+front of the package. For other words see `command_line`.
 """
 
 from collections.abc import Sequence
@@ -15,16 +15,23 @@ import os
 from pathlib import Path
 import sys
 from typing import Any
+from typing import NoReturn
+from typing import TYPE_CHECKING
 
 from colcon_core.argument_parser import ArgumentParserDecorator
 from colcon_core.argument_parser import ArgumentParserDecoratorExtensionPoint
 from colcon_core.plugin_system import satisfies_version
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.verb.cli.options import Verb
 
 # colcon imports this module for every command
 
 #: The options in front of the verb that take a value (colcon-core).
 _GLOBAL_OPTIONS = ('--log-base', '--log-level')
 _SEPARATOR = '--'
+_REWRITTEN: 'tuple[Verb, ...]' = ('launch', 'run', 'sweep')
+_VERBS = (*_REWRITTEN, 'create')
 
 
 class ArgvExtension(ArgumentParserDecoratorExtensionPoint):  # type: ignore[misc]
@@ -50,9 +57,14 @@ class _Decorator(ArgumentParserDecorator):  # type: ignore[misc]
     def parse_args(
         self, args: Sequence[str] | None = None, namespace: Any = None
     ) -> Any:
-        return self._parser.parse_args(
+        known = self._parser.parse_args(
             args=rewritten(args), namespace=namespace
         )
+        if known.verb_name in _VERBS:
+            from colcon_yamllaunch.verb.cli.log_base import choose_log_base
+
+            choose_log_base(known)
+        return known
 
     def parse_known_args(
         self, args: Sequence[str] | None = None, namespace: Any = None
@@ -68,24 +80,28 @@ def rewritten(argv: Sequence[str] | None = None) -> list[str]:
 
     :param argv: The command line without `colcon`; by default that of this
       process
+    :raises SystemExit: if argparse cannot
     """
     words = list(sys.argv[1:] if argv is None else argv)
     start = _verb_index(words) + 1
     front, own = words[:start], words[start:]
-    if front[-1:] not in (['launch'], ['run'], ['sweep']):
+    verb = next((verb for verb in _REWRITTEN if front[-1:] == [verb]), None)
+    if verb is None:
         return words
-    from colcon_yamllaunch.verb.cli.option_scanner import normalised
-    from colcon_yamllaunch.verb.cli.option_scanner import program_index
+    from colcon_yamllaunch.common.errors import UserError
+    from colcon_yamllaunch.verb.cli.command_line import program_index
+    from colcon_yamllaunch.verb.cli.command_line import written_for_argparse
 
-    if front[-1] == 'launch':
-        return front + normalised(own, 'launch')
-    if front[-1] == 'sweep':
-        return front + normalised(own, 'sweep')
-    package = program_index(own)
-    own, program = own[:package], own[package:]
-    if program and program[0] != _SEPARATOR:
-        program.insert(0, _SEPARATOR)
-    return front + normalised(own, 'run') + program
+    program: list[str] = []
+    if verb == 'run':
+        index = program_index(own)
+        own, program = own[:index], own[index:]
+        if program and program[0] != _SEPARATOR:
+            program.insert(0, _SEPARATOR)
+    try:
+        return [*front, *written_for_argparse(own, verb), *program]
+    except UserError as e:
+        _exit(verb, e)
 
 
 def _need_current_folder() -> None:
@@ -100,23 +116,18 @@ def _need_current_folder() -> None:
         words = sys.argv[1:]
         index = _verb_index(words)
         verb = next(iter(words[index : index + 1]), None)
-        if verb not in ('create', 'launch', 'run', 'sweep'):
-            return
-        if '_ARGCOMPLETE' not in os.environ:
-            print(
-                f'colcon {verb}: error: the current folder was removed, or '
-                'may not be read: go to another one',
-                file=sys.stderr,
+        if verb in _VERBS:
+            _exit(
+                verb,
+                'the current folder was removed, or may not be read: go to '
+                'another one',
             )
-        raise SystemExit(1) from None
 
 
-def words_behind(verb: str) -> list[str]:
-    """Return the words behind the verb on the command line of this process."""
-    words = sys.argv[1:]
-    start = _verb_index(words)
-    # where another command runs the verb, as an alias does, all may be its
-    return words[start + 1 :] if words[start : start + 1] == [verb] else words
+def _exit(verb: str, error: object) -> NoReturn:
+    if '_ARGCOMPLETE' not in os.environ:
+        print(f'colcon {verb}: error: {error}', file=sys.stderr)
+    raise SystemExit(1) from None
 
 
 def _verb_index(words: Sequence[str]) -> int:

@@ -1,121 +1,25 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""The command line of `colcon launch`."""
+"""Read the command line of `colcon launch`."""
 
 from collections.abc import Sequence
-from dataclasses import field
 import os
-from pathlib import Path
-import re
 from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.engine.limits import LOG_LIMIT
-from colcon_yamllaunch.engine.output.line_pattern import LinePattern
-from colcon_yamllaunch.verb.cli.option_parser import parse_more
-from colcon_yamllaunch.verb.cli.option_parser import read_options
-from colcon_yamllaunch.verb.cli.option_parser import refuse_unknown
-from colcon_yamllaunch.verb.cli.option_scanner import normalised
-from colcon_yamllaunch.verb.cli.option_scanner import SEPARATOR
-from colcon_yamllaunch.verb.cli.option_table import REQUESTS
-from colcon_yamllaunch.verb.cli.option_table import TEXT
-from colcon_yamllaunch.verb.cli.option_table import Verb
+from colcon_yamllaunch.verb.cli.command_line import named
+from colcon_yamllaunch.verb.cli.command_line import read_options
+from colcon_yamllaunch.verb.cli.command_line import refuse_unknown
+from colcon_yamllaunch.verb.cli.command_line import split_arguments
+from colcon_yamllaunch.verb.cli.command_line import split_line
+from colcon_yamllaunch.verb.cli.options import ControlOptions
+from colcon_yamllaunch.verb.cli.options import LaunchOptions
+from colcon_yamllaunch.verb.cli.options import REQUESTS
+from colcon_yamllaunch.verb.cli.options import TEXT
 
-_ARGUMENT = re.compile(r'[^-][^\s]*?:=|:=')
 #: The launch arguments that options stand for, by their keys.
 PREFIXES = ('launch_prefix', 'launch_prefix_filter')
-
-
-@dataclass(frozen=True, slots=True)
-class ControlOptions:
-    """
-    What the user asks of running launches.
-
-    :param action: `status`, `stop`, `restart`, `lifecycle`, `logs`, `attach`
-      or `ui`
-    :param names: The processes and components, by name or glob
-    :param launch: Which launch is meant: its package, launch file, title or
-      process id; None when that is clear
-    :param follow: Whether `logs` waits for more
-    :param status_format: How `status` is shown
-    :param transition: What `lifecycle` has nodes do
-    """
-
-    action: str
-    names: tuple[str, ...] = ()
-    launch: str | None = None
-    follow: bool = False
-    status_format: str = TEXT
-    transition: str = ''
-
-
-@dataclass(frozen=True, slots=True)
-class LaunchOptions:
-    """
-    What the user asks for; the options by their keys in the table.
-
-    :param positionals: The package and the launch file, or a path
-    :param control: What is asked of running launches, if anything is; then
-      there is nothing else
-    """
-
-    positionals: tuple[str, ...] = ()
-    arguments: dict[str, str] = field(default_factory=dict)
-    control: ControlOptions | None = None
-    version: bool = False
-    show_args: bool = False
-    check: str | None = None
-    portable: bool = False
-    plan: str | None = None
-    run_commands: bool = False
-    from_plan: Path | None = None
-    schema: bool = False
-    workspace: Path | None = None
-    paths: tuple[str, ...] | None = None
-    no_build: bool = False
-    build_all: bool = False
-    build_args: tuple[str, ...] = ()
-    why: bool = False
-    force: bool = False
-    quiet: bool = False
-    verbose: bool = False
-    tty: bool = False
-    no_color: bool = False
-    no_status: bool = False
-    log_limit: int | None = LOG_LIMIT
-    watch: str | None = None
-    on: str | None = None
-    deploy: Path | None = None
-    until: tuple[LinePattern, ...] = ()
-    timeout: float | None = None
-    for_: float | None = None
-    junit: Path | None = None
-    attach: str | None = None
-    ui: bool = False
-
-    @property
-    def is_deployed(self) -> bool:
-        """Whether anything is to run on other machines."""
-        return self.on is not None or self.deploy is not None
-
-    @property
-    def inspects(self) -> bool:
-        """Whether something is shown instead of running."""
-        formats = self.check, self.plan
-        return self.show_args or self.schema or formats != (None, None)
-
-    @property
-    def checks_all(self) -> bool:
-        """Whether all launch files of the workspace are to be checked."""
-        names_none = not self.positionals and not self.arguments
-        return self.check is not None and names_none
-
-    @property
-    def runs(self) -> bool:
-        """Whether what is in the workspace may be run."""
-        return not self.inspects or self.run_commands
 
 
 def parse_launch_options(known: Any) -> LaunchOptions:
@@ -134,7 +38,7 @@ def parse_launch_options(known: Any) -> LaunchOptions:
         read_options(values, 'launch')
         return LaunchOptions(control=control)
     refuse_unknown(positionals, 'launch')
-    if values.paths is not None:
+    if values.paths:
         # it takes whatever follows
         more, values.paths = split_arguments(values.paths)
         arguments = more + arguments
@@ -150,43 +54,29 @@ def parse_launch_options(known: Any) -> LaunchOptions:
     for key in PREFIXES:
         if key in read:
             meant[key.replace('_', '-')] = read.pop(key)
-    options = LaunchOptions(tuple(positionals), meant, attach=attach, **read)
+    options = LaunchOptions(
+        positionals=tuple(positionals), arguments=meant, attach=attach, **read
+    )
     _refuse_unclear(options)
     return options
 
 
-def split_line(
-    known: Any, verb: Verb = 'launch'
-) -> tuple[Any, list[str], list[str]]:
-    """
-    Tell options, other words and launch arguments apart, in any order.
-
-    Return the values of all options, the words that belong to none (and
-    options that do not exist), and the launch arguments.
-
-    :raises UserError: when an option lacks its value
-    """
-    words = [word for word in known.positionals if word != SEPARATOR]
-    # an option that takes any number of values would take them, too
-    arguments, words = split_arguments(normalised(words, verb))
-    values, positionals = parse_more(words, known, verb)
-    return values, positionals, arguments
+def control_action(values: Any, positionals: Sequence[str]) -> str | None:
+    """Return what is asked of running launches; None for a new launch."""
+    actions = [name.removeprefix('--') for name in REQUESTS]
+    if not positionals and values.from_plan is None:
+        # with something to launch, these two are about the new launch
+        actions += ['attach', 'ui']
+    given = (a for a in actions if getattr(values, a) not in (None, False))
+    return next(given, None)
 
 
 def _control_options(
     values: Any, positionals: Sequence[str]
 ) -> ControlOptions | None:
-    """Return what is asked of running launches; None for a new launch."""
-    actions = [name.removeprefix('--') for name in REQUESTS]
-    given = [name for name in actions if getattr(values, name) is not None]
-    launches = positionals or values.from_plan is not None
-    if values.attach is not None and not launches:
-        given.append('attach')
-    if values.ui and not launches:
-        given.append('ui')
-    if not given:
+    action = control_action(values, positionals)
+    if action is None:
         return None
-    action = given[0]
     names: Sequence[str] = positionals
     if action == 'attach':
         names = (values.attach,)
@@ -243,27 +133,6 @@ def _read_transition(words: Sequence[str]) -> tuple[Sequence[str], str]:
         f"--lifecycle: there is no transition '{last}'",
         one_of(last, TRANSITIONS),
     )
-
-
-def split_arguments(words: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Separate the launch arguments from the other words."""
-    arguments = [word for word in words if _ARGUMENT.match(word)]
-    return arguments, [word for word in words if not _ARGUMENT.match(word)]
-
-
-def named(word: str) -> tuple[str, str]:
-    """
-    Return a launch argument and its value.
-
-    :raises UserError: when it has no name
-    """
-    name, _, value = word.partition(':=')
-    if not name:
-        raise UserError(
-            f"the launch argument '{word}' has no name",
-            'it is written name:=value',
-        )
-    return name, value
 
 
 def _refuse_unclear(options: LaunchOptions) -> None:

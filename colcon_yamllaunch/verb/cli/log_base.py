@@ -5,23 +5,20 @@
 Where colcon keeps its logs for this command.
 
 colcon makes `log/` in the current folder before it calls the verb. So the
-choice is made while the arguments are added: in the workspace if there is one
-that can be written to, else nowhere.
+choice is made when colcon has parsed the command line: in the workspace if
+there is one that can be written to, else nowhere.
 """
 
 from collections.abc import Iterable
 import os
 from pathlib import Path
 import re
+from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.text_files import text_of
-from colcon_yamllaunch.verb.cli.argv import words_behind
-from colcon_yamllaunch.verb.cli.option_scanner import Item
-from colcon_yamllaunch.verb.cli.option_scanner import program_index
-from colcon_yamllaunch.verb.cli.option_scanner import scan
-from colcon_yamllaunch.verb.cli.option_table import REQUESTS
-from colcon_yamllaunch.verb.cli.option_table import Verb
+from colcon_yamllaunch.verb.cli.command_line import split_line
+from colcon_yamllaunch.verb.cli.launch_options import control_action
 from colcon_yamllaunch.workspace.packages.trust import Trust
 from colcon_yamllaunch.workspace.packages.trust import UntrustedError
 from colcon_yamllaunch.workspace.packages.workspace_root import find_root
@@ -35,9 +32,6 @@ WORKSPACE = 'ROS_WORKSPACE'
 #: How much room there has to be for logs (bytes).
 LEAST_ROOM = 64 * 1024
 
-#: The options that build more than the launch needs.
-_BUILDS = ('--build-all', '--paths')
-
 # what a launch file of any language has if it, or what it includes, names a
 # package
 _PACKAGE = re.compile('pkg|package|include', re.IGNORECASE)
@@ -46,35 +40,42 @@ _PACKAGE = re.compile('pkg|package|include', re.IGNORECASE)
 PATH_SUFFIXES = ('.yaml', '.yml', '.launch', '.xml', '.py')
 
 
-def choose_log_base(verb: Verb) -> None:
+def choose_log_base(known: Any) -> None:
     """Make colcon log in the workspace unless the user says where."""
     if not os.environ.get(LOG_PATH):
-        folder = default_log_base(verb)
+        folder = default_log_base(known)
         usable = folder is not None and is_writable(folder)
         os.environ[LOG_PATH] = str(folder) if usable else os.devnull
 
 
-def default_log_base(verb: Verb) -> Path | None:
+def default_log_base(known: Any) -> Path | None:
     """
     Return the log folder of the workspace that the command line is about.
 
     None stands for no workspace, or nothing to log.
     """
+    verb = known.verb_name
     if verb == 'create':
         # maybe there is no workspace yet
         return None
-    words = words_behind(verb)
-    if verb == 'run':
-        words = words[: program_index(words)]
-    items = list(scan(words, verb))
-    given = {i.option.name: i.values for i in items if i.option is not None}
-    if '--version' in given or (verb == 'launch' and is_control(items)):
+    values = known
+    positionals: list[str] = []
+    if verb != 'run':
+        try:
+            values, positionals, _ = split_line(known, verb)
+        except UserError:
+            # the verb says so
+            return None
+    if values.version or (
+        verb == 'launch' and control_action(values, positionals) is not None
+    ):
         return None
-    positionals = [item.words[0] for item in items if item.is_positional]
-    (workspace,) = given.get('--workspace') or (None,)
     try:
-        builds = not given.keys().isdisjoint(_BUILDS)
-        root = find_workspace(workspace, positionals, builds=builds)
+        root = find_workspace(
+            values.workspace,
+            [word for word in positionals if not word.startswith('-')],
+            builds=values.build_all or values.paths is not None,
+        )
     except UntrustedError:
         # the verb says so; its log folder is not to be written to either
         return None
@@ -142,24 +143,6 @@ def workspace_root(
     if given is not None and not os.path.isdir(given):
         raise UserError(f"there is no workspace folder '{given}'")
     return find_workspace(given, positionals, builds=builds)
-
-
-def is_control(items: Iterable[Item]) -> bool:
-    """
-    Tell whether a command line launches nothing, but is about what runs.
-
-    This is known before the command line is parsed, since then colcon has
-    made a folder for logs already.
-    """
-    # without an option: something to launch
-    given = {
-        None if item.option is None else item.option.name
-        for item in items
-        if item.option is not None or item.is_positional
-    }
-    if given.intersection(REQUESTS):
-        return True
-    return '--attach' in given and given.isdisjoint(('--from-plan', None))
 
 
 def is_writable(folder: Path) -> bool:

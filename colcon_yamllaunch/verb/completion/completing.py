@@ -11,6 +11,7 @@ cursor; then the process ends, before anything is run or written.
 
 import argparse
 from collections.abc import Callable
+from collections.abc import Iterable
 from collections.abc import Mapping
 from collections.abc import Sequence
 from contextlib import suppress
@@ -24,16 +25,16 @@ from typing import Any
 from colcon_yamllaunch.common.errors import OutputError
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.verb.cli.launch_options import split_line
+from colcon_yamllaunch.verb.cli.command_line import given_options
+from colcon_yamllaunch.verb.cli.command_line import split_line
 from colcon_yamllaunch.verb.cli.log_base import find_workspace
 from colcon_yamllaunch.verb.cli.log_base import PATH_SUFFIXES
 from colcon_yamllaunch.verb.cli.messages import say
-from colcon_yamllaunch.verb.cli.option_parser import given_options
-from colcon_yamllaunch.verb.cli.option_table import Completer
-from colcon_yamllaunch.verb.cli.option_table import Option
-from colcon_yamllaunch.verb.cli.option_table import options_of
-from colcon_yamllaunch.verb.cli.option_table import REQUESTS
-from colcon_yamllaunch.verb.cli.option_table import Verb
+from colcon_yamllaunch.verb.cli.option import Completer
+from colcon_yamllaunch.verb.cli.option import Option
+from colcon_yamllaunch.verb.cli.options import OPTIONS
+from colcon_yamllaunch.verb.cli.options import REQUESTS
+from colcon_yamllaunch.verb.cli.options import Verb
 from colcon_yamllaunch.verb.completion import candidates
 from colcon_yamllaunch.verb.completion.candidates import Candidates
 from colcon_yamllaunch.workspace.colcon.package_scan import scan_packages
@@ -116,12 +117,12 @@ def complete(verb: Verb, parser: Any, environment: Mapping[str, str]) -> None:
     """
     sys.excepthook = _in_one_line
     word = _word_at_cursor(environment)
-    options = {option.key: option for option in options_of(verb).values()}
+    options = {option.key: option for option in OPTIONS[verb].all()}
     for action in parser._actions:
         option = options.get(action.dest)
-        if option is not None and option.value is not None:
+        if option is not None:
             find = _finder(option)
-            if option.value.arity == 'choice' and '=' not in word:
+            if option.arity == 'choice' and '=' not in word:
                 # what follows without it is the package
                 find = _nothing
             action.completer = _Completer(find, environment)
@@ -156,7 +157,7 @@ def _word_at_cursor(environment: Mapping[str, str]) -> str:
 def _launch_positionals(cursor: _Cursor, verb: Verb = 'launch') -> Candidates:
     """Find words behind the package, which argparse leaves to the verb."""
     prefix = cursor.prefix
-    options = options_of(verb)
+    options = OPTIONS[verb].by_flag()
     last = options.get((cursor.known.positionals or [''])[-1])
     name, equals, begun = prefix.partition('=')
     if prefix.startswith('-') and equals:
@@ -164,10 +165,9 @@ def _launch_positionals(cursor: _Cursor, verb: Verb = 'launch') -> Candidates:
         return {f'{name}={value}': text for value, text in found.items()}
     if prefix.startswith('-'):
         return _options(cursor)
-    value = None if last is None else last.value
-    if last and value and value.arity in ('one', 'each', 'some'):
+    if last and last.value and last.arity in ('one', 'each', 'some'):
         return _finder(last)(cursor)
-    _give_back(cursor.known, options)
+    _give_back(cursor.known, OPTIONS[verb].all())
     values, words, arguments = split_line(cursor.known, verb)
     words = [word for word in words if not word.startswith('-')]
     cursor = replace(cursor, known=values)
@@ -181,14 +181,14 @@ def _launch_positionals(cursor: _Cursor, verb: Verb = 'launch') -> Candidates:
     return _launched(cursor, words, arguments)
 
 
-def _give_back(known: Any, options: Mapping[str, Option]) -> None:
+def _give_back(known: Any, options: Iterable[Option[Any]]) -> None:
     """Make a positional of the word that argparse took for a choice."""
-    for option in options.values():
-        if option.value is not None and option.value.arity == 'choice':
+    for option in options:
+        if option.arity == 'choice':
             word = getattr(known, option.key)
-            if word not in (None, *option.value.choices):
+            if word not in (None, *option.choices):
                 known.positionals = [word, *known.positionals]
-                setattr(known, option.key, option.value.choices[0])
+                setattr(known, option.key, option.choices[0])
 
 
 def _launched(
@@ -228,14 +228,13 @@ def _options(cursor: _Cursor) -> Candidates:
     }
 
 
-def _finder(option: Option) -> _Find:
+def _finder(option: Option[Any]) -> _Find:
     """Return what finds the values of an option."""
-    if option.value is None:
-        return _nothing
-    if option.value.choices:
-        choices = dict.fromkeys(option.value.choices, '')
+    if option.choices:
+        choices = dict.fromkeys(option.choices, '')
         return lambda _: choices
-    return COMPLETERS[option.value.completer]
+    value = option.value
+    return _nothing if value is None else COMPLETERS[value.completer]
 
 
 def _parts(cursor: _Cursor) -> Candidates:

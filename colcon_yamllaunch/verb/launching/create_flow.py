@@ -21,14 +21,15 @@ from typing import Any
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.common.text_files import text_of
-from colcon_yamllaunch.verb.cli.create_options import CreateOptions
-from colcon_yamllaunch.verb.cli.create_options import parse_create_options
+from colcon_yamllaunch.verb.cli.command_line import read_options
+from colcon_yamllaunch.verb.cli.command_line import refuse_unknown
 from colcon_yamllaunch.verb.cli.log_base import find_workspace
 from colcon_yamllaunch.verb.cli.messages import enumeration
 from colcon_yamllaunch.verb.cli.messages import report_errors
 from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.cli.messages import show
 from colcon_yamllaunch.verb.cli.messages import show_versions
+from colcon_yamllaunch.verb.cli.options import CreateOptions
 from colcon_yamllaunch.workspace.colcon.package_scan import scan_packages
 from colcon_yamllaunch.workspace.create.added_node import add_node
 from colcon_yamllaunch.workspace.create.added_node import AddedNode
@@ -53,6 +54,7 @@ GIT_TIMEOUT = 10.0
 #: The address of a maintainer who has told git none.
 TODO_EMAIL = 'TODO@example.com'
 
+_USAGE = 'usage: colcon create PKG [options]'
 _BUILD_TYPE = re.compile(r'<build_type\b[^>]*>\s*(\w+)')
 _DEPENDENCY = re.compile(r'[a-zA-Z0-9][a-zA-Z0-9_.+-]*')
 
@@ -65,7 +67,7 @@ def main(known: Any, environment: Mapping[str, str]) -> int:
 def _create(known: Any, environment: Mapping[str, str]) -> int:
     if known.version:
         return show_versions()
-    options = parse_create_options(known)
+    options = _options(known)
     cwd = Path.cwd()
     if options.add_node is not None:
         show(_add_node(options.package, options.add_node, cwd, environment))
@@ -103,6 +105,30 @@ def _create(known: Any, environment: Mapping[str, str]) -> int:
         say(f'colcon create: warning: {warning}')
     show(_made(package, folder, cwd))
     return 0
+
+
+def _options(known: Any) -> CreateOptions:
+    """
+    Read the whole command line.
+
+    :raises UserError: when it makes no sense
+    """
+    words = known.positionals
+    refuse_unknown(words, 'create')
+    if not words:
+        if known.dependencies:
+            raise UserError(
+                '--dependencies took all that follows it',
+                'put it behind the name of the package',
+            )
+        raise UserError('there is no name for the package', _USAGE)
+    if len(words) > 1:
+        raise UserError(
+            f"'{words[1]}' is one word too many: one package is made at a "
+            'time',
+            _USAGE,
+        )
+    return CreateOptions(package=words[0], **read_options(known, 'create'))
 
 
 def _add_node(

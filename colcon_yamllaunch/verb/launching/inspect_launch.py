@@ -32,11 +32,11 @@ from colcon_yamllaunch.plan.plan_script import plan_to_script
 from colcon_yamllaunch.plan.plan_text import plan_to_text
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.plan.position import shown_position
-from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
 from colcon_yamllaunch.verb.cli.messages import enumeration
 from colcon_yamllaunch.verb.cli.messages import show
 from colcon_yamllaunch.verb.cli.messages import show_json
-from colcon_yamllaunch.verb.cli.option_table import TEXT
+from colcon_yamllaunch.verb.cli.options import LaunchOptions
+from colcon_yamllaunch.verb.cli.options import TEXT
 from colcon_yamllaunch.verb.cli.target import Target
 from colcon_yamllaunch.verb.launching.launch_flow import LaunchFlow
 from colcon_yamllaunch.verb.launching.preflight import invalid_manifests

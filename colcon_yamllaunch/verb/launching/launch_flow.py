@@ -7,7 +7,6 @@ from collections.abc import Callable
 from collections.abc import Mapping
 from collections.abc import Sequence
 from copy import copy
-from dataclasses import replace
 from pathlib import Path
 import signal
 from typing import TYPE_CHECKING
@@ -66,13 +65,12 @@ class LaunchFlow(LaunchPreparation):
         :param variables: What its environment has, too
         :param builds: Whether it may build, as far as this one may
         """
-        options = replace(self._options, arguments=dict(arguments))
+        options = self._options.replaced(arguments=dict(arguments))
         if not builds:
-            options = replace(
-                options,
+            options = options.replaced(
                 no_build=True,
                 build_all=False,
-                paths=None,
+                paths=(),
                 force=False,
                 why=False,
             )

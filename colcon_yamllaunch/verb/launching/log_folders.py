@@ -11,6 +11,7 @@ from contextlib import suppress
 import os
 from pathlib import Path
 import time
+from typing import Any
 
 from colcon_core.location import get_log_path
 from colcon_yamllaunch.common.errors import UserError
@@ -24,7 +25,7 @@ from colcon_yamllaunch.verb.cli.log_base import default_log_base
 from colcon_yamllaunch.verb.cli.log_base import is_writable
 from colcon_yamllaunch.verb.cli.log_base import LOG_PATH
 from colcon_yamllaunch.verb.cli.messages import say
-from colcon_yamllaunch.verb.cli.option_parser import read_size
+from colcon_yamllaunch.verb.cli.option_values import read_size
 
 _ALL = 'all'
 
@@ -74,19 +75,17 @@ def log_store_of(
     return LogStore(folder, kept, limit)
 
 
-def log_folder_of(
-    log_base: str | None, environment: Mapping[str, str]
-) -> Path | None:
+def log_folder_of(known: Any, environment: Mapping[str, str]) -> Path | None:
     """Return the folder for the logs of this launch, None for no logs."""
     path: Path | None = get_log_path()
     if path is not None:
         return path.absolute()
-    if log_base is not None or environment.get(LOG_PATH):
+    if known.log_base is not None or environment.get(LOG_PATH):
         return None
     # there is no workspace to write to: the logs go where ROS 2 keeps them
     stamp = time.strftime('%Y-%m-%d_%H-%M-%S')
     folder = ros_log_folder(environment) / f'launch_{stamp}_{os.getpid()}'
-    usual = default_log_base('launch')
+    usual = default_log_base(known)
     if not is_writable(folder.parent):
         places = ' and '.join(str(p) for p in (usual, folder.parent) if p)
         say(

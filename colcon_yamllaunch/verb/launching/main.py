@@ -10,12 +10,12 @@ from typing import Any
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.process_scan import need_proc
-from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
 from colcon_yamllaunch.verb.cli.launch_options import parse_launch_options
 from colcon_yamllaunch.verb.cli.messages import report_errors
 from colcon_yamllaunch.verb.cli.messages import show
 from colcon_yamllaunch.verb.cli.messages import show_help
 from colcon_yamllaunch.verb.cli.messages import show_versions
+from colcon_yamllaunch.verb.cli.options import LaunchOptions
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.verb.sessions.own_launch import Background
@@ -86,7 +86,7 @@ def _launch(
     from colcon_yamllaunch.verb.launching.log_folders import log_folder_of
     from colcon_yamllaunch.verb.launching.plan_run import PlanRun
 
-    log_folder = log_folder_of(known.log_base, environment)
+    log_folder = log_folder_of(known, environment)
     cwd = Path.cwd()
     if not options.inspects:
         need_proc()

@@ -30,8 +30,8 @@ from colcon_yamllaunch.observers.presentation import Presentation
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.plan import SetParameter
-from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
-from colcon_yamllaunch.verb.cli.option_table import WATCH_WITH_BELL
+from colcon_yamllaunch.verb.cli.options import LaunchOptions
+from colcon_yamllaunch.verb.cli.options import WATCH_WITH_BELL
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.observers.junit import JUnitReport

@@ -13,7 +13,6 @@ import sys
 from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.engine.process.exec_program import exec_program
 from colcon_yamllaunch.engine.process.spawn import StartError
@@ -21,14 +20,15 @@ from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import render
 from colcon_yamllaunch.observers.failure_advice import Advisor
 from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.verb.cli.command_line import read_options
+from colcon_yamllaunch.verb.cli.command_line import refuse_unknown
 from colcon_yamllaunch.verb.cli.log_base import workspace_root
 from colcon_yamllaunch.verb.cli.messages import report_errors
 from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.cli.messages import say_line
 from colcon_yamllaunch.verb.cli.messages import show_help
 from colcon_yamllaunch.verb.cli.messages import show_versions
-from colcon_yamllaunch.verb.cli.option_parser import read_options
-from colcon_yamllaunch.verb.cli.option_parser import refuse_unknown
+from colcon_yamllaunch.verb.cli.options import RunOptions
 from colcon_yamllaunch.verb.cli.target import unknown_package
 from colcon_yamllaunch.verb.launching.builds import Builds
 from colcon_yamllaunch.verb.launching.workspace_session import WorkspaceSession
@@ -42,25 +42,6 @@ from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 from colcon_yamllaunch.workspace.packages.python_modules import certain_imports
 
 _USAGE = 'usage: colcon run [options] PKG EXEC [argument ...]'
-
-
-@dataclass(frozen=True, slots=True)
-class RunOptions:
-    """
-    What the user asks for; the options by their keys in the table.
-
-    :param executable: The program as the user names it, or None
-    """
-
-    package: str
-    executable: str | None = None
-    arguments: tuple[str, ...] = ()
-    prefix: tuple[str, ...] = ()
-    workspace: Path | None = None
-    paths: tuple[str, ...] | None = None
-    no_build: bool = False
-    build_all: bool = False
-    build_args: tuple[str, ...] = ()
 
 
 def parse_run_options(known: Any) -> RunOptions:
@@ -88,7 +69,12 @@ def parse_run_options(known: Any) -> RunOptions:
             f'options stand in front of the package; {_USAGE}',
         )
     executable = rest[0] if rest else None
-    return RunOptions(package, executable, tuple(rest[1:]), **read)
+    return RunOptions(
+        package=package,
+        executable=executable,
+        arguments=tuple(rest[1:]),
+        **read,
+    )
 
 
 def main(known: Any, environment: Mapping[str, str]) -> int:
@@ -191,12 +177,12 @@ def _warn_of_missing_module(
 def _prepare(workspace: WorkspaceSession, options: RunOptions) -> int:
     """Build what is needed and not up to date; return the exit code."""
     package = options.package
-    if workspace.locator.prefix(package) is None and options.paths is None:
+    if workspace.locator.prefix(package) is None and not options.paths:
         broken = workspace.broken_manifests
         raise unknown_package(package, workspace.locator, broken)
     if not options.no_build and workspace.root is not None:
         wanted = _wanted(workspace, options)
-        builds = Builds(workspace, exactly=options.paths is not None)
+        builds = Builds(workspace, exactly=bool(options.paths))
 
         def look_first() -> None:
             _refuse_unknown(workspace.locator, package, options.executable)
@@ -231,7 +217,7 @@ def _wanted(workspace: WorkspaceSession, options: RunOptions) -> set[str]:
     """Return the packages of the workspace to bring up to date."""
     if options.build_all:
         return workspace.package_names
-    if options.paths is not None:
+    if options.paths:
         return set(workspace.select(options.paths, Path.cwd()))
     return {options.package} & workspace.package_names
 

@@ -28,8 +28,8 @@ from colcon_yamllaunch.language.syntax.diagnostics import render
 from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
 from colcon_yamllaunch.plan.labels import MACHINE_SEPARATOR
 from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
 from colcon_yamllaunch.verb.cli.messages import say
+from colcon_yamllaunch.verb.cli.options import LaunchOptions
 from colcon_yamllaunch.verb.launching.launch_flow import LaunchFlow
 from colcon_yamllaunch.verb.launching.steps.launch_basis import GiveUpError
 from colcon_yamllaunch.watch.change_loop import ChangeLoop
@@ -80,7 +80,7 @@ class WatchFlow:
         if not is_installed():
             raise UserError(MISSING)
         # jobs show only their errors
-        self._options = replace(options, quiet=True, force=False, why=False)
+        self._options = options.replaced(quiet=True, force=False, why=False)
         self._why = options.why
         self._cwd = cwd
         self._environment = environment

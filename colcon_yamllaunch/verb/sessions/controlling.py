@@ -26,11 +26,11 @@ from colcon_yamllaunch.engine.state import ComponentState
 from colcon_yamllaunch.engine.state import Part
 from colcon_yamllaunch.engine.state import ProcessState
 from colcon_yamllaunch.engine.state import to_json
-from colcon_yamllaunch.verb.cli.launch_options import ControlOptions
 from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.cli.messages import say_line
 from colcon_yamllaunch.verb.cli.messages import show
 from colcon_yamllaunch.verb.cli.messages import show_json
+from colcon_yamllaunch.verb.cli.options import ControlOptions
 from colcon_yamllaunch.verb.sessions.selecting import Candidate
 from colcon_yamllaunch.verb.sessions.selecting import choose_launch
 from colcon_yamllaunch.verb.sessions.selecting import choose_parts

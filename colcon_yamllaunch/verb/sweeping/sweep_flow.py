@@ -8,6 +8,7 @@ from contextlib import closing
 from pathlib import Path
 import shlex
 import sys
+from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.language.actions.process_actions import OUTPUT_OVERRIDE
@@ -29,9 +30,9 @@ from colcon_yamllaunch.sweep.table import Run
 from colcon_yamllaunch.sweep.table import run_table
 from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.cli.messages import say_line
-from colcon_yamllaunch.verb.cli.option_table import AGAIN_ALL
-from colcon_yamllaunch.verb.cli.option_table import AGAIN_FAILED
-from colcon_yamllaunch.verb.cli.sweep_options import SweepOptions
+from colcon_yamllaunch.verb.cli.options import AGAIN_ALL
+from colcon_yamllaunch.verb.cli.options import AGAIN_FAILED
+from colcon_yamllaunch.verb.cli.options import SweepOptions
 from colcon_yamllaunch.verb.launching.launch_flow import LaunchFlow
 from colcon_yamllaunch.verb.launching.log_folders import log_folder_of
 from colcon_yamllaunch.verb.launching.log_folders import ros_log_folder
@@ -49,20 +50,20 @@ class SweepFlow:
     """
     One sweep.
 
-    :param log_base: The folder for logs that was given to colcon
+    :param known: What colcon has made of the command line
     """
 
     def __init__(
         self,
         options: SweepOptions,
-        log_base: str | None,
+        known: Any,
         environment: Mapping[str, str],
     ) -> None:
         self._options = options
         self._environment = environment
         self._cwd = Path.cwd()
         self._code = CodeState(environment)
-        self._log_folder = log_folder_of(log_base, environment)
+        self._log_folder = log_folder_of(known, environment)
 
     def run(self) -> int:
         """
@@ -186,7 +187,7 @@ class SweepFlow:
         options = self._options
         may_build = (
             not options.no_build
-            and options.paths is None
+            and not options.paths
             and flow.workspace.root is not None
         )
         planner = _Planner(

@@ -18,9 +18,9 @@ from colcon_core.command import create_subparser
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.verb.cli import argv
 from colcon_yamllaunch.verb.cli.argv import rewritten
-from colcon_yamllaunch.verb.cli.option_scanner import program_index
+from colcon_yamllaunch.verb.cli.command_line import program_index
+from colcon_yamllaunch.verb.cli.options import RunOptions
 from colcon_yamllaunch.verb.launching.run_flow import parse_run_options
-from colcon_yamllaunch.verb.launching.run_flow import RunOptions
 from colcon_yamllaunch.verb.run import RunVerb
 from hypothesis import example
 from hypothesis import given

@@ -6,12 +6,10 @@
 import argparse
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.verb.cli.launch_options import ControlOptions
-from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
+from colcon_yamllaunch.verb.cli.command_line import add_options
 from colcon_yamllaunch.verb.cli.launch_options import parse_launch_options
-from colcon_yamllaunch.verb.cli.log_base import is_control
-from colcon_yamllaunch.verb.cli.option_parser import add_options
-from colcon_yamllaunch.verb.cli.option_scanner import scan
+from colcon_yamllaunch.verb.cli.options import ControlOptions
+from colcon_yamllaunch.verb.cli.options import LaunchOptions
 import pytest
 
 
@@ -61,7 +59,6 @@ def test_requests_to_running_launches(
     line: str, expected: ControlOptions
 ) -> None:
     assert parsed(line).control == expected
-    assert is_control(scan(line.split(), 'launch'))
 
 
 @pytest.mark.parametrize(
@@ -79,12 +76,6 @@ def test_attach_with_something_to_launch_launches(line: str) -> None:
     assert options.control is None
     assert options.attach == 'a'
     assert options.positionals or options.from_plan
-    assert not is_control(scan(line.split(), 'launch'))
-
-
-@pytest.mark.parametrize('line', ['pkg file', 'pkg', '--check pkg file', ''])
-def test_launches_are_no_requests(line: str) -> None:
-    assert not is_control(scan(line.split(), 'launch'))
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ from colcon_yamllaunch.engine.state import ComponentState
 from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.state import Part
 from colcon_yamllaunch.engine.state import ProcessState
-from colcon_yamllaunch.verb.cli.launch_options import ControlOptions
+from colcon_yamllaunch.verb.cli.options import ControlOptions
 from colcon_yamllaunch.verb.completion import process_candidates
 from colcon_yamllaunch.verb.sessions import attaching
 from colcon_yamllaunch.verb.sessions import controlling

@@ -9,7 +9,7 @@ from pathlib import Path
 import shutil
 import signal
 
-from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
+from colcon_yamllaunch.verb.cli.options import LaunchOptions
 from colcon_yamllaunch.verb.launching.watch_flow import WatchFlow
 from colcon_yamllaunch.watch.worker import Failed
 from colcon_yamllaunch.watch.worker import Job
@@ -174,7 +174,9 @@ def test_mistakes_stop_nothing_that_runs(flow):
 def test_removed_workspace_is_no_internal_error(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     cwd = tmp_path / 'ws'
-    watch = WatchFlow(LaunchOptions(('flow', 'demo.yaml')), cwd, {}, None)
+    watch = WatchFlow(
+        LaunchOptions(positionals=('flow', 'demo.yaml')), cwd, {}, None
+    )
     answer = watch._prepare(Job({}, {}), print)
     assert answer == Failed('plan')
     assert capsys.readouterr().err == (

@@ -27,7 +27,7 @@ from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.remote.deployment import deployment_file
 from colcon_yamllaunch.remote.deployment.deployment import Deployment
 from colcon_yamllaunch.remote.deployment.placement import rules_in_vain
-from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
+from colcon_yamllaunch.verb.cli.options import LaunchOptions
 from colcon_yamllaunch.verb.launching.log_folders import log_store_of
 from colcon_yamllaunch.verb.launching.workspace_session import WorkspaceSession
 

@@ -22,10 +22,10 @@ from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
 from colcon_yamllaunch.language.vocabulary.package_lookup import FindExposed
 from colcon_yamllaunch.language.vocabulary.package_lookup import NothingExposed
 from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
 from colcon_yamllaunch.verb.cli.log_base import workspace_root
 from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.cli.messages import say_line
+from colcon_yamllaunch.verb.cli.options import LaunchOptions
 from colcon_yamllaunch.verb.cli.target import package_target
 from colcon_yamllaunch.verb.cli.target import path_target
 from colcon_yamllaunch.verb.cli.target import Target
@@ -107,7 +107,7 @@ class LaunchBasis:
             workspace_root(
                 options.workspace,
                 options.positionals,
-                builds=options.build_all or options.paths is not None,
+                builds=options.build_all or bool(options.paths),
             ),
             options.build_args,
             environment,

@@ -44,7 +44,7 @@ class LaunchPreparation(LaunchBasis):
 
         return Builds(
             self._workspace,
-            exactly=self._options.paths is not None,
+            exactly=bool(self._options.paths),
             force=self._options.force,
             why=self._options.why,
         )
@@ -183,7 +183,7 @@ class LaunchPreparation(LaunchBasis):
         workspace = self._workspace
         if self._options.build_all:
             return set(workspace.package_names) - self._only_there
-        if self._options.paths is not None:
+        if self._options.paths:
             return set(workspace.select(self._options.paths, self.cwd))
         return self._needed(target, evaluation)
 

@@ -5,52 +5,37 @@
 The options of the verbs, each described once.
 
 The parsers with their help, the errors for options that do not fit together,
-completion and docs/options.md are made from this table.
+completion and docs/options.md are made from these objects; the verbs read
+their values as typed attributes.
 """
 
 from collections.abc import Mapping
-from dataclasses import field
-from functools import cache
-from keyword import iskeyword
+from types import MappingProxyType
 from typing import Literal
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.engine.limits import LOG_LIMIT
+from colcon_yamllaunch.verb.cli.option import flag
+from colcon_yamllaunch.verb.cli.option import Option
+from colcon_yamllaunch.verb.cli.option import Options
+from colcon_yamllaunch.verb.cli.option import Value
+from colcon_yamllaunch.verb.cli.option import value
+from colcon_yamllaunch.verb.cli.option import values
+from colcon_yamllaunch.verb.cli.option_values import NO_LIMIT
+from colcon_yamllaunch.verb.cli.option_values import read_count
+from colcon_yamllaunch.verb.cli.option_values import read_file
+from colcon_yamllaunch.verb.cli.option_values import read_metric
+from colcon_yamllaunch.verb.cli.option_values import read_path
+from colcon_yamllaunch.verb.cli.option_values import read_pattern
+from colcon_yamllaunch.verb.cli.option_values import read_place
+from colcon_yamllaunch.verb.cli.option_values import read_seconds
+from colcon_yamllaunch.verb.cli.option_values import read_share
+from colcon_yamllaunch.verb.cli.option_values import read_size
+from colcon_yamllaunch.verb.cli.option_values import read_text
+from colcon_yamllaunch.verb.cli.option_values import read_words
 
 #: The verbs that have options.
 Verb = Literal['launch', 'run', 'create', 'sweep']
-#: How many values an option takes: one; one each time that it is given; maybe
-#: one of its choices, behind '='; any number; at least one.
-Arity = Literal['one', 'each', 'choice', 'any', 'some']
-#: What a value is read as, see `option_parser.py`.
-Kind = Literal[
-    'count',
-    'file',
-    'metric',
-    'path',
-    'pattern',
-    'place',
-    'seconds',
-    'share',
-    'size',
-    'text',
-    'words',
-]
-#: What Tab offers for a value, see `completion/completing.py`.
-Completer = Literal[
-    'choices',
-    'files',
-    'folders',
-    'hosts',
-    'launches',
-    'licenses',
-    'lifecycles',
-    'nothing',
-    'packages',
-    'parts',
-    'places',
-    'terminals',
-]
 
 #: The format of what is shown to people.
 TEXT = 'text'
@@ -60,8 +45,6 @@ WATCH_WITH_BELL = 'bell'
 #: Which runs of a sweep are done again.
 AGAIN_FAILED = 'failed'
 AGAIN_ALL = 'all'
-#: The value of `--log-limit` for no limit.
-NO_LIMIT = 'none'
 #: Bytes that the logs of each run of a sweep may take, as there are many.
 RUN_LOG_LIMIT = 100_000_000
 
@@ -71,83 +54,10 @@ INSPECTIONS = ('--show-args', '--check', '--plan', '--schema')
 REQUESTS = ('--status', '--stop', '--restart', '--lifecycle', '--logs')
 
 
-@dataclass(frozen=True, slots=True)
-class Value:
-    """
-    What an option takes.
-
-    :param name: What `--help` calls it
-    :param completer: What Tab offers for it
-    :param kind: What it is read as
-    :param arity: How many there may be
-    :param choices: The values that it may have, the default first
-    :param takes_dash: Whether it may begin with a dash
-    :param has_default: Whether the first choice holds without the option
-    """
-
-    name: str | None
-    completer: Completer
-    kind: Kind = 'text'
-    arity: Arity = 'one'
-    choices: tuple[str, ...] = ()
-    takes_dash: bool = False
-    has_default: bool = True
-
-
-@dataclass(frozen=True, slots=True)
-class Option:
-    """
-    An option.
-
-    :param name: How it is written; the table refers to it by this
-    :param value: What it takes; None for nothing
-    :param short: How it is written in short, if it may be
-    :param excludes: Options that it must not be given with, and what to say,
-      with `{one}` for this option and `{other}` for that one
-    :param needs: Options, one of which must be given with it, if any must
-    """
-
-    name: str
-    help: str
-    value: Value | None = None
-    short: str | None = None
-    excludes: Mapping[str, str] = field(default_factory=dict)
-    needs: tuple[str, ...] = ()
-
-    @property
-    def flags(self) -> list[str]:
-        """All ways to write it."""
-        return [flag for flag in (self.short, self.name) if flag is not None]
-
-    @property
-    def key(self) -> str:
-        """What its value is called in Python."""
-        key = self.name.removeprefix('--').replace('-', '_')
-        return f'{key}_' if iskeyword(key) else key
-
-
-@dataclass(frozen=True, slots=True)
-class Section:
-    """
-    Options that belong together.
-
-    :param title: What `--help` shows them below; sections may share one
-    """
-
-    title: str
-    verbs: tuple[Verb, ...]
-    options: tuple[Option, ...]
-
-
 def _not(
     *options: str, error: str = '{one} and {other} exclude one another'
 ) -> Mapping[str, str]:
     return dict.fromkeys(options, error)
-
-
-def _formats(*others: str) -> Value:
-    choices = (TEXT, *others)
-    return Value('FORMAT', 'choices', arity='choice', choices=choices)
 
 
 _RUNS_NONE = _not(
@@ -165,160 +75,198 @@ _MADE_ALREADY = _not(
     'are made already',
 )
 
-_COMMON = (
-    Option(
+
+class _Common(Options):
+    """What all verbs have."""
+
+    TITLE = 'options'
+    version = flag(
         '--version',
         'Show the versions of this plug-in and of colcon-core, and exit',
-    ),
-)
-_INSPECTION = (
-    Option(
+    )
+
+
+class _Inspection(Options):
+    """What shows a launch instead of running it."""
+
+    TITLE = 'Looking without running'
+    show_args = flag(
         '--show-args',
         'Show the launch arguments',
         short='-s',
         excludes=_not('--check', '--plan', '--schema'),
-    ),
-    Option(
+    )
+    check = value(
         '--check',
         'Check every branch of the launch file and of its includes, or all '
         'launch files of the workspace; written --check=json, '
         '--check=github or --check=sarif for programs',
-        _formats('json', 'github', 'sarif'),
+        Value('FORMAT', read_text, choices=(TEXT, 'json', 'github', 'sarif')),
+        arity='choice',
         excludes=_not('--plan', '--schema'),
-    ),
-    Option(
+    )
+    portable = flag(
         '--portable',
         'With --check: find what `ros2 launch` would reject, too',
         needs=('--check',),
-    ),
-    Option(
+    )
+    plan = value(
         '--plan',
         'Show what would run; --plan=sh is a script that runs it, '
         '--plan=json can be saved and run, --plan=mermaid and '
         '--plan=dot are drawings',
-        _formats('sh', 'json', 'mermaid', 'dot'),
+        Value(
+            'FORMAT', read_text, choices=(TEXT, 'sh', 'json', 'mermaid', 'dot')
+        ),
+        arity='choice',
         excludes=_not('--schema'),
-    ),
-    Option(
+    )
+    run_commands = flag(
         '--run-commands',
         'With --plan: run $(command …), whatever $(eval …) says, and the '
         'setup scripts of the workspace, which a plan does without otherwise',
         needs=('--plan',),
-    ),
-    Option(
+    )
+    from_plan = value(
         '--from-plan',
         'Run a plan that was saved',
-        Value('FILE', 'files', 'file'),
-    ),
-    Option('--schema', 'Print the JSON Schema of launch files, for editors'),
-)
-_RUN = (
-    Option(
+        Value('FILE', read_file, 'files'),
+    )
+    schema = flag(
+        '--schema', 'Print the JSON Schema of launch files, for editors'
+    )
+
+
+class _Program(Options):
+    """How a program is run."""
+
+    TITLE = 'Running'
+    prefix = Option(
         '--prefix',
         'A command in one word that gets the program and its arguments as '
         'its last arguments, such as "gdb -ex run --args"',
-        Value('"COMMAND ..."', 'nothing', 'words'),
-    ),
-)
-_BUILD = (
-    Option(
+        (),
+        Value('"COMMAND ..."', read_words),
+    )
+
+
+class _Building(Options):
+    """What is built."""
+
+    TITLE = 'Building'
+    workspace = value(
         '--workspace',
         'The root of the workspace (default: found from the current folder '
         'upwards)',
-        Value('PATH', 'folders', 'path'),
-    ),
-    Option(
+        Value('PATH', read_path, 'folders'),
+    )
+    paths = values(
         '--paths',
         'Build the packages at just these paths, as `colcon build --paths` '
         'takes them',
-        Value('PATH', 'folders', arity='some'),
-    ),
-    Option(
+        Value('PATH', read_text, 'folders'),
+        'some',
+    )
+    no_build = flag(
         '--no-build',
         'Build nothing',
         excludes=_not('--build-all', '--paths', '--force'),
-    ),
-    Option(
+    )
+    build_all = flag(
         '--build-all',
         'Build all packages of the workspace',
         excludes=_not('--paths'),
-    ),
-    Option(
+    )
+    build_args = Option(
         '--build-args',
         'Further arguments for `colcon build`, in one word',
-        Value('"ARG ..."', 'nothing', 'words', takes_dash=True),
-    ),
-)
-_LAUNCH_BUILD = (
-    Option(
+        (),
+        Value('"ARG ..."', read_words, takes_dash=True),
+    )
+
+
+class _LaunchBuilding(_Building):
+    """What is built for a launch."""
+
+    TITLE = 'Building'
+    why = flag(
         '--why',
         'Say of each package that the launch needs why it is built or not, '
         'and what needs it; with --plan or --no-build: why it would be; with '
         '--watch: what follows from each change, and why',
         excludes=_not('--show-args', '--check', '--schema'),
-    ),
-    Option(
+    )
+    force = flag(
         '--force',
         'Build all packages that the launch needs, not just those that are '
         'not up to date',
-    ),
-)
-_SHOWN = (
-    Option(
+    )
+
+
+class _Shown(Options):
+    """What a launch shows and keeps."""
+
+    TITLE = 'What is shown and kept'
+    quiet = flag(
         '--quiet',
         'Show only the output of the processes, warnings and failures',
         excludes={**_RUNS_NONE, **_not('--verbose')},
-    ),
-    Option(
+    )
+    verbose = flag(
         '--verbose',
         'Show also the command line of each process, the variables that it '
         'gets, its parameters, and where each of them comes from',
         excludes=_RUNS_NONE,
-    ),
-    Option(
+    )
+    tty = flag(
         '--tty',
         'Let each process write to a terminal of its own, as if the launch '
         'file said `emulate_tty: true` for all of them',
-    ),
-    Option('--no-color', 'Use no colours'),
-    Option(
+    )
+    no_color = flag('--no-color', 'Use no colours')
+    no_status = flag(
         '--no-status',
         'Do not keep the state of the processes at the bottom of a terminal',
-    ),
-    Option(
+    )
+    log_limit = Option(
         '--log-limit',
         'What the log files of the launch may take together, such as 500MB, '
         f'2GB or {NO_LIMIT} (default: {LOG_LIMIT // 10**9}GB)',
-        Value('SIZE', 'nothing', 'size'),
-    ),
-)
-_PREFIX = (
-    Option(
+        LOG_LIMIT,
+        Value('SIZE', read_size),
+    )
+
+
+class _Prefix(Options):
+    """How the executables of a launch are started."""
+
+    TITLE = 'Running'
+    launch_prefix = value(
         '--launch-prefix',
         'A command to start executables with, such as "gdb -ex run --args"; '
         'in one word',
-        Value('COMMAND', 'nothing'),
+        Value('COMMAND', read_text),
         excludes=_MADE_ALREADY,
-    ),
-    Option(
+    )
+    launch_prefix_filter = value(
         '--launch-prefix-filter',
         'Use the prefix for executables whose name matches from its start',
-        Value('REGEX', 'nothing'),
+        Value('REGEX', read_text),
         excludes=_MADE_ALREADY,
-    ),
-)
-_WATCH = (
-    Option(
+    )
+
+
+class _Watching(Options):
+    """Whether files are watched."""
+
+    TITLE = 'Watching files'
+    watch = value(
         '--watch',
         'Go on with the files: when one is saved, build and evaluate what '
         'depends on it, and restart just what runs it; --watch=bell rings '
         'when something fails. With --until: check after each change',
-        Value(
-            'HOW',
-            'choices',
-            arity='choice',
-            choices=(WATCH_SILENTLY, WATCH_WITH_BELL),
-        ),
+        Value('HOW', read_text, choices=(WATCH_SILENTLY, WATCH_WITH_BELL)),
+        arity='choice',
         excludes={
             **_RUNS_NONE,
             **_not(
@@ -331,279 +279,404 @@ _WATCH = (
                 error='{one} goes on until it is stopped, {other} for a time',
             ),
         },
-    ),
-)
-_MACHINES = (
-    Option(
+    )
+
+
+class _Machines(Options):
+    """Where processes run."""
+
+    TITLE = 'Other machines'
+    on = value(
         '--on',
         'Run all of it on another machine, as if it were here: USER@HOST or '
         'whatever ssh takes, slurm:partition=NAME for an allocation, or with '
         '--deploy the name of a machine',
-        Value('HOST', 'hosts'),
+        Value('HOST', read_text, 'hosts'),
         excludes=_ONE_COMPUTER,
-    ),
-    Option(
+    )
+    deploy = value(
         '--deploy',
         'Run processes on the machines that a file names for them',
-        Value('FILE', 'files', 'file'),
+        Value('FILE', read_file, 'files'),
         excludes=_ONE_COMPUTER,
-    ),
-)
-_GOAL = (
-    Option(
+    )
+
+
+class _Goal(Options):
+    """What ends a launch."""
+
+    TITLE = 'What each run is to achieve'
+    until = values(
         '--until',
         'End with success as soon as a line of a process matches; given '
         'several times, all must have matched',
-        Value('REGEX', 'nothing', 'pattern', arity='each', takes_dash=True),
+        Value('REGEX', read_pattern, takes_dash=True),
+        'each',
         excludes=_RUNS_NONE,
-    ),
-    Option(
+    )
+    timeout = value(
         '--timeout',
         'End with failure when --until takes longer; without --until, when '
         'the launch does',
-        Value('SECONDS', 'nothing', 'seconds'),
+        Value('SECONDS', read_seconds),
         excludes=_RUNS_NONE,
-    ),
-    Option(
+    )
+    for_ = value(
         '--for',
         'Run for a time, and end with failure as soon as a process fails; '
         'with --until, the time starts when all has matched',
-        Value('SECONDS', 'nothing', 'seconds'),
+        Value('SECONDS', read_seconds),
         excludes=_RUNS_NONE,
-    ),
-)
-_REPORT = (
-    Option(
+    )
+
+
+class _Ending(_Goal):
+    """What ends a launch, and its report."""
+
+    TITLE = 'Ending by itself, as in CI'
+    junit = value(
         '--junit',
         'Write a JUnit report with a case for each process and --until',
-        Value('FILE', 'files', 'file'),
+        Value('FILE', read_file, 'files'),
         excludes=_RUNS_NONE,
-    ),
-)
-_SESSIONS = (
-    Option(
+    )
+
+
+class _Control(Options):
+    """Requests to running launches."""
+
+    TITLE = 'Running launches'
+    status = value(
         '--status',
         'Show all running launches with their processes and components; '
         '--status=json for programs',
-        _formats('json'),
+        Value('FORMAT', read_text, choices=(TEXT, 'json')),
+        arity='choice',
         excludes=_not(
             *('--stop', '--restart', '--lifecycle', '--logs', '--attach')
         ),
-    ),
-    Option(
+    )
+    stop = values(
         '--stop',
         'Stop processes and unload components, by name or glob; without a '
         'name, the launch',
-        Value('NAME', 'parts', arity='any'),
+        Value('NAME', read_text, 'parts'),
+        'any',
         excludes=_not('--restart', '--lifecycle', '--logs', '--attach'),
-    ),
-    Option(
+    )
+    restart = values(
         '--restart',
         'Start processes and load components anew, by name or glob',
-        Value('NAME', 'parts', arity='any'),
+        Value('NAME', read_text, 'parts'),
+        'any',
         excludes=_not('--lifecycle', '--logs', '--attach'),
-    ),
-    Option(
+    )
+    lifecycle = values(
         '--lifecycle',
         'Change the state of lifecycle nodes, by name or glob: configure, '
         'activate, deactivate, cleanup or shutdown',
-        Value('NAME TRANSITION', 'lifecycles', arity='any'),
+        Value('NAME TRANSITION', read_text, 'lifecycles'),
+        'any',
         excludes=_not('--logs', '--attach', '--ui'),
-    ),
-    Option(
+    )
+    logs = values(
         '--logs',
         'Show what processes wrote, by name or glob; for a component, what '
         'its container did',
-        Value('NAME', 'parts', arity='any'),
+        Value('NAME', read_text, 'parts'),
+        'any',
         excludes=_not('--attach'),
-    ),
-    Option(
+    )
+    follow = flag(
         '--follow',
         'With --logs: the last lines, then what comes',
         short='-f',
         needs=('--logs',),
-    ),
-    Option(
+    )
+    attach = value(
         '--attach',
         'Connect the keyboard to a process: with PKG FILE to one of the new '
         'launch, else to one of a running launch; Ctrl-] detaches',
-        Value('NAME', 'terminals'),
-    ),
-    Option(
+        Value('NAME', read_text, 'terminals'),
+    )
+    ui = flag(
         '--ui',
         'Show a running launch on the full screen; with PKG FILE, the new one',
         excludes={
             **_RUNS_NONE,
             **_not('--status', '--stop', '--restart', '--logs', '--attach'),
         },
-    ),
-    Option(
+    )
+    of = value(
         '--of',
         'Which running launch is meant, where that is not clear: its '
         "package, launch file or pid, or a glob ('*' for all)",
-        Value('LAUNCH', 'launches'),
+        Value('LAUNCH', read_text, 'launches'),
         needs=(*REQUESTS, '--attach', '--ui'),
-    ),
-)
-_RUNS = (
-    Option(
+    )
+
+
+class _Runs(Options):
+    """The runs of a sweep."""
+
+    TITLE = 'The runs'
+    table = value(
         '--table',
         'A CSV file with launch arguments as columns and a run in each '
         'further line; with arguments beside it, all combinations',
-        Value('FILE', 'files', 'file'),
-    ),
-    Option(
+        Value('FILE', read_file, 'files'),
+    )
+    repeat = Option(
         '--repeat',
         'Run each combination several times',
-        Value('N', 'nothing', 'count'),
-    ),
-    Option(
+        1,
+        Value('N', read_count),
+    )
+    jobs = value(
         '--jobs',
         'How many runs go on at a time (default: the number of processors; '
         'with --on slurm as many as Slurm lets)',
-        Value('N', 'nothing', 'count'),
-    ),
-    Option(
+        Value('N', read_count),
+    )
+    on = value(
         '--on',
         'Where the runs are done: slurm:OPTION=VALUE,… has Slurm do them, '
         'as array jobs with these options of sbatch (default: this machine)',
-        Value('WHERE', 'places', 'place'),
-    ),
-    Option(
+        Value('WHERE', read_place, 'places'),
+    )
+    share_network = flag(
         '--share-network',
         'Leave the runs in the network of the machine, for those that need '
         'it; each still has a ROS_DOMAIN_ID of its own',
-    ),
-    Option(
+    )
+    again = value(
         '--again',
         'Do runs again that are done: those that failed, or all',
-        Value(
-            'WHICH',
-            'choices',
-            choices=(AGAIN_FAILED, AGAIN_ALL),
-            has_default=False,
-        ),
-    ),
-)
-_RESULTS = (
-    Option(
+        Value('WHICH', read_text, choices=(AGAIN_FAILED, AGAIN_ALL)),
+    )
+
+
+class _Results(Options):
+    """The results of a sweep."""
+
+    TITLE = 'Results'
+    metric = values(
         '--metric',
         'Measure something of each run: the group of the expression in the '
         'last line of a process that matches; may be given several times',
-        Value(
-            'NAME=REGEX', 'nothing', 'metric', arity='each', takes_dash=True
-        ),
-    ),
-    Option(
+        Value('NAME=REGEX', read_metric, takes_dash=True),
+        'each',
+    )
+    require = value(
         '--require',
         'How many runs have to succeed, such as 95%%, for the exit code 0 '
         '(default: all)',
-        Value('SHARE', 'nothing', 'share'),
-    ),
-    Option(
+        Value('SHARE', read_share),
+    )
+    results = value(
         '--results',
         'The folder for the results (default: one for just this sweep below '
         'the log folder of the workspace)',
-        Value('DIR', 'folders', 'path'),
-    ),
-)
-_SWEEP_SHOWN = (
-    Option('--quiet', 'Show no progress, only failures and the end'),
-    Option(
+        Value('DIR', read_path, 'folders'),
+    )
+
+
+class _SweepShown(Options):
+    """What a sweep shows and keeps."""
+
+    TITLE = 'What is shown and kept'
+    quiet = flag('--quiet', 'Show no progress, only failures and the end')
+    tty = flag(
         '--tty', 'Let each process of the runs write to a terminal of its own'
-    ),
-    Option('--no-color', 'Use no colours'),
-    Option(
+    )
+    no_color = flag('--no-color', 'Use no colours')
+    log_limit = Option(
         '--log-limit',
         'What the log files of each run may take together, such as 50MB, '
         f'1GB or {NO_LIMIT} (default: {RUN_LOG_LIMIT // 10**6}MB)',
-        Value('SIZE', 'nothing', 'size'),
-    ),
-)
-_CREATE = (
-    Option(
+        RUN_LOG_LIMIT,
+        Value('SIZE', read_size),
+    )
+
+
+class _Package(Options):
+    """A new package."""
+
+    TITLE = 'options'
+    build_type = Option(
         '--build-type',
         'How the package is built (default: %(default)s). That of type cmake '
         'needs no ROS',
+        'ament_cmake',
         Value(
-            None, 'choices', choices=('ament_cmake', 'ament_python', 'cmake')
+            None, read_text, choices=('ament_cmake', 'ament_python', 'cmake')
         ),
-    ),
-    Option(
+    )
+    dependencies = values(
         '--dependencies',
         'The packages that it needs, such as rclpy std_msgs',
-        Value('PKG', 'packages', arity='some'),
-    ),
-    Option(
+        Value('PKG', read_text, 'packages'),
+        'some',
+    )
+    node = value(
         '--node',
         'The name of its node (default: that of the package and _node); '
         'NAME.cpp is one in C++',
-        Value('NAME', 'nothing'),
-    ),
-    Option(
+        Value('NAME', read_text),
+    )
+    add_node = value(
         '--add-node',
         'Add a node to a package that is there; NAME.cpp is one in C++',
-        Value('NAME', 'nothing'),
+        Value('NAME', read_text),
         excludes=_not(
             *('--node', '--dependencies', '--license', '--description'),
             *('--maintainer-name', '--maintainer-email', '--destination'),
         ),
-    ),
-    Option(
+    )
+    license = value(
         '--license',
         'Its license, as SPDX calls it; for Apache-2.0, BSD-3-Clause and MIT '
         'the text comes with it',
-        Value('NAME', 'licenses'),
-    ),
-    Option(
-        '--description', 'What the package is for', Value('TEXT', 'nothing')
-    ),
-    Option(
+        Value('NAME', read_text, 'licenses'),
+    )
+    description = value(
+        '--description', 'What the package is for', Value('TEXT', read_text)
+    )
+    maintainer_name = value(
         '--maintainer-name',
         'Who looks after it (default: user.name of git)',
-        Value('NAME', 'nothing'),
-    ),
-    Option(
+        Value('NAME', read_text),
+    )
+    maintainer_email = value(
         '--maintainer-email',
         'The address of this person (default: user.email of git)',
-        Value('ADDRESS', 'nothing'),
-    ),
-    Option(
+        Value('ADDRESS', read_text),
+    )
+    destination = value(
         '--destination',
         'The folder that the folder of the package is made in (default: src '
         'in the root of a workspace, elsewhere the current folder)',
-        Value('PATH', 'folders', 'path'),
-    ),
-)
-
-#: All options, in the order of the help.
-SECTIONS = (
-    Section('options', ('launch', 'run', 'create', 'sweep'), _COMMON),
-    Section('Looking without running', ('launch',), _INSPECTION),
-    Section('Running', ('run',), _RUN),
-    Section('The runs', ('sweep',), _RUNS),
-    Section('What each run is to achieve', ('sweep',), _GOAL),
-    Section('Results', ('sweep',), _RESULTS),
-    Section('Building', ('launch', 'run', 'sweep'), _BUILD),
-    Section('Building', ('launch', 'sweep'), _LAUNCH_BUILD),
-    Section('What is shown and kept', ('launch',), _SHOWN),
-    Section('What is shown and kept', ('sweep',), _SWEEP_SHOWN),
-    Section('Running', ('launch', 'sweep'), _PREFIX),
-    Section('Watching files', ('launch',), _WATCH),
-    Section('Other machines', ('launch',), _MACHINES),
-    Section('Ending by itself, as in CI', ('launch',), (*_GOAL, *_REPORT)),
-    Section('Running launches', ('launch',), _SESSIONS),
-    Section('options', ('create',), _CREATE),
-)
+        Value('PATH', read_path, 'folders'),
+    )
 
 
-@cache
-def options_of(verb: Verb) -> Mapping[str, Option]:
-    """Return the options of a verb by each way to write them."""
-    return {
-        flag: option
-        for section in SECTIONS
-        if verb in section.verbs
-        for option in section.options
-        for flag in option.flags
-    }
+@dataclass(frozen=True, slots=True)
+class ControlOptions:
+    """
+    What the user asks of running launches.
+
+    :param action: `status`, `stop`, `restart`, `lifecycle`, `logs`, `attach`
+      or `ui`
+    :param names: The processes and components, by name or glob
+    :param launch: Which launch is meant: its package, launch file, title or
+      process id; None when that is clear
+    :param follow: Whether `logs` waits for more
+    :param status_format: How `status` is shown
+    :param transition: What `lifecycle` has nodes do
+    """
+
+    action: str
+    names: tuple[str, ...] = ()
+    launch: str | None = None
+    follow: bool = False
+    status_format: str = TEXT
+    transition: str = ''
+
+
+class LaunchOptions(
+    _Common,
+    _Inspection,
+    _LaunchBuilding,
+    _Shown,
+    _Prefix,
+    _Watching,
+    _Machines,
+    _Ending,
+    _Control,
+):
+    """The command line of `colcon launch`."""
+
+    #: The launch arguments, those that options stand for among them.
+    arguments: Mapping[str, str] = MappingProxyType({})
+    #: What is asked of running launches, if anything is; then there is
+    #: nothing else.
+    control: ControlOptions | None = None
+
+    @property
+    def is_deployed(self) -> bool:
+        """Whether anything is to run on other machines."""
+        return self.on is not None or self.deploy is not None
+
+    @property
+    def inspects(self) -> bool:
+        """Whether something is shown instead of running."""
+        formats = self.check, self.plan
+        return self.show_args or self.schema or formats != (None, None)
+
+    @property
+    def checks_all(self) -> bool:
+        """Whether all launch files of the workspace are to be checked."""
+        names_none = not self.positionals and not self.arguments
+        return self.check is not None and names_none
+
+    @property
+    def runs(self) -> bool:
+        """Whether what is in the workspace may be run."""
+        return not self.inspects or self.run_commands
+
+
+class RunOptions(_Common, _Program, _Building):
+    """The command line of `colcon run`."""
+
+    package: str = ''
+    #: The program as the user names it.
+    executable: str | None = None
+    arguments: tuple[str, ...] = ()
+
+
+class SweepOptions(
+    _Common,
+    _Runs,
+    _Goal,
+    _Results,
+    _LaunchBuilding,
+    _SweepShown,
+    _Prefix,
+):
+    """The command line of `colcon sweep`."""
+
+    #: What was written for each launch argument.
+    arguments: Mapping[str, str] = MappingProxyType({})
+    #: Launch arguments that options stand for.
+    fixed: Mapping[str, str] = MappingProxyType({})
+
+    def as_launch(self) -> LaunchOptions:
+        """Return the options of each of its launches, without arguments."""
+        return LaunchOptions(
+            positionals=self.positionals,
+            arguments=dict(self.fixed),
+            workspace=self.workspace,
+            paths=self.paths,
+            no_build=self.no_build,
+            build_all=self.build_all,
+            build_args=self.build_args,
+            why=self.why,
+            force=self.force,
+            quiet=self.quiet,
+            no_color=self.no_color,
+        )
+
+
+class CreateOptions(_Common, _Package):
+    """The command line of `colcon create`."""
+
+    package: str = ''
+
+
+#: The options of each verb.
+OPTIONS: Mapping[Verb, type[Options]] = {
+    'launch': LaunchOptions,
+    'run': RunOptions,
+    'create': CreateOptions,
+    'sweep': SweepOptions,
+}

@@ -4,53 +4,33 @@
 """Each option is described once, and all that is made from that knows it."""
 
 import argparse
-from dataclasses import fields
 from pathlib import Path
 import re
+from typing import Any
 from typing import get_args
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.verb.cli.create_options import CreateOptions
-from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
+from colcon_yamllaunch.verb.cli.command_line import add_options
+from colcon_yamllaunch.verb.cli.command_line import refuse_unknown
 from colcon_yamllaunch.verb.cli.launch_options import parse_launch_options
-from colcon_yamllaunch.verb.cli.option_parser import add_options
-from colcon_yamllaunch.verb.cli.option_parser import read_options
-from colcon_yamllaunch.verb.cli.option_parser import READERS
-from colcon_yamllaunch.verb.cli.option_parser import refuse_unknown
-from colcon_yamllaunch.verb.cli.option_table import Completer
-from colcon_yamllaunch.verb.cli.option_table import Kind
-from colcon_yamllaunch.verb.cli.option_table import Option
-from colcon_yamllaunch.verb.cli.option_table import options_of
-from colcon_yamllaunch.verb.cli.option_table import SECTIONS
-from colcon_yamllaunch.verb.cli.option_table import Verb
-from colcon_yamllaunch.verb.cli.sweep_options import SweepOptions
+from colcon_yamllaunch.verb.cli.option import Completer
+from colcon_yamllaunch.verb.cli.option import Option
+from colcon_yamllaunch.verb.cli.options import LaunchOptions
+from colcon_yamllaunch.verb.cli.options import OPTIONS
+from colcon_yamllaunch.verb.cli.options import Verb
 from colcon_yamllaunch.verb.completion.completing import COMPLETERS
-from colcon_yamllaunch.verb.launching.run_flow import RunOptions
 import pytest
 from support.user import User
 
 ROOT = Path(__file__).parents[3]
 VERBS: tuple[Verb, ...] = get_args(Verb)
 EVERY = [
-    pytest.param(section.title, verb, option, id=f'{verb}{option.name}')
-    for section in SECTIONS
-    for verb in section.verbs
-    for option in section.options
+    pytest.param(title, verb, option, id=f'{verb}{option.name}')
+    for verb, options in OPTIONS.items()
+    for title, section in options.sections()
+    for option in section
 ]
-#: A value of each kind.
-VALUES: dict[Kind, str] = {
-    'text': 'x',
-    'count': '3',
-    'file': 'x',
-    'metric': 'x=(y)',
-    'path': 'x',
-    'pattern': 'x',
-    'place': 'slurm:time=1',
-    'seconds': '1',
-    'share': '95%',
-    'size': '1MB',
-    'words': 'x y',
-}
+LAUNCH = LaunchOptions.by_flag()
 
 
 @pytest.fixture(scope='module')
@@ -61,11 +41,12 @@ def page() -> dict[str, str]:
     return dict(zip(parts[::2], parts[1::2], strict=True))
 
 
-def written(option: Option) -> str:
+def written(option: Option[Any]) -> str:
     """Return how an option may be typed."""
     if option.value is None:
         return option.name
-    choices = option.value.choices or (VALUES[option.value.kind],)
+    words = {'SECONDS': '1', 'SIZE': '1MB'}
+    choices = option.choices or (words.get(option.value.name or '', 'x'),)
     return f'{option.name}={choices[0]}'
 
 
@@ -76,20 +57,9 @@ def parsed(*words: str) -> LaunchOptions:
     return parse_launch_options(parser.parse_args(words))
 
 
-@pytest.mark.parametrize('word', ['--stop=--', '--check=--', '--for=--'])
-def test_separator_is_no_value(
-    word: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr('sys.argv', ['colcon', 'launch', 'a.yaml', word])
-    with pytest.raises(UserError, match="takes no value '--'"):
-        read_options(argparse.Namespace(), 'launch')
-    monkeypatch.setattr('sys.argv', ['colcon', 'run', 'p', 'x', word])
-    assert read_options(argparse.Namespace(), 'run') == {}
-
-
 @pytest.mark.parametrize(('title', 'verb', 'option'), EVERY)
 def test_options_are_described(
-    title: str, verb: Verb, option: Option, page: dict[str, str]
+    title: str, verb: Verb, option: Option[Any], page: dict[str, str]
 ) -> None:
     assert title
     assert option.help
@@ -108,50 +78,32 @@ def test_options_are_described(
 def test_options_of_a_verb_have_names_of_their_own(verb: Verb) -> None:
     flags = [
         flag
-        for section in SECTIONS
-        if verb in section.verbs
-        for option in section.options
-        for flag in (option.short, option.name)
-        if flag is not None
+        for _, options in OPTIONS[verb].sections()
+        for option in options
+        for flag in option.flags
     ]
-    assert sorted(flags) == sorted(options_of(verb))
+    assert sorted(flags) == sorted(OPTIONS[verb].by_flag())
 
 
 @pytest.mark.parametrize(('title', 'verb', 'option'), EVERY)
 def test_options_refer_to_options(
-    title: str, verb: Verb, option: Option
+    title: str, verb: Verb, option: Option[Any]
 ) -> None:
-    known = {known.name for v in VERBS for known in options_of(v).values()}
+    known = {known.name for v in VERBS for known in OPTIONS[v].all()}
     assert {*option.excludes, *option.needs} <= known - {option.name}
 
 
-def test_completers_and_kinds_are_all_there() -> None:
-    assert {*COMPLETERS, 'choices'} == set(get_args(Completer))
-    assert set(READERS) == set(get_args(Kind)) == set(VALUES)
-
-
-@pytest.mark.parametrize('verb', ['run', 'create', 'sweep'])
-def test_verbs_read_their_options(verb: Verb) -> None:
-    read = {
-        'run': RunOptions,
-        'create': CreateOptions,
-        'sweep': SweepOptions,
-    }[verb]
-    # the arguments that these stand for are among the others
-    prefixes = {'launch_prefix', 'launch_prefix_filter', 'version'}
-    keys = {option.key for option in options_of(verb).values()}
-    assert keys - {field.name for field in fields(read)} <= prefixes
+def test_completers_are_all_there() -> None:
+    assert set(COMPLETERS) == set(get_args(Completer))
 
 
 @pytest.mark.parametrize(
     'option',
-    list(options_of('launch').values()),
+    LaunchOptions.all(),
     ids=lambda option: option.name,
 )
-def test_launch_reads_its_options(option: Option) -> None:
-    """A field of another name would be an unexpected argument."""
-    options = options_of('launch')
-    words = [written(options[n]) for n in (option.name, *option.needs[:1])]
+def test_launch_reads_its_options(option: Option[Any]) -> None:
+    words = [written(LAUNCH[n]) for n in (option.name, *option.needs[:1])]
     if option.name == '--lifecycle':
         words.append('activate')
     # these take nothing else to launch
@@ -166,12 +118,12 @@ def test_launch_reads_its_options(option: Option) -> None:
     ('one', 'other'),
     [
         pytest.param(one, other, id=f'{one.name} {name}')
-        for one in options_of('launch').values()
+        for one in LaunchOptions.all()
         for name in one.excludes
-        for other in (options_of('launch')[name],)
+        for other in (LAUNCH[name],)
     ],
 )
-def test_excluded_options_are_refused(one: Option, other: Option) -> None:
+def test_excluded_options_are_refused(one: Option[Any], other: Option) -> None:
     for pair in ((one, other), (other, one)):
         with pytest.raises(UserError) as caught:
             parsed(*map(written, pair))
@@ -180,10 +132,10 @@ def test_excluded_options_are_refused(one: Option, other: Option) -> None:
 
 @pytest.mark.parametrize(
     'option',
-    [option for option in options_of('launch').values() if option.needs],
+    [option for option in LaunchOptions.all() if option.needs],
     ids=lambda option: option.name,
 )
-def test_options_that_need_another_are_refused(option: Option) -> None:
+def test_options_that_need_another_are_refused(option: Option[Any]) -> None:
     with pytest.raises(UserError, match='goes with'):
         parsed('pkg', 'file', written(option))
 
