@@ -27,7 +27,7 @@ def reference_page() -> str:
 def _page() -> Iterator[str]:
     yield '# Options'
     yield ''
-    yield ('Made by `python .ci/options_page.py` from what `--help` shows.')
+    yield ('Made by `python .ci/options_page.py` from what the parsers know.')
     found = entry_points(group='colcon_core.verb')
     ours = [entry for entry in found if entry.value.startswith(_PACKAGE)]
     for entry in sorted(set(ours), key=lambda entry: entry.name):

@@ -10,6 +10,7 @@ import sys
 from typing import Any
 
 from colcon_yamllaunch.verb.cli.command_line import add_options
+from colcon_yamllaunch.verb.cli.command_line import hide_rare_options
 from colcon_yamllaunch.verb.cli.options import Verb
 
 
@@ -34,6 +35,7 @@ def _print_help(verb: Verb, parser: Any) -> None:
     from colcon_yamllaunch.verb.cli.messages import report_errors
     from colcon_yamllaunch.verb.cli.messages import show_help
 
+    hide_rare_options(parser, verb)
     code = report_errors(verb, lambda: show_help(parser))
     if code:
         parser.exit(code)

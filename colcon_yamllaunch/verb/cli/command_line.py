@@ -78,6 +78,15 @@ def _add(group: Any, option: Option[Any]) -> None:
     group.add_argument(*option.flags, **settings)
 
 
+def hide_rare_options(parser: Any, verb: Verb) -> None:
+    """Leave the options out of the help that are not in daily use."""
+    daily = OPTIONS[verb].DAILY
+    rare = {o.key for o in OPTIONS[verb].all() if o.name not in daily}
+    for action in parser._actions:
+        if daily and action.dest in rare:
+            action.help = argparse.SUPPRESS
+
+
 def written_for_argparse(words: Sequence[str], verb: Verb) -> list[str]:
     """
     Write options with '=' where argparse would take another value.
@@ -242,7 +251,8 @@ def refuse_unknown(words: Sequence[str], verb: Verb) -> None:
         if verb in ('launch', 'sweep'):
             meant.insert(0, _as_argument(word, words[index + 1 :]))
         listed = ' or '.join(f"'{m}'" for m in meant if m is not None)
-        hint = f"'colcon {verb} --help' lists the options"
+        listing = '--help-all' if OPTIONS[verb].DAILY else '--help'
+        hint = f"'colcon {verb} {listing}' lists the options"
         if listed:
             hint = f'did you mean {listed}?'
         raise UserError(f"there is no option '{word}'", hint)

@@ -33,6 +33,8 @@ def parse_launch_options(known: Any) -> LaunchOptions:
     values, positionals, arguments = split_line(known)
     if values.version:
         return LaunchOptions(version=True)
+    if values.help_all:
+        return LaunchOptions(help_all=True)
     control = _control_options(values, positionals)
     if control is not None:
         read_options(values, 'launch')

@@ -66,9 +66,8 @@ def default_log_base(known: Any) -> Path | None:
         except UserError:
             # the verb says so
             return None
-    if values.version or (
-        verb == 'launch' and control_action(values, positionals) is not None
-    ):
+    shows = values.version or getattr(values, 'help_all', False)
+    if shows or (verb == 'launch' and control_action(values, positionals)):
         return None
     try:
         root = find_workspace(

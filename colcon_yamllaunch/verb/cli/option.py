@@ -124,6 +124,8 @@ class Options:
 
     #: What `--help` shows above the options; sections may share one.
     TITLE: ClassVar[str] = 'options'
+    #: The options that `--help` shows, if it does not show all.
+    DAILY: ClassVar[tuple[str, ...]] = ()
     #: The package and the launch file, or a path.
     positionals: tuple[str, ...] = ()
 

@@ -86,6 +86,13 @@ class _Common(Options):
     )
 
 
+class _AllHelp(Options):
+    """How to see the options that `--help` leaves out."""
+
+    TITLE = 'options'
+    help_all = flag('--help-all', 'Show all options, and exit')
+
+
 class _Inspection(Options):
     """What shows a launch instead of running it."""
 
@@ -585,6 +592,7 @@ class ControlOptions:
 
 class LaunchOptions(
     _Common,
+    _AllHelp,
     _Inspection,
     _LaunchBuilding,
     _Shown,
@@ -596,6 +604,11 @@ class LaunchOptions(
 ):
     """The command line of `colcon launch`."""
 
+    DAILY = (
+        *('--version', '--help-all', '--show-args', '--check', '--plan'),
+        *('--no-build', '--watch', '--until', '--status', '--stop'),
+        *('--restart', '--logs'),
+    )
     #: The launch arguments, those that options stand for among them.
     arguments: Mapping[str, str] = MappingProxyType({})
     #: What is asked of running launches, if anything is; then there is

@@ -10,6 +10,7 @@ from typing import Any
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.process_scan import need_proc
+from colcon_yamllaunch.verb.cli.command_line import hide_rare_options
 from colcon_yamllaunch.verb.cli.launch_options import parse_launch_options
 from colcon_yamllaunch.verb.cli.messages import report_errors
 from colcon_yamllaunch.verb.cli.messages import show
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 def main(known: Any, environment: Mapping[str, str]) -> int:
     """Build, source and launch, and return the exit code."""
     if any(word in ('-h', '--help') for word in known.positionals):
+        hide_rare_options(known.verb_parser, 'launch')
         return report_errors('launch', lambda: show_help(known.verb_parser))
     return report_errors('launch', lambda: _main(known, environment))
 
@@ -47,6 +49,8 @@ def _main(known: Any, environment: Mapping[str, str]) -> int:
     options = parse_launch_options(known)
     if options.version:
         return show_versions()
+    if options.help_all:
+        return show_help(known.verb_parser)
     if options.control is not None:
         from colcon_yamllaunch.verb.sessions.controlling import control
 

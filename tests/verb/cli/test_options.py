@@ -165,7 +165,7 @@ def test_version_is_shown_alone(user: User, words: list[str]) -> None:
     [
         ('--unit fahrenheit', "did you mean 'unit:=fahrenheit' or '--junit'?"),
         ('--chekc', "did you mean '--check'?"),
-        ('--zzz', "'colcon launch --help' lists the options"),
+        ('--zzz', "'colcon launch --help-all' lists the options"),
     ],
 )
 def test_an_unknown_option_may_be_meant_as_an_argument(
