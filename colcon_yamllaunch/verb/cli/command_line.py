@@ -148,14 +148,18 @@ def split_line(
     words = [word for word in known.positionals if word != SEPARATOR]
     written = written_for_argparse(words, verb)
     # an option that takes any number of values would take them, too
-    arguments, words = split_arguments(written)
+    arguments, words = _split_arguments(written)
     keys = [option.key for option in OPTIONS[verb].all()]
     front = argparse.Namespace(**{k: getattr(known, k, None) for k in keys})
     values, positionals = _Parser(verb, words).parse_known_args(words, front)
+    if values.paths:
+        # it has taken whatever follows
+        more, values.paths = _split_arguments(values.paths)
+        arguments = more + arguments
     return values, positionals, arguments
 
 
-def split_arguments(words: Sequence[str]) -> tuple[list[str], list[str]]:
+def _split_arguments(words: Sequence[str]) -> tuple[list[str], list[str]]:
     """Separate the launch arguments from the other words."""
     arguments = [word for word in words if _ARGUMENT.match(word)]
     return arguments, [word for word in words if not _ARGUMENT.match(word)]

@@ -11,15 +11,12 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.verb.cli.command_line import named
 from colcon_yamllaunch.verb.cli.command_line import read_options
 from colcon_yamllaunch.verb.cli.command_line import refuse_unknown
-from colcon_yamllaunch.verb.cli.command_line import split_arguments
 from colcon_yamllaunch.verb.cli.command_line import split_line
 from colcon_yamllaunch.verb.cli.options import ControlOptions
 from colcon_yamllaunch.verb.cli.options import LaunchOptions
 from colcon_yamllaunch.verb.cli.options import REQUESTS
+from colcon_yamllaunch.verb.cli.options import SweepOptions
 from colcon_yamllaunch.verb.cli.options import TEXT
-
-#: The launch arguments that options stand for, by their keys.
-PREFIXES = ('launch_prefix', 'launch_prefix_filter')
 
 
 def parse_launch_options(known: Any) -> LaunchOptions:
@@ -40,10 +37,6 @@ def parse_launch_options(known: Any) -> LaunchOptions:
         read_options(values, 'launch')
         return LaunchOptions(control=control)
     refuse_unknown(positionals, 'launch')
-    if values.paths:
-        # it takes whatever follows
-        more, values.paths = split_arguments(values.paths)
-        arguments = more + arguments
     # the process of a new launch is no request to a running one
     attach, values.attach = values.attach, None
     read = read_options(values, 'launch')
@@ -52,10 +45,7 @@ def parse_launch_options(known: Any) -> LaunchOptions:
             '--of LAUNCH is about a launch that runs, and what else is given '
             'begins one'
         )
-    meant = dict(map(named, arguments))
-    for key in PREFIXES:
-        if key in read:
-            meant[key.replace('_', '-')] = read.pop(key)
+    meant = {**dict(map(named, arguments)), **pop_prefixes(read)}
     options = LaunchOptions(
         positionals=tuple(positionals), arguments=meant, attach=attach, **read
     )
@@ -142,11 +132,7 @@ def _refuse_unclear(options: LaunchOptions) -> None:
         if options.inspects or options.positionals:
             raise UserError('--from-plan FILE takes nothing else to launch')
     elif not (options.positionals or options.schema or options.checks_all):
-        if options.paths:
-            raise UserError(
-                '--paths took all that follows it',
-                "put it behind PKG and FILE, or '--' after the paths",
-            )
+        refuse_paths_alone(options)
         # most command lines name something
         from colcon_yamllaunch.verb.cli.log_base import workspace_root
         from colcon_yamllaunch.verb.cli.target import launch_commands
@@ -166,11 +152,43 @@ def _refuse_unclear(options: LaunchOptions) -> None:
             '--watch goes on until it is stopped',
             'with it, --timeout is for what --until waits for',
         )
+    refuse_two_ends(options, 'the launch')
+
+
+def refuse_two_ends(options: LaunchOptions | SweepOptions, what: str) -> None:
+    """
+    Refuse `--for` with `--timeout` if there is no `--until`.
+
+    :param what: What they end
+    :raises UserError: if both are given
+    """
     if options.until or options.timeout is None or options.for_ is None:
         return
     raise UserError(
-        '--for and --timeout exclude one another: the one ends the launch '
-        'with success, the other with failure',
+        f'--for and --timeout exclude one another: the one ends {what} with '
+        'success, the other with failure',
         'with --until, --timeout is for what comes before, and --for for '
         'what comes after',
     )
+
+
+def refuse_paths_alone(options: LaunchOptions | SweepOptions) -> None:
+    """
+    Refuse paths without a launch file.
+
+    :raises UserError: if there are paths
+    """
+    if options.paths:
+        raise UserError(
+            '--paths took all that follows it',
+            "put it behind PKG and FILE, or '--' after the paths",
+        )
+
+
+def pop_prefixes(read: dict[str, Any]) -> dict[str, str]:
+    """Remove the options that are launch arguments, and return these."""
+    return {
+        key.replace('_', '-'): read.pop(key)
+        for key in ('launch_prefix', 'launch_prefix_filter')
+        if key in read
+    }

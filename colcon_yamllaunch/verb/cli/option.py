@@ -65,17 +65,16 @@ class Option(Generic[_T]):
     """
     An option: an attribute of the class of a verb's options.
 
-    :param name: How it is written; other options refer to it by this
     :param default: Its value if it is not given
     :param value: What it takes; None for nothing
     :param short: Its short form, if it has one
     :param excludes: Options that it must not be given with, and the error,
       with `{one}` for this option and `{other}` for that one
     :param needs: Options, one of which must be given with it, if any must
-    :param key: The name of the attribute, in the parser, too
+    :param key: The name of the attribute, from which that of the option is
+      made: `no_build` is `--no-build`, `for_` is `--for`
     """
 
-    name: str
     help: str
     default: _T
     value: Value[Any] | None = None
@@ -99,6 +98,11 @@ class Option(Generic[_T]):
     ) -> 'Option[_T] | _T':
         # a value that was given is in the object, where Python looks first
         return self if options is None else self.default
+
+    @property
+    def name(self) -> str:
+        """How it is written; other options refer to it by this."""
+        return f'--{self.key.rstrip("_").replace("_", "-")}'
 
     @property
     def choices(self) -> tuple[str, ...]:
@@ -177,20 +181,18 @@ class Options:
         return list(dict.fromkeys(cls.by_flag().values()))
 
 
-def flag(name: str, help_text: str, **more: Any) -> Option[bool]:
+def flag(help_text: str, **more: Any) -> Option[bool]:
     """Make an option that takes no value."""
-    return Option(name, help_text, False, **more)
+    return Option(help_text, False, **more)
 
 
-def value(
-    name: str, help_text: str, value: Value[_T], **more: Any
-) -> Option[_T | None]:
+def value(help_text: str, value: Value[_T], **more: Any) -> Option[_T | None]:
     """Make an option that takes a value."""
-    return Option(name, help_text, None, value, **more)
+    return Option(help_text, None, value, **more)
 
 
 def values(
-    name: str, help_text: str, value: Value[_T], arity: Arity, **more: Any
+    help_text: str, value: Value[_T], arity: Arity, **more: Any
 ) -> Option[tuple[_T, ...]]:
     """Make an option that takes several values."""
-    return Option(name, help_text, (), value, arity, **more)
+    return Option(help_text, (), value, arity, **more)

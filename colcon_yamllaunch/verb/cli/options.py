@@ -81,8 +81,7 @@ class _Common(Options):
 
     TITLE = 'options'
     version = flag(
-        '--version',
-        'Show the versions of this plug-in and of colcon-core, and exit',
+        'Show the versions of this plug-in and of colcon-core, and exit'
     )
 
 
@@ -90,7 +89,7 @@ class _AllHelp(Options):
     """How to see the options that `--help` leaves out."""
 
     TITLE = 'options'
-    help_all = flag('--help-all', 'Show all options, and exit')
+    help_all = flag('Show all options, and exit')
 
 
 class _Inspection(Options):
@@ -98,13 +97,11 @@ class _Inspection(Options):
 
     TITLE = 'Looking without running'
     show_args = flag(
-        '--show-args',
         'Show the launch arguments',
         short='-s',
         excludes=_not('--check', '--plan', '--schema'),
     )
     check = value(
-        '--check',
         'Check every branch of the launch file and of its includes, or all '
         'launch files of the workspace; written --check=json, '
         '--check=github or --check=sarif for programs',
@@ -113,12 +110,10 @@ class _Inspection(Options):
         excludes=_not('--plan', '--schema'),
     )
     portable = flag(
-        '--portable',
         'With --check: find what `ros2 launch` would reject, too',
         needs=('--check',),
     )
     plan = value(
-        '--plan',
         'Show what would run; --plan=sh is a script that runs it, '
         '--plan=json can be saved and run, --plan=mermaid and '
         '--plan=dot are drawings',
@@ -129,19 +124,15 @@ class _Inspection(Options):
         excludes=_not('--schema'),
     )
     run_commands = flag(
-        '--run-commands',
         'With --plan: run $(command …), whatever $(eval …) says, and the '
         'setup scripts of the workspace, which a plan does without otherwise',
         needs=('--plan',),
     )
     from_plan = value(
-        '--from-plan',
         'Run a plan that was saved',
         Value('FILE', read_file, 'files'),
     )
-    schema = flag(
-        '--schema', 'Print the JSON Schema of launch files, for editors'
-    )
+    schema = flag('Print the JSON Schema of launch files, for editors')
 
 
 class _Program(Options):
@@ -149,7 +140,6 @@ class _Program(Options):
 
     TITLE = 'Running'
     prefix = Option(
-        '--prefix',
         'A command in one word that gets the program and its arguments as '
         'its last arguments, such as "gdb -ex run --args"',
         (),
@@ -162,30 +152,25 @@ class _Building(Options):
 
     TITLE = 'Building'
     workspace = value(
-        '--workspace',
         'The root of the workspace (default: found from the current folder '
         'upwards)',
         Value('PATH', read_path, 'folders'),
     )
     paths = values(
-        '--paths',
         'Build the packages at just these paths, as `colcon build --paths` '
         'takes them',
         Value('PATH', read_text, 'folders'),
         'some',
     )
     no_build = flag(
-        '--no-build',
         'Build nothing',
         excludes=_not('--build-all', '--paths', '--force'),
     )
     build_all = flag(
-        '--build-all',
         'Build all packages of the workspace',
         excludes=_not('--paths'),
     )
     build_args = Option(
-        '--build-args',
         'Further arguments for `colcon build`, in one word',
         (),
         Value('"ARG ..."', read_words, takes_dash=True),
@@ -197,14 +182,12 @@ class _LaunchBuilding(_Building):
 
     TITLE = 'Building'
     why = flag(
-        '--why',
         'Say of each package that the launch needs why it is built or not, '
         'and what needs it; with --plan or --no-build: why it would be; with '
         '--watch: what follows from each change, and why',
         excludes=_not('--show-args', '--check', '--schema'),
     )
     force = flag(
-        '--force',
         'Build all packages that the launch needs, not just those that are '
         'not up to date',
     )
@@ -215,28 +198,23 @@ class _Shown(Options):
 
     TITLE = 'What is shown and kept'
     quiet = flag(
-        '--quiet',
         'Show only the output of the processes, warnings and failures',
         excludes={**_RUNS_NONE, **_not('--verbose')},
     )
     verbose = flag(
-        '--verbose',
         'Show also the command line of each process, the variables that it '
         'gets, its parameters, and where each of them comes from',
         excludes=_RUNS_NONE,
     )
     tty = flag(
-        '--tty',
         'Let each process write to a terminal of its own, as if the launch '
         'file said `emulate_tty: true` for all of them',
     )
-    no_color = flag('--no-color', 'Use no colours')
+    no_color = flag('Use no colours')
     no_status = flag(
-        '--no-status',
-        'Do not keep the state of the processes at the bottom of a terminal',
+        'Do not keep the state of the processes at the bottom of a terminal'
     )
     log_limit = Option(
-        '--log-limit',
         'What the log files of the launch may take together, such as 500MB, '
         f'2GB or {NO_LIMIT} (default: {LOG_LIMIT // 10**9}GB)',
         LOG_LIMIT,
@@ -249,14 +227,12 @@ class _Prefix(Options):
 
     TITLE = 'Running'
     launch_prefix = value(
-        '--launch-prefix',
         'A command to start executables with, such as "gdb -ex run --args"; '
         'in one word',
         Value('COMMAND', read_text),
         excludes=_MADE_ALREADY,
     )
     launch_prefix_filter = value(
-        '--launch-prefix-filter',
         'Use the prefix for executables whose name matches from its start',
         Value('REGEX', read_text),
         excludes=_MADE_ALREADY,
@@ -268,7 +244,6 @@ class _Watching(Options):
 
     TITLE = 'Watching files'
     watch = value(
-        '--watch',
         'Go on with the files: when one is saved, build and evaluate what '
         'depends on it, and restart just what runs it; --watch=bell rings '
         'when something fails. With --until: check after each change',
@@ -294,7 +269,6 @@ class _Machines(Options):
 
     TITLE = 'Other machines'
     on = value(
-        '--on',
         'Run all of it on another machine, as if it were here: USER@HOST or '
         'whatever ssh takes, slurm:partition=NAME for an allocation, or with '
         '--deploy the name of a machine',
@@ -302,7 +276,6 @@ class _Machines(Options):
         excludes=_ONE_COMPUTER,
     )
     deploy = value(
-        '--deploy',
         'Run processes on the machines that a file names for them',
         Value('FILE', read_file, 'files'),
         excludes=_ONE_COMPUTER,
@@ -314,7 +287,6 @@ class _Goal(Options):
 
     TITLE = 'What each run is to achieve'
     until = values(
-        '--until',
         'End with success as soon as a line of a process matches; given '
         'several times, all must have matched',
         Value('REGEX', read_pattern, takes_dash=True),
@@ -322,14 +294,12 @@ class _Goal(Options):
         excludes=_RUNS_NONE,
     )
     timeout = value(
-        '--timeout',
         'End with failure when --until takes longer; without --until, when '
         'the launch does',
         Value('SECONDS', read_seconds),
         excludes=_RUNS_NONE,
     )
     for_ = value(
-        '--for',
         'Run for a time, and end with failure as soon as a process fails; '
         'with --until, the time starts when all has matched',
         Value('SECONDS', read_seconds),
@@ -342,7 +312,6 @@ class _Ending(_Goal):
 
     TITLE = 'Ending by itself, as in CI'
     junit = value(
-        '--junit',
         'Write a JUnit report with a case for each process and --until',
         Value('FILE', read_file, 'files'),
         excludes=_RUNS_NONE,
@@ -354,7 +323,6 @@ class _Control(Options):
 
     TITLE = 'Running launches'
     status = value(
-        '--status',
         'Show all running launches with their processes and components; '
         '--status=json for programs',
         Value('FORMAT', read_text, choices=(TEXT, 'json')),
@@ -364,7 +332,6 @@ class _Control(Options):
         ),
     )
     stop = values(
-        '--stop',
         'Stop processes and unload components, by name or glob; without a '
         'name, the launch',
         Value('NAME', read_text, 'parts'),
@@ -372,14 +339,12 @@ class _Control(Options):
         excludes=_not('--restart', '--lifecycle', '--logs', '--attach'),
     )
     restart = values(
-        '--restart',
         'Start processes and load components anew, by name or glob',
         Value('NAME', read_text, 'parts'),
         'any',
         excludes=_not('--lifecycle', '--logs', '--attach'),
     )
     lifecycle = values(
-        '--lifecycle',
         'Change the state of lifecycle nodes, by name or glob: configure, '
         'activate, deactivate, cleanup or shutdown',
         Value('NAME TRANSITION', read_text, 'lifecycles'),
@@ -387,7 +352,6 @@ class _Control(Options):
         excludes=_not('--logs', '--attach', '--ui'),
     )
     logs = values(
-        '--logs',
         'Show what processes wrote, by name or glob; for a component, what '
         'its container did',
         Value('NAME', read_text, 'parts'),
@@ -395,19 +359,16 @@ class _Control(Options):
         excludes=_not('--attach'),
     )
     follow = flag(
-        '--follow',
         'With --logs: the last lines, then what comes',
         short='-f',
         needs=('--logs',),
     )
     attach = value(
-        '--attach',
         'Connect the keyboard to a process: with PKG FILE to one of the new '
         'launch, else to one of a running launch; Ctrl-] detaches',
         Value('NAME', read_text, 'terminals'),
     )
     ui = flag(
-        '--ui',
         'Show a running launch on the full screen; with PKG FILE, the new one',
         excludes={
             **_RUNS_NONE,
@@ -415,7 +376,6 @@ class _Control(Options):
         },
     )
     of = value(
-        '--of',
         'Which running launch is meant, where that is not clear: its '
         "package, launch file or pid, or a glob ('*' for all)",
         Value('LAUNCH', read_text, 'launches'),
@@ -428,36 +388,30 @@ class _Runs(Options):
 
     TITLE = 'The runs'
     table = value(
-        '--table',
         'A CSV file with launch arguments as columns and a run in each '
         'further line; with arguments beside it, all combinations',
         Value('FILE', read_file, 'files'),
     )
     repeat = Option(
-        '--repeat',
         'Run each combination several times',
         1,
         Value('N', read_count),
     )
     jobs = value(
-        '--jobs',
         'How many runs go on at a time (default: the number of processors; '
         'with --on slurm as many as Slurm lets)',
         Value('N', read_count),
     )
     on = value(
-        '--on',
         'Where the runs are done: slurm:OPTION=VALUE,… has Slurm do them, '
         'as array jobs with these options of sbatch (default: this machine)',
         Value('WHERE', read_place, 'places'),
     )
     share_network = flag(
-        '--share-network',
         'Leave the runs in the network of the machine, for those that need '
         'it; each still has a ROS_DOMAIN_ID of its own',
     )
     again = value(
-        '--again',
         'Do runs again that are done: those that failed, or all',
         Value('WHICH', read_text, choices=(AGAIN_FAILED, AGAIN_ALL)),
     )
@@ -468,20 +422,17 @@ class _Results(Options):
 
     TITLE = 'Results'
     metric = values(
-        '--metric',
         'Measure something of each run: the group of the expression in the '
         'last line of a process that matches; may be given several times',
         Value('NAME=REGEX', read_metric, takes_dash=True),
         'each',
     )
     require = value(
-        '--require',
         'How many runs have to succeed, such as 95%%, for the exit code 0 '
         '(default: all)',
         Value('SHARE', read_share),
     )
     results = value(
-        '--results',
         'The folder for the results (default: one for just this sweep below '
         'the log folder of the workspace)',
         Value('DIR', read_path, 'folders'),
@@ -492,13 +443,10 @@ class _SweepShown(Options):
     """What a sweep shows and keeps."""
 
     TITLE = 'What is shown and kept'
-    quiet = flag('--quiet', 'Show no progress, only failures and the end')
-    tty = flag(
-        '--tty', 'Let each process of the runs write to a terminal of its own'
-    )
-    no_color = flag('--no-color', 'Use no colours')
+    quiet = flag('Show no progress, only failures and the end')
+    tty = flag('Let each process of the runs write to a terminal of its own')
+    no_color = flag('Use no colours')
     log_limit = Option(
-        '--log-limit',
         'What the log files of each run may take together, such as 50MB, '
         f'1GB or {NO_LIMIT} (default: {RUN_LOG_LIMIT // 10**6}MB)',
         RUN_LOG_LIMIT,
@@ -511,7 +459,6 @@ class _Package(Options):
 
     TITLE = 'options'
     build_type = Option(
-        '--build-type',
         'How the package is built (default: %(default)s). That of type cmake '
         'needs no ROS',
         'ament_cmake',
@@ -520,19 +467,16 @@ class _Package(Options):
         ),
     )
     dependencies = values(
-        '--dependencies',
         'The packages that it needs, such as rclpy std_msgs',
         Value('PKG', read_text, 'packages'),
         'some',
     )
     node = value(
-        '--node',
         'The name of its node (default: that of the package and _node); '
         'NAME.cpp is one in C++',
         Value('NAME', read_text),
     )
     add_node = value(
-        '--add-node',
         'Add a node to a package that is there; NAME.cpp is one in C++',
         Value('NAME', read_text),
         excludes=_not(
@@ -541,26 +485,20 @@ class _Package(Options):
         ),
     )
     license = value(
-        '--license',
         'Its license, as SPDX calls it; for Apache-2.0, BSD-3-Clause and MIT '
         'the text comes with it',
         Value('NAME', read_text, 'licenses'),
     )
-    description = value(
-        '--description', 'What the package is for', Value('TEXT', read_text)
-    )
+    description = value('What the package is for', Value('TEXT', read_text))
     maintainer_name = value(
-        '--maintainer-name',
         'Who looks after it (default: user.name of git)',
         Value('NAME', read_text),
     )
     maintainer_email = value(
-        '--maintainer-email',
         'The address of this person (default: user.email of git)',
         Value('ADDRESS', read_text),
     )
     destination = value(
-        '--destination',
         'The folder that the folder of the package is made in (default: src '
         'in the root of a workspace, elsewhere the current folder)',
         Value('PATH', read_path, 'folders'),

@@ -9,9 +9,10 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.verb.cli.command_line import named
 from colcon_yamllaunch.verb.cli.command_line import read_options
 from colcon_yamllaunch.verb.cli.command_line import refuse_unknown
-from colcon_yamllaunch.verb.cli.command_line import split_arguments
 from colcon_yamllaunch.verb.cli.command_line import split_line
-from colcon_yamllaunch.verb.cli.launch_options import PREFIXES
+from colcon_yamllaunch.verb.cli.launch_options import pop_prefixes
+from colcon_yamllaunch.verb.cli.launch_options import refuse_paths_alone
+from colcon_yamllaunch.verb.cli.launch_options import refuse_two_ends
 from colcon_yamllaunch.verb.cli.options import SweepOptions
 
 _USAGE = (
@@ -32,14 +33,8 @@ def parse_sweep_options(known: Any) -> SweepOptions:
     if values.version:
         return SweepOptions(version=True)
     refuse_unknown(positionals, 'sweep')
-    if values.paths:
-        # it takes whatever follows
-        more, values.paths = split_arguments(values.paths)
-        arguments = more + arguments
     read = read_options(values, 'sweep')
-    fixed = {
-        key.replace('_', '-'): read.pop(key) for key in PREFIXES if key in read
-    }
+    fixed = pop_prefixes(read)
     given: dict[str, str] = {}
     for name, value in map(named, arguments):
         if name in given:
@@ -58,11 +53,7 @@ def parse_sweep_options(known: Any) -> SweepOptions:
 
 def _refuse_unclear(options: SweepOptions) -> None:
     if not options.positionals:
-        if options.paths:
-            raise UserError(
-                '--paths took all that follows it',
-                "put it behind PKG and FILE, or '--' after the paths",
-            )
+        refuse_paths_alone(options)
         raise UserError('there is nothing to launch', _USAGE)
     names = [metric.name for metric in options.metric]
     for name in names:
@@ -70,11 +61,4 @@ def _refuse_unclear(options: SweepOptions) -> None:
             raise UserError(
                 f"--metric: there are two that are called '{name}'"
             )
-    both = options.timeout is not None and options.for_ is not None
-    if both and not options.until:
-        raise UserError(
-            '--for and --timeout exclude one another: the one ends a run with '
-            'success, the other with failure',
-            'with --until, --timeout is for what comes before, and --for for '
-            'what comes after',
-        )
+    refuse_two_ends(options, 'a run')

@@ -269,10 +269,8 @@ def _launches(cursor: _Cursor) -> Candidates:
 
 
 def _hosts(cursor: _Cursor) -> Candidates:
-    from colcon_yamllaunch.verb.completion.host_candidates import hosts
-
     deployment = getattr(cursor.known, 'deploy', None)
-    return hosts(deployment, cursor.prefix, Path.home() / '.ssh')
+    return candidates.hosts(deployment, cursor.prefix, Path.home() / '.ssh')
 
 
 def _licenses(_cursor: _Cursor) -> Candidates:
