@@ -9,9 +9,9 @@ from contextlib import suppress
 import errno
 import os
 import socket
+from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.control import protocol
-from colcon_yamllaunch.control.client_connection import Client
 from colcon_yamllaunch.control.launch_record import LaunchRecord
 from colcon_yamllaunch.control.service import Service
 from colcon_yamllaunch.control.socket_address import Address
@@ -25,6 +25,9 @@ from colcon_yamllaunch.engine.events import Warned
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.stopping.guard_link import GuardLink
 from colcon_yamllaunch.plan.plan import Process
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.control.client_connection import Client
 
 
 def serve(
@@ -141,6 +144,9 @@ class Server:
         if not is_own(connection):
             connection.close()
             return
+        # most launches are not looked at
+        from colcon_yamllaunch.control.client_connection import Client
+
         self.was_used = True
         connection.setblocking(False)
         if len(self._clients) >= protocol.MAXIMUM_CLIENTS:

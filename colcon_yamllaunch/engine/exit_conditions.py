@@ -11,12 +11,14 @@ building is not counted.
 from collections.abc import Callable
 from collections.abc import Iterable
 import time
+from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.engine.output.line_pattern import LinePattern
-from colcon_yamllaunch.engine.output.line_pattern import SearchTimeError
 from colcon_yamllaunch.engine.output.lines import bare
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.engine.output.line_pattern import LinePattern
 
 
 class ExitConditions:
@@ -38,7 +40,7 @@ class ExitConditions:
 
     def __init__(
         self,
-        until: Iterable[LinePattern] = (),
+        until: 'Iterable[LinePattern]' = (),
         timeout: float | None = None,
         duration: float | None = None,
         clock: Callable[[], float] = time.monotonic,
@@ -171,7 +173,12 @@ class ExitConditions:
                 self._found_at = self._clock() - self._start
                 self._seen[pattern.text] = self._found_at
 
-    def _is_in(self, pattern: LinePattern, lines: str) -> bool:
+    def _is_in(self, pattern: 'LinePattern', lines: str) -> bool:
+        # few launches wait for a line
+        from colcon_yamllaunch.engine.output.line_pattern import (
+            SearchTimeError,
+        )
+
         try:
             return pattern.is_in(lines)
         except SearchTimeError:

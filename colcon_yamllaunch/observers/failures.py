@@ -11,7 +11,6 @@ from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.output.lines import bare
 from colcon_yamllaunch.engine.output_modes import SHOWN
-from colcon_yamllaunch.engine.process.core_dumps import find_core_dump
 from colcon_yamllaunch.engine.state import Failure
 from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.plan.plan import Component
@@ -153,11 +152,16 @@ class Failures:
         label = event.process.label
         part = self._state.by_label.get(label)
         is_here = part is None or part.machine is None
-        self._core_dumps[label] = (
-            find_core_dump(event.pid, event.process.cwd, event.seconds)
-            if event.outcome.core_dumped and is_here
-            else None
-        )
+        self._core_dumps[label] = None
+        if event.outcome.core_dumped and is_here:
+            # few processes crash
+            from colcon_yamllaunch.engine.process.core_dumps import (
+                find_core_dump,
+            )
+
+            self._core_dumps[label] = find_core_dump(
+                event.pid, event.process.cwd, event.seconds
+            )
 
     def _log_file(self, label: str) -> Path | None:
         log = self._state.log_files.get(label)

@@ -13,9 +13,6 @@ from colcon_yamllaunch.engine.outcome import signal_name
 from colcon_yamllaunch.engine.output.channels import size_of
 from colcon_yamllaunch.observers.display import Display
 from colcon_yamllaunch.observers.screen import Screen
-from colcon_yamllaunch.observers.start_table import StartTable
-from colcon_yamllaunch.observers.title import has_window
-from colcon_yamllaunch.observers.title import TerminalTitle
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 
@@ -57,6 +54,9 @@ def present(
         show = _without_restarts(show, screen)
     if not display.terminal:
         return show
+    from colcon_yamllaunch.observers.title import has_window
+    from colcon_yamllaunch.observers.title import TerminalTitle
+
     title = TerminalTitle(
         display.writer,
         presentation.title if has_window(display.environment) else None,
@@ -81,6 +81,8 @@ def _shown(
     if presentation.verbosity == 'verbose':
         return _verbose(screen, presentation.describe)
     if display.terminal:
+        from colcon_yamllaunch.observers.start_table import StartTable
+
         return StartTable(plan, size_of(display.descriptor), screen).handle
     return screen.handle
 

@@ -5,14 +5,34 @@
 
 from collections.abc import Mapping
 
-from colcon_yamllaunch.language.actions.component_actions import (
-    COMPONENT_HANDLERS,
-)
 from colcon_yamllaunch.language.actions.flow_actions import FLOW_HANDLERS
 from colcon_yamllaunch.language.actions.flow_actions import MESSAGE_HANDLERS
 from colcon_yamllaunch.language.actions.process_actions import PROCESS_HANDLERS
 from colcon_yamllaunch.language.actions.scope_actions import SCOPE_HANDLERS
+from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.walk import Handler
+from colcon_yamllaunch.language.evaluation.walk import Walk
+
+
+def _do_component_action(walk: Walk, attributes: Attributes) -> None:
+    # a launch without components does not import what loads them
+    from colcon_yamllaunch.language.actions.component_actions import (
+        COMPONENT_HANDLERS,
+    )
+
+    COMPONENT_HANDLERS[attributes.name](walk, attributes)
+
+
+_COMPONENT_HANDLERS: Mapping[str, Handler] = dict.fromkeys(
+    (
+        'node_container',
+        'load_composable_node',
+        'composable_node',
+        'composable_lifecycle_node',
+    ),
+    _do_component_action,
+)
+
 
 #: What does each action, whatever the policy of the walk.
 HANDLERS: Mapping[str, Handler] = {
@@ -20,9 +40,9 @@ HANDLERS: Mapping[str, Handler] = {
     **FLOW_HANDLERS,
     **MESSAGE_HANDLERS,
     **PROCESS_HANDLERS,
-    **COMPONENT_HANDLERS,
+    **_COMPONENT_HANDLERS,
 }
 #: The actions that no other depends on.
 PASSIVE = frozenset(
-    (*MESSAGE_HANDLERS, *PROCESS_HANDLERS, *COMPONENT_HANDLERS)
+    (*MESSAGE_HANDLERS, *PROCESS_HANDLERS, *_COMPONENT_HANDLERS)
 )

@@ -5,13 +5,6 @@
 
 from collections.abc import Iterator
 
-from colcon_yamllaunch.language.actions.parameter_file_lookup import file_of
-from colcon_yamllaunch.language.actions.parameter_file_lookup import (
-    note_sections,
-)
-from colcon_yamllaunch.language.actions.parameter_file_lookup import (
-    note_sections_of_scope,
-)
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import Walk
@@ -65,15 +58,25 @@ def parameter_arguments(
             arguments.extend(['--params-file', file])
             pending.clear()
 
-    note_sections_of_scope(walk, full_name)
+    if walk.scope.parameters:
+        from colcon_yamllaunch.language.actions import parameter_file_lookup
+
+        parameter_file_lookup.note_sections_of_scope(walk, full_name)
     for entry in attributes.items('param'):
         if 'from' in entry.item.texts:
             flush()
-            path = file_of(walk, entry)
+            # many launches have no parameter files
+            from colcon_yamllaunch.language.actions import (
+                parameter_file_lookup,
+            )
+
+            path = parameter_file_lookup.file_of(walk, entry)
             if path is not None:
                 arguments.extend(['--params-file', path])
             if isinstance(path, str):
-                note_sections(walk, path, entry, full_name)
+                parameter_file_lookup.note_sections(
+                    walk, path, entry, full_name
+                )
             continue
         for parameter in nested_parameters(walk, entry, node):
             if parameter.value is not None:

@@ -10,9 +10,6 @@ from contextlib import contextmanager
 import os
 
 from colcon_yamllaunch.language.actions.node_parameters import parameter_value
-from colcon_yamllaunch.language.actions.parameter_file_lookup import (
-    missing_file,
-)
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.scope import ANY_NAME
 from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
@@ -209,6 +206,10 @@ def _set_parameters_from_file(walk: Walk, attributes: Attributes) -> None:
         return
     path = os.path.join(walk.cwd, written)
     if walk.parameter_file(path) is None:
+        from colcon_yamllaunch.language.actions.parameter_file_lookup import (
+            missing_file,
+        )
+
         missing_file(walk, attributes, 'filename', path)
     place = walk.place_of(attributes.item.texts['filename'])
     walk.file_places.setdefault(path, place)

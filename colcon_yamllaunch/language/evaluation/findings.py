@@ -5,6 +5,7 @@
 
 from collections.abc import Iterable
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.evaluation.scope import Guard
@@ -13,9 +14,13 @@ from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.source_text import Source
-from colcon_yamllaunch.language.vocabulary.parameter_sections import Section
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.plan.position import Span
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.language.vocabulary.parameter_sections import (
+        Section,
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +97,7 @@ class SectionUse:
     """
 
     path: str
-    sections: tuple[Section, ...]
+    sections: 'tuple[Section, ...]'
     node: str | None
     place: Place
     is_own: bool

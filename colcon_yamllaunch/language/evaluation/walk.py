@@ -16,6 +16,7 @@ from collections.abc import Mapping
 from collections.abc import Sequence
 from contextlib import contextmanager
 import os
+from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.findings import NamedNode
@@ -42,12 +43,14 @@ from colcon_yamllaunch.language.tree.launch_tree import read_launch_file
 from colcon_yamllaunch.language.tree.launch_tree import UNREADABLE
 from colcon_yamllaunch.language.tree.text import Text
 from colcon_yamllaunch.language.vocabulary.package_lookup import Exposed
-from colcon_yamllaunch.language.vocabulary.parameter_sections import (
-    ParameterSections,
-)
 from colcon_yamllaunch.plan.plan import Condition
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.plan.position import Span
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.language.vocabulary.parameter_sections import (
+        ParameterSections,
+    )
 
 #: How many launch files may be open inside of one another.
 MAXIMUM_INCLUDE_DEPTH = 40

@@ -14,9 +14,9 @@ import shlex
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.engine.output.line_pattern import LinePattern
 
 if TYPE_CHECKING:
+    from colcon_yamllaunch.engine.output.line_pattern import LinePattern
     from colcon_yamllaunch.sweep.run import Metric
 
 #: The value of `--log-limit` for no limit.
@@ -61,7 +61,7 @@ def read_words(option: str, text: str) -> tuple[str, ...]:
         raise UserError(f'{option} has an open quote: {e}') from e
 
 
-def read_pattern(option: str, text: str) -> LinePattern:
+def read_pattern(option: str, text: str) -> 'LinePattern':
     """
     Return a regular expression.
 
@@ -71,6 +71,9 @@ def read_pattern(option: str, text: str) -> LinePattern:
         raise UserError(
             f'{option} needs a regular expression, and this one is empty'
         )
+    # few launches wait for a line
+    from colcon_yamllaunch.engine.output.line_pattern import LinePattern
+
     try:
         return LinePattern(text)
     except (re.error, OverflowError, RecursionError) as e:

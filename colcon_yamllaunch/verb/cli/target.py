@@ -14,14 +14,6 @@ from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.common.suggestions import nearest
 from colcon_yamllaunch.verb.cli.log_base import PATH_SUFFIXES
-from colcon_yamllaunch.workspace.packages.launch_files import (
-    checkable_launch_files,
-)
-from colcon_yamllaunch.workspace.packages.launch_files import (
-    choose_launch_file,
-)
-from colcon_yamllaunch.workspace.packages.launch_files import find_launch_files
-from colcon_yamllaunch.workspace.packages.launch_files import likely_ones
 from colcon_yamllaunch.workspace.packages.manifest import BrokenManifest
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
@@ -45,6 +37,11 @@ class Target:
 
 def launch_commands(locator: PackageLocator) -> str:
     """Return a listing of the launch files that there are, '' for none."""
+    # a launch file that is named by its path is not searched for
+    from colcon_yamllaunch.workspace.packages.launch_files import (
+        checkable_launch_files,
+    )
+
     commands = [
         f'\n  colcon launch {package.name} {Path(file).name}'
         for package in sorted(locator.packages(), key=lambda p: p.name)
@@ -95,6 +92,8 @@ def package_target(
     :param broken: Returns the manifests in the workspace that make no package
     :raises UserError: when there is no such package or file
     """
+    from colcon_yamllaunch.workspace.packages import launch_files
+
     package, *rest = positionals
     _refuse_more(rest[1:])
     prefix = locator.prefix(package)
@@ -102,16 +101,17 @@ def package_target(
         raise unknown_package(package, locator, broken)
     own = locator.package(package)
     folder = Path(locator.share(package) or '') if own is None else own.path
-    files = find_launch_files(folder)
+    files = launch_files.find_launch_files(folder)
     if not rest:
-        likely = likely_ones(files)
+        likely = launch_files.likely_ones(files)
         listed = ''.join(f'\n  {one_line(file)}' for file in likely)
         if not likely:
             raise UserError(f'{package} has no launch files')
         raise UserError(
             f'no launch file of {package} is given', f'it has:{listed}'
         )
-    path = str(folder / choose_launch_file(package, files, rest[0]))
+    chosen = launch_files.choose_launch_file(package, files, rest[0])
+    path = str(folder / chosen)
     name = path
     if own is not None:
         name = locator.installed_path(package, path) or path

@@ -12,12 +12,9 @@ from pathlib import Path
 
 from colcon_yamllaunch.language.vocabulary.package_lookup import Exposed
 from colcon_yamllaunch.language.vocabulary.package_lookup import FindExposed
-from colcon_yamllaunch.workspace.packages.launch_files import find_launch_files
-from colcon_yamllaunch.workspace.packages.missing_files import (
-    missing_executable,
-)
-from colcon_yamllaunch.workspace.packages.missing_files import not_installed
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
+
+# what explains mistakes is imported where it is needed
 
 
 class LaunchPackages:
@@ -53,6 +50,10 @@ class LaunchPackages:
 
     def explain_executable(self, package: str, name: str) -> str:
         """Say why a package has no such program, and the way out."""
+        from colcon_yamllaunch.workspace.packages.missing_files import (
+            missing_executable,
+        )
+
         return str(missing_executable(self._locator, package, name) or '')
 
     def locate(self, path: str) -> tuple[str, str] | None:
@@ -89,11 +90,19 @@ class LaunchPackages:
 
     def rule_for(self, path: str) -> str | None:
         """Say how to install a file that only a source has, None if none."""
+        from colcon_yamllaunch.workspace.packages.missing_files import (
+            not_installed,
+        )
+
         found = not_installed(self._locator, path)
         return None if found is None else found.hint
 
     def similar(self, path: str) -> Iterable[str]:
         """Return the names of files in its folder that could be meant."""
+        from colcon_yamllaunch.workspace.packages.launch_files import (
+            find_launch_files,
+        )
+
         shared = self._locator.shared(path)
         if shared is not None:
             package, file = shared

@@ -24,7 +24,6 @@ from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import Severity
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.workspace.packages.manifest import invalid_manifest
 from colcon_yamllaunch.workspace.packages.missing_files import (
     certainly_unknown_executable,
 )
@@ -104,6 +103,8 @@ def invalid_manifests(
 
     :param uses: The packages that the launch uses
     """
+    from colcon_yamllaunch.workspace.packages.manifest import invalid_manifest
+
     for name in uses:
         package = locator.package(name)
         reason = package and invalid_manifest(package)

@@ -10,28 +10,23 @@ from collections.abc import Mapping
 from collections.abc import Sequence
 import os
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import WorkspaceError
 from colcon_yamllaunch.workspace.building.build_lock import build_lock
 from colcon_yamllaunch.workspace.building.build_lock import is_taken
 from colcon_yamllaunch.workspace.building.build_lock import WorkspaceLock
-from colcon_yamllaunch.workspace.colcon.colcon_cache import CachedColcon
-from colcon_yamllaunch.workspace.environment.environment_cache import (
-    cached_environment,
-)
-from colcon_yamllaunch.workspace.environment.environment_cache import (
-    known_environment,
-)
 from colcon_yamllaunch.workspace.environment.sourcing import Environment
-from colcon_yamllaunch.workspace.environment.sourcing import source
-from colcon_yamllaunch.workspace.environment.underlays import build_environment
-from colcon_yamllaunch.workspace.packages.closure import needed_by
-from colcon_yamllaunch.workspace.packages.manifest import broken_manifests
-from colcon_yamllaunch.workspace.packages.manifest import BrokenManifest
-from colcon_yamllaunch.workspace.packages.manifest import invalid_manifest
 from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 from colcon_yamllaunch.workspace.packages.trust import Trust
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.workspace.colcon.colcon_cache import CachedColcon
+    from colcon_yamllaunch.workspace.packages.manifest import BrokenManifest
+
+# what reads and builds packages is imported where it is needed: there may be
+# no workspace
 
 
 class WorkspaceSession:
@@ -67,7 +62,9 @@ class WorkspaceSession:
         self._packages: dict[str, Package] = {}
         self._colcon: CachedColcon | None = None
         if root is not None:
-            self._colcon = colcon = CachedColcon(
+            from colcon_yamllaunch.workspace.colcon import colcon_cache
+
+            self._colcon = colcon = colcon_cache.CachedColcon(
                 root, build_arguments, runs=runs
             )
             # the arguments may name other folders than the usual ones
@@ -80,7 +77,7 @@ class WorkspaceSession:
         self._make_locator()
 
     @property
-    def colcon(self) -> CachedColcon:
+    def colcon(self) -> 'CachedColcon':
         """What knows and builds the packages; there must be a workspace."""
         assert self._colcon is not None
         return self._colcon
@@ -100,10 +97,14 @@ class WorkspaceSession:
         """The packages of the workspace."""
         return self._packages.values()
 
-    def broken_manifests(self) -> tuple[BrokenManifest, ...]:
+    def broken_manifests(self) -> 'tuple[BrokenManifest, ...]':
         """Return the manifests in the workspace that make no package."""
         if self._colcon is None:
             return ()
+        from colcon_yamllaunch.workspace.packages.manifest import (
+            broken_manifests,
+        )
+
         return broken_manifests(
             self._colcon.base_paths(), self._packages.values()
         )
@@ -123,6 +124,8 @@ class WorkspaceSession:
 
     def needed_by(self, wanted: Iterable[str]) -> dict[str, tuple[str, ...]]:
         """Tell by which dependencies packages come to be needed."""
+        from colcon_yamllaunch.workspace.packages.closure import needed_by
+
         return needed_by(self._packages.values(), wanted)
 
     def build_environment(self) -> Environment:
@@ -131,6 +134,11 @@ class WorkspaceSession:
 
         :raises WorkspaceError: when an underlay's script fails
         """
+        from colcon_yamllaunch.workspace.environment.sourcing import source
+        from colcon_yamllaunch.workspace.environment.underlays import (
+            build_environment,
+        )
+
         sourcing: Callable[[Path, Mapping[str, str]], Environment] = source
         if not self._runs:
             # most launches run
@@ -220,7 +228,13 @@ class WorkspaceSession:
                 self._source()
 
     def _source(self) -> None:
-        find = cached_environment if self._runs else known_environment
+        from colcon_yamllaunch.workspace.environment import environment_cache
+
+        find = (
+            environment_cache.cached_environment
+            if self._runs
+            else environment_cache.known_environment
+        )
         self._sourced = find(
             self._setup, self._user_environment, self.colcon.build_base
         )
@@ -242,6 +256,10 @@ class WorkspaceSession:
 
         :raises WorkspaceError: when one of them is such a package
         """
+        from colcon_yamllaunch.workspace.packages.manifest import (
+            invalid_manifest,
+        )
+
         for name in sorted(self.package_names.intersection(names)):
             reason = invalid_manifest(self._packages[name])
             if reason is not None:

@@ -13,7 +13,6 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.common.suggestions import nearest_first
 from colcon_yamllaunch.common.text_files import text_of
-from colcon_yamllaunch.workspace.packages.missing_files import LISTED
 from colcon_yamllaunch.workspace.packages.source_files import source_files
 
 #: The names of launch files end in these, longer ones first.
@@ -33,6 +32,8 @@ _YAML_SUFFIXES = ('.yaml', '.yml')
 _LAUNCH = re.compile(r'^\s*[\'"]?launch[\'"]?\s*:|<launch\b', re.M)
 _PYTHON_LAUNCH = re.compile(r'^def generate_launch_description\b', re.M)
 _MANIFEST = 'package.xml'
+# how many names a message lists at most
+_LISTED = 10
 _PARAMETER_FOLDERS = frozenset(('config', 'cfg', 'param', 'params'))
 
 
@@ -145,8 +146,8 @@ def _nothing(package: str, files: Sequence[str], wanted: str) -> UserError:
     order = nearest_first(PurePosixPath(wanted).name, by_name)
     listed = [by_name[n] for n in order]
     listed += [f for f in likely if f not in listed]
-    lines = ''.join(f'\n  {one_line(f)}' for f in listed[:LISTED])
-    more = '\n  …' if len(listed) > LISTED else ''
+    lines = ''.join(f'\n  {one_line(f)}' for f in listed[:_LISTED])
+    more = '\n  …' if len(listed) > _LISTED else ''
     return UserError(
         f"{package} has no launch file '{wanted}'", f'it has:{lines}{more}'
     )

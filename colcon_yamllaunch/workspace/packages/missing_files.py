@@ -17,10 +17,6 @@ from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package_locator import is_executable
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 from colcon_yamllaunch.workspace.packages.source_files import source_files
-from colcon_yamllaunch.workspace.packages.source_programs import source_plugins
-from colcon_yamllaunch.workspace.packages.source_programs import (
-    source_programs,
-)
 
 #: How many names are listed at most.
 LISTED = 10
@@ -86,17 +82,20 @@ def unknown_executable(
 
     :param locator: The packages, built or not
     """
-    # most launches name what is there
-    from colcon_yamllaunch.workspace.packages.install_rules import (
-        spells_out_programs,
-    )
-
     own = locator.package(package)
     prefix = locator.prefix(package)
     if own is None or prefix is None:
         return missing_executable(locator, package, name)
     if is_executable(Path(prefix, 'lib', package, name)):
         return None
+    # most launches name what is there
+    from colcon_yamllaunch.workspace.packages.install_rules import (
+        spells_out_programs,
+    )
+    from colcon_yamllaunch.workspace.packages.source_programs import (
+        source_programs,
+    )
+
     programs = source_programs(own.path)
     if own.type not in _KNOWN_TYPES:
         return None
@@ -245,6 +244,10 @@ def unknown_plugin(
     name = plugin.rpartition('::')[2]
     if _is_mentioned(own, name) or _is_in_source(own, name):
         return None
+    from colcon_yamllaunch.workspace.packages.source_programs import (
+        source_plugins,
+    )
+
     return _no_plugin(package, plugin, there | source_plugins(own.path))
 
 

@@ -10,6 +10,9 @@ from pathlib import Path
 
 import colcon_yamllaunch
 from colcon_yamllaunch.language.actions import handlers
+from colcon_yamllaunch.language.actions.component_actions import (
+    COMPONENT_HANDLERS,
+)
 from colcon_yamllaunch.language.actions.handlers import HANDLERS
 from colcon_yamllaunch.language.actions.handlers import PASSIVE
 from colcon_yamllaunch.language.actions.substitution_makers import MAKERS
@@ -30,7 +33,7 @@ FAMILIES = [
     handlers.FLOW_HANDLERS,
     handlers.MESSAGE_HANDLERS,
     handlers.PROCESS_HANDLERS,
-    handlers.COMPONENT_HANDLERS,
+    COMPONENT_HANDLERS,
 ]
 LANGUAGE = Path(colcon_yamllaunch.__file__).parent / 'language'
 #: The folders that interpret launch files.
