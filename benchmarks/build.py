@@ -98,9 +98,9 @@ sys.exit(main())
 SOURCING = """\
 import sys
 from colcon_core.command import main
-from colcon_yamllaunch.verb.launching import workspace_session
+from colcon_yamllaunch.workspace.environment import environment_cache
 from colcon_yamllaunch.workspace.environment.sourcing import source
-workspace_session.cached_environment = lambda setup, variables, _: source(
+environment_cache.cached_environment = lambda setup, variables, _: source(
     setup, variables)
 sys.exit(main())
 """

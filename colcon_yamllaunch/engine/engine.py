@@ -26,10 +26,10 @@ from colcon_yamllaunch.common.process_scan import is_alive
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.exit_conditions import ExitConditions
+from colcon_yamllaunch.engine.launch_settings import Moment
 from colcon_yamllaunch.engine.launch_settings import Settings
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.loop import TimerHandle
-from colcon_yamllaunch.engine.moment import Moment
 from colcon_yamllaunch.engine.orphans import OrphanFinder
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.output.channels import size_of

@@ -8,12 +8,32 @@ from collections.abc import Mapping
 from dataclasses import field
 import os
 from pathlib import Path
+import time
 
 from colcon_yamllaunch.common.adoption import Adoption
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.engine.moment import Moment
 from colcon_yamllaunch.engine.process.line_buffering import LineBuffering
 from colcon_yamllaunch.engine.process.spawn import Spawn
+
+
+class Moment:
+    """
+    The time of day of what is told.
+
+    What another machine has kept while the link to it was lost comes late,
+    and has the time at which it was written.
+
+    :param now: Returns the time of day, in seconds
+    """
+
+    def __init__(self, now: Callable[[], float] = time.time) -> None:
+        self._now = now
+        #: When it was; None for now.
+        self.past: float | None = None
+
+    def __call__(self) -> float:
+        """Return the time in seconds since 1970."""
+        return self._now() if self.past is None else self.past
 
 
 @dataclass(frozen=True, slots=True)

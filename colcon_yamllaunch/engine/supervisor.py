@@ -13,7 +13,6 @@ from collections.abc import Callable
 from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Sequence
-from dataclasses import dataclass
 from dataclasses import replace
 from itertools import count
 import math
@@ -22,6 +21,7 @@ from typing import Literal
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import RefusedError
+from colcon_yamllaunch.common.frozen import mutable
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.loop import Loop
@@ -52,7 +52,7 @@ if TYPE_CHECKING:
     from colcon_yamllaunch.engine.engine import Engine
 
 
-@dataclass(slots=True, eq=False)
+@mutable
 class _Respawn:
     """
     A process that waits for its next start.

@@ -3,14 +3,14 @@
 
 """The processes of a plan, as the supervisor has them."""
 
-from dataclasses import dataclass
 from dataclasses import field
 
+from colcon_yamllaunch.common.frozen import mutable
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.plan import SignalProcess
 
 
-@dataclass(slots=True)
+@mutable
 class Task:
     """
     What the supervisor needs of a process besides its `ProcessState`.

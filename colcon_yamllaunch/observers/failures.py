@@ -10,11 +10,11 @@ from pathlib import Path
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.output.lines import bare
-from colcon_yamllaunch.engine.output_modes import SHOWN
 from colcon_yamllaunch.engine.state import Failure
 from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import SHOWN
 
 #: Returns the package that has a Python module and that another package does
 #: not declare, or None; it gets the module and that other package.

@@ -38,9 +38,9 @@ from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.output.lines import normalised
 from colcon_yamllaunch.engine.output.lines import prefixed
-from colcon_yamllaunch.engine.output_modes import IN_COMMON_LOG
-from colcon_yamllaunch.engine.output_modes import IN_OWN_LOG
 from colcon_yamllaunch.observers.line_formats import Layout
+from colcon_yamllaunch.plan.plan import IN_COMMON_LOG
+from colcon_yamllaunch.plan.plan import IN_OWN_LOG
 from colcon_yamllaunch.plan.plan import Process
 
 if TYPE_CHECKING:

@@ -13,7 +13,6 @@ not change any more once their launches have ended.
 
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass
 import fcntl
 import os
 from pathlib import Path
@@ -23,6 +22,7 @@ import stat
 import sys
 from typing import Any
 
+from colcon_yamllaunch.common.frozen import mutable
 from colcon_yamllaunch.common.json_files import read_json
 from colcon_yamllaunch.common.json_files import write_json
 from colcon_yamllaunch.engine import limits
@@ -41,7 +41,7 @@ _OURS = (EVENT_LOG, 'logger_all.log')
 _LINKS = ('latest', 'latest_launch')
 
 
-@dataclass(slots=True)
+@mutable
 class _Folder:
     """
     The folder of another launch.

@@ -15,9 +15,9 @@ from colcon_yamllaunch.engine.output.lines import legible
 from colcon_yamllaunch.engine.output.lines import normalised
 from colcon_yamllaunch.engine.output.lines import prefixed
 from colcon_yamllaunch.engine.output.writer import Writer
-from colcon_yamllaunch.engine.output_modes import SHOWN
 from colcon_yamllaunch.observers.line_formats import Layout
 from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import SHOWN
 
 #: Lines that are held back at most to see how a traceback ends.
 LONGEST = 500

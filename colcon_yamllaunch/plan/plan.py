@@ -20,6 +20,22 @@ UNLIMITED_RETRIES = -1
 #: The values of the `output` attribute, as in ROS 2.
 OUTPUT_MODES = ('both', 'screen', 'log', 'own_log', 'full')
 
+_ALL = frozenset(('stdout', 'stderr'))
+_NONE: frozenset[str] = frozenset()
+
+#: The streams of a process that the screen shows, by output mode.
+SHOWN = {
+    'both': _ALL,
+    'screen': _ALL,
+    'log': frozenset(('stderr',)),
+    'own_log': _NONE,
+    'full': _ALL,
+}
+#: The output modes that write to the log file of the whole launch.
+IN_COMMON_LOG = frozenset(('both', 'log', 'full'))
+#: The output modes that write to log files of the process itself.
+IN_OWN_LOG = frozenset(('both', 'log', 'own_log', 'full'))
+
 #: Variables by name, sorted; None where one is unset.
 Variables = tuple[tuple[str, str | None], ...]
 

@@ -13,11 +13,11 @@ import re
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.output.lines import bare
-from colcon_yamllaunch.engine.output_modes import SHOWN
 from colcon_yamllaunch.observers.log_levels import Level
 from colcon_yamllaunch.observers.log_levels import level_of
 from colcon_yamllaunch.observers.log_levels import may_be_loud
 from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import SHOWN
 
 #: Lines that come at once up to which each is compared with the one before.
 FEW = 64

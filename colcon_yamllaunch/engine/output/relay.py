@@ -5,11 +5,11 @@
 
 from collections.abc import Callable
 from collections.abc import Iterator
-from dataclasses import dataclass
 from dataclasses import field
 import fcntl
 import os
 
+from colcon_yamllaunch.common.frozen import mutable
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.loop import Loop
@@ -23,7 +23,7 @@ Sink = Callable[[events.Stream, bytes], None]
 Recorder = Callable[[Process, events.Stream, bytes], None]
 
 
-@dataclass(slots=True, eq=False)
+@mutable
 class _Source:
     descriptor: int
     process: Process

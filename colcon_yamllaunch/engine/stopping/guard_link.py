@@ -16,9 +16,9 @@ from typing import Any
 
 from colcon_yamllaunch.common.escalation import Timeouts
 from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.engine.output_modes import IN_COMMON_LOG
 from colcon_yamllaunch.engine.process.own_files import Place
 from colcon_yamllaunch.engine.stopping.held_terminal import as_numbers
+from colcon_yamllaunch.plan.plan import IN_COMMON_LOG
 from colcon_yamllaunch.plan.plan import Process
 
 # -c, as a file that is run has to be compiled anew each time. Its words do not

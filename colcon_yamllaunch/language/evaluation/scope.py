@@ -11,10 +11,10 @@ into the scope around, as far as it is known then.
 
 from collections.abc import Iterator
 from collections.abc import Mapping
-from dataclasses import dataclass
 from dataclasses import field
 
-from colcon_yamllaunch.common import frozen
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.frozen import mutable
 from colcon_yamllaunch.language.evaluation.values import shortened
 from colcon_yamllaunch.language.evaluation.values import unknown
 from colcon_yamllaunch.language.evaluation.values import Value
@@ -24,7 +24,7 @@ from colcon_yamllaunch.language.vocabulary.parameter import Parameter
 ANY_NAME = ''
 
 
-@frozen.dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class Guard:
     """
     A condition around an action.
@@ -54,7 +54,7 @@ class Guard:
         return not self.sources.isdisjoint(other.sources)
 
 
-@dataclass(slots=True)
+@mutable
 class Names:
     """
     Names and what they stand for, seen from within a scope.
@@ -169,7 +169,7 @@ def _either(old: Value | None, new: Value, guard: Guard) -> Value:
     )
 
 
-@dataclass(slots=True)
+@mutable
 class Scope:
     """
     The state that actions leave to those behind them.

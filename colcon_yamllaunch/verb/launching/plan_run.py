@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from collections.abc import Mapping
 from collections.abc import Sequence
 from contextlib import contextmanager
+import gc
 from pathlib import Path
 import signal
 import time
@@ -153,6 +154,9 @@ class PlanRun:
             identity=identity,
             participants=participants,
         )
+        # all that is there now stays, see `LaunchVerb.main`
+        gc.freeze()
+        gc.enable()
         code = run(plan, context, observers)
         if self._background is not None and self._ended is not None:
             self._background.say(self._ended.summary)
