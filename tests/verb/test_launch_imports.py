@@ -1,16 +1,18 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""A launch that builds nothing imports nothing that takes long."""
+"""A launch imports only what the features that it uses need."""
 
-import pkgutil
+import importlib.util
+from pathlib import Path
 import re
 import time
 
-import colcon_yamllaunch
+import pytest
 from support.user import DEADLINE
 from support.user import User
 
+PACKAGE = 'colcon_yamllaunch'
 #: What makes `colcon build` slow to start, and what only mistakes, builds and
 #: other sorts of launch files need.
 HEAVY = {
@@ -26,15 +28,54 @@ HEAVY = {
 IDENTIFYING = {'catkin_pkg.package', 'distlib', 'pyparsing', 'setuptools'}
 #: What colcon writes the setup scripts of a package with.
 BUILDING = 'em'
-#: The part of the modules of this package that a launch may do with; reports,
-#: inspections, requests to running launches and completion have the others.
-SHARE = 0.75
+#: The sub-packages of features that a plain launch does not use.
+UNUSED = (
+    'engine.components',
+    'language.host',
+    'language.reports',
+    'remote',
+    'ros',
+    'sweep',
+    'terminal.full_screen',
+    'verb.completion',
+    'verb.sessions',
+    'verb.sweeping',
+    'watch',
+    'workspace.create',
+    'workspace.extensions',
+)
+#: Modules of such features in sub-packages that it does use.
+UNUSED_MODULES = (
+    'control.client_connection',
+    'engine.output.line_pattern',
+    'engine.process.core_dumps',
+    'language.actions.component_actions',
+    'language.actions.parameter_file_lookup',
+    'language.policies.check',
+    'language.syntax.xml_reader',
+    'language.syntax.yaml_errors',
+    'language.tree.xml_to_yaml',
+    'observers.failure_advice',
+    'observers.junit',
+    'observers.start_table',
+    'terminal.terminal_session',
+    'verb.launching.inspect_launch',
+    'verb.launching.watch_flow',
+    'workspace.colcon.package_scan',
+    'workspace.packages.install_rules',
+    'workspace.packages.source_programs',
+)
+#: The sub-packages that a launch without a workspace does not use, either.
+OF_WORKSPACES = (
+    'workspace.colcon',
+    'workspace.freshness',
+)
 
 
-def imported(user: User) -> set[str]:
+def imported(user: User, *words: str, cwd: Path | None = None) -> set[str]:
     """Launch, and return what was imported for that."""
     user.environment['PYTHONPROFILEIMPORTTIME'] = '1'
-    output = user.launch('one', 'one')
+    output = user.launch(*words, cwd=cwd)
     del user.environment['PYTHONPROFILEIMPORTTIME']
     return set(re.findall(r'^import time: .*\| +(\S+)$', output, re.M))
 
@@ -47,27 +88,48 @@ def imported_without_changes(user: User) -> set[str]:
     """
     deadline = time.monotonic() + DEADLINE
     while True:
-        found = imported(user)
+        found = imported(user, 'one', 'one')
         if found.isdisjoint(HEAVY) or time.monotonic() > deadline:
             return found
 
 
-def test_launch_without_changes_imports_nothing_heavy(user: User) -> None:
+def of_features(found: set[str], names: tuple[str, ...]) -> set[str]:
+    """Return the imported modules of some sub-packages and modules."""
+    whole = {f'{PACKAGE}.{name}' for name in names}
+    inside = tuple(f'{name}.' for name in whole)
+    return {m for m in found if m in whole or m.startswith(inside)}
+
+
+@pytest.mark.parametrize('name', [*UNUSED, *UNUSED_MODULES, *OF_WORKSPACES])
+def test_name_of_unused_feature_exists(name: str) -> None:
+    assert importlib.util.find_spec(f'{PACKAGE}.{name}') is not None
+
+
+def test_launch_without_changes_imports_no_unused_feature(user: User) -> None:
     user.package('one')
     user.launch('one', 'one')
     found = imported_without_changes(user)
+    assert f'{PACKAGE}.run' in found
     assert found.isdisjoint(HEAVY), found & HEAVY
-    path = colcon_yamllaunch.__path__
-    names = pkgutil.walk_packages(path, 'colcon_yamllaunch.')
-    modules = {name for _, name, _ in names}
-    assert 0 < len(found & modules) <= SHARE * len(modules)
+    assert not of_features(found, UNUSED + UNUSED_MODULES)
+
+
+def test_launch_without_workspace_imports_no_builds(
+    user: User, tmp_path: Path
+) -> None:
+    folder = tmp_path / 'elsewhere'
+    folder.mkdir()
+    (folder / 'alone.yaml').write_text('launch: [executable: {cmd: "true"}]\n')
+    found = imported(user, 'alone.yaml', cwd=folder)
+    assert f'{PACKAGE}.run' in found
+    assert not of_features(found, UNUSED + UNUSED_MODULES + OF_WORKSPACES)
 
 
 def test_change_asks_colcon(user: User) -> None:
     folder = user.package('one')
     user.launch('one', 'one')
     (folder / 'config' / 'more.txt').write_text('more\n')
-    assert BUILDING in imported(user)
+    assert BUILDING in imported(user, 'one', 'one')
 
 
 def test_known_package_is_built_without_identifying_it(user: User) -> None:
@@ -75,6 +137,6 @@ def test_known_package_is_built_without_identifying_it(user: User) -> None:
     user.launch('one', 'one')
     imported_without_changes(user)
     (folder / 'config' / 'more.txt').write_text('more\n')
-    found = imported(user)
+    found = imported(user, 'one', 'one')
     assert BUILDING in found
     assert found.isdisjoint(IDENTIFYING), found & IDENTIFYING
