@@ -22,12 +22,10 @@ _NOT_PRINTABLE = re.compile(
     '[^\x09\x0a\x0d\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]'
 )
 # the first line of an XML file may say how to read it (XML 1.0, 4.3.3)
-_XML_ENCODING = re.compile(
+_XML_ENCODING = (
     rb'<\?xml[^>]*?\sencoding\s*=\s*["\'](?P<name>[A-Za-z0-9._-]+)["\']'
 )
-_KNOWN_ENCODING = re.compile(
-    r'utf-8|us-ascii|iso-8859-([1-9]|1[013-6])|windows-125[0-8]'
-)
+_KNOWN_ENCODING = r'utf-8|us-ascii|iso-8859-([1-9]|1[013-6])|windows-125[0-8]'
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +103,9 @@ def read_source(path: str, name: str, kind: str = 'launch file') -> Source:
 
 def _decode(path: str, data: bytes) -> str:
     encoding, shown = 'utf-8-sig', 'UTF-8'
-    declared = _XML_ENCODING.match(data)
+    declared = None
+    if data.startswith(b'<?xml'):
+        declared = re.match(_XML_ENCODING, data)
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         encoding = shown = 'utf-16'
     elif declared is not None:
@@ -126,7 +126,7 @@ def _decode(path: str, data: bytes) -> str:
 
 def _xml_encoding(path: str, declared: re.Match[bytes]) -> str:
     name = declared['name'].decode('ascii').lower()
-    if _KNOWN_ENCODING.fullmatch(name) is None:
+    if re.fullmatch(_KNOWN_ENCODING, name) is None:
         raise error(
             f"the encoding '{name}' is not known",
             Position(path, 1, declared.start('name') + 1),

@@ -49,9 +49,8 @@ if TYPE_CHECKING:
 NEAREST = 5
 
 _RENAMING = 'from', 'to'
-_PYTHON = re.compile(
-    r'^(from[ \t]+[\w.]+[ \t]+import\b|import[ \t]+[\w.]+|def[ \t]+\w+\()',
-    re.M,
+_PYTHON = (
+    r'^(from[ \t]+[\w.]+[ \t]+import\b|import[ \t]+[\w.]+|def[ \t]+\w+\()'
 )
 
 
@@ -178,7 +177,7 @@ def read_launch_file(
 
 def _python_line(text: str) -> int | None:
     """Return the first line that is a statement of Python, if there is one."""
-    found = _PYTHON.search(text)
+    found = re.search(_PYTHON, text, re.M)
     return None if found is None else text.count('\n', 0, found.start())
 
 

@@ -25,15 +25,12 @@ from colcon_yamllaunch.plan.position import Position
 _PROPERTIES = re.compile(r'(?:[&!]\S*\s+)*')
 _BLOCK_HEADER = re.compile(r'[|>][^\n]*\n')
 # what one or more characters of a text in double quotes are written as
-_DOUBLE_QUOTED = re.compile(
-    r"""
+_DOUBLE_QUOTED = r"""
     (?P<continuation>\\\r?\n(?:[ \t]*\r?\n)*[ \t]*)
     |\\(?:x[0-9A-Fa-f]{2}|u[0-9A-Fa-f]{4}|U[0-9A-Fa-f]{8}|.)
     |(?P<folding>[ \t]*\r?\n(?:[ \t]*\r?\n)*[ \t]*)
     |.
-    """,
-    re.DOTALL | re.VERBOSE,
-)
+    """
 
 
 class Text:
@@ -172,8 +169,9 @@ def _locate(scalar: Scalar, index: int) -> int:
 
 
 def _locate_in_double_quotes(raw: str, at: int, index: int) -> int:
+    written = re.compile(_DOUBLE_QUOTED, re.DOTALL | re.VERBOSE)
     # escapes are not the characters that they stand for, so it is by count
-    while piece := _DOUBLE_QUOTED.match(raw, at):
+    while piece := written.match(raw, at):
         # of several line ends in a row, the first is dropped
         count = piece[0].count('\n') - 1
         if piece['continuation'] is None:
