@@ -6,7 +6,6 @@
 from collections.abc import Sequence
 import os
 from typing import Any
-from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.verb.cli.command_line import named
