@@ -18,10 +18,10 @@ from colcon_yamllaunch.engine.process.spawn import Spawn
 
 class Moment:
     """
-    The time of day of what is told.
+    The time of the current event.
 
-    What another machine has kept while the link to it was lost comes late,
-    and has the time at which it was written.
+    An event that another machine kept while the connection was lost arrives
+    late, and has the time at which it happened.
 
     :param now: Returns the time of day, in seconds
     """
