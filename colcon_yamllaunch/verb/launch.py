@@ -4,7 +4,6 @@
 """The verb `launch`."""
 
 import argparse
-import gc
 from typing import Any
 
 from colcon_core.plugin_system import satisfies_version
@@ -50,12 +49,6 @@ class LaunchVerb(VerbExtensionPoint):  # type: ignore[misc]
         self._environment = add_verb_arguments(parser, 'launch')
 
     def main(self, *, context: Any) -> int:  # noqa: D102
-        # nearly all that is imported and evaluated stays until the launch
-        # runs: it is not searched for garbage until then
-        gc.disable()
-        try:
-            from colcon_yamllaunch.verb.launching.main import main
+        from colcon_yamllaunch.verb.launching.main import main
 
-            return main(context.args, self._environment)
-        finally:
-            gc.enable()
+        return main(context.args, self._environment)

@@ -5,6 +5,7 @@
 
 from collections.abc import Mapping
 from contextlib import closing
+import gc
 from pathlib import Path
 from typing import Any
 from typing import TYPE_CHECKING
@@ -78,6 +79,21 @@ def _launch(
     known: Any,
     environment: Mapping[str, str],
     background: 'Background | None' = None,
+) -> int:
+    # nearly all that is imported and evaluated stays until the launch runs,
+    # which collects garbage again; until then there is none to speak of
+    gc.disable()
+    try:
+        return _inspect_or_run(options, known, environment, background)
+    finally:
+        gc.enable()
+
+
+def _inspect_or_run(
+    options: LaunchOptions,
+    known: Any,
+    environment: Mapping[str, str],
+    background: 'Background | None',
 ) -> int:
     """
     Inspect a launch, or run it.
