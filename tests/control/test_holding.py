@@ -9,9 +9,11 @@ import time
 
 from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.common.process_scan import read_process
+from colcon_yamllaunch.control import journal as journal_module
 from colcon_yamllaunch.control.client import ControlError
 from colcon_yamllaunch.control.client import LaunchEndedError
 from colcon_yamllaunch.control.journal import Journal
+from colcon_yamllaunch.control.messages import MessageReader
 from colcon_yamllaunch.control.protocol import ProtocolError
 from colcon_yamllaunch.control.subscribers import Subscribers
 from colcon_yamllaunch.control.subscription import BEGINNING
@@ -175,6 +177,33 @@ def test_what_a_holder_has_not_acknowledged_is_kept(
     assert b'missed' in lines[0]
     assert sum(b'event' in line for line in lines) == 31
     assert b'line 39' in lines[-1]
+
+
+def test_full_disk_loses_only_what_did_not_fit(process, tmp_path, monkeypatch):
+    monkeypatch.setattr(limits, 'OUTPUT_BACKLOG', 8)
+    monkeypatch.setattr(limits, 'JOURNAL_FILE', 1)
+    journal = Journal(tmp_path)
+    subscribers = Subscribers(journal)
+    one = process('a')
+    cursor = subscribers.subscribe({'holder': 'test'}, None)
+    room = journal_module._nameless_file
+
+    def full(_folder):
+        raise OSError
+
+    for number in range(12):
+        is_full = 4 <= number < 8
+        monkeypatch.setattr(
+            journal_module, '_nameless_file', full if is_full else room
+        )
+        journal.handle(Output(one, 'stdout', b'line %2d\n' % number))
+    messages = [*MessageReader().feed(journal.read(cursor, 1 << 20))]
+    (missed,) = (m['missed'] for m in messages if 'missed' in m)
+    text = ''.join(m['output']['data'] for m in messages if 'output' in m)
+    seen = [int(line.split()[1]) for line in text.splitlines()]
+    assert seen == [n for n in range(12) if n in seen]
+    assert {0, 1, 2, 9, 10, 11} <= {*seen}
+    assert missed['bytes'] == 8 * (12 - len(seen)) > 0
 
 
 def test_raw_output_follows_its_line(process):
