@@ -235,6 +235,9 @@ def begun(user: User, *words: str) -> Launch:
     words = ('sim.yaml', 'seed:=1..4', '--jobs', '2', '--results', 'r', *words)
     launch = user.start('colcon', 'sweep', *words)
     let_one_end(user)
+    # its place is free for the next run before its result is known
+    journal = user.root / 'r' / 'journal.jsonl'
+    wait_until(lambda: '"run"' in journal.read_text())
     return launch
 
 
