@@ -75,7 +75,7 @@ class LauncherChannel:
         :param others: Descriptors with what they are waited for
         :param seconds: How long to wait at most
         :param listens: Whether something is taken of the launcher
-        :raises LauncherGoneError: when the launcher is
+        :raises LauncherGoneError: when the launcher is gone
         """
         poll = select.poll()
         if listens:

@@ -43,7 +43,7 @@ class Rule:
     length: int = 1
 
     def meant(self, processes: Sequence[Process]) -> set[int]:
-        """Return the indices of the processes that match."""
+        """Return the indices of the processes that this rule selects."""
         known = [ProcessNames.of_plan(process) for process in processes]
         meant = set(range(len(processes)))
         if self.name is not None:

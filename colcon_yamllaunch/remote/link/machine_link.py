@@ -208,7 +208,6 @@ class MachineLink:
         :param plan: Returns the part in JSON when it is sent
         :param at_once: Whether to connect now, or after a pause
         """
-        pause = self._pause
         if self.is_gone:
             self.is_gone = self._is_over = self._held = False
             self._events = self._bytes = self._acknowledged = 0
@@ -218,8 +217,8 @@ class MachineLink:
             self._waiting.clear()
             self._waiting_size = 0
             self._lost_at = time.monotonic()
+            self._retry_later(self._pause)
             self._pause = min(self._pause * 2, LONGEST_PAUSE)
-            self._retry_later(pause)
         self._plan = plan
         if at_once:
             self._retry_later(0.0)
@@ -387,7 +386,7 @@ class MachineLink:
         request = protocol.request(
             'subscribe',
             id=_SUBSCRIBED,
-            since={'events': self._events, 'bytes': self._bytes},
+            since=self._point,
             raw=True,
             relayed=True,
             holder=self._holder,
@@ -475,11 +474,15 @@ class MachineLink:
         """Acknowledge what was passed on, and ask for a sign of life."""
         self._acknowledged = self._bytes
         self._pings.append(time.time())
-        point = {'events': self._events, 'bytes': self._bytes}
         request = protocol.request(
-            'ping', ack=point, reconnecting=reconnecting
+            'ping', ack=self._point, reconnecting=reconnecting
         )
         self._put(protocol.encode(request))
+
+    @property
+    def _point(self) -> dict[str, int]:
+        """How far events and output were passed on; see `protocol`."""
+        return {'events': self._events, 'bytes': self._bytes}
 
     def _put(self, data: bytes) -> None:
         self._unsent += data
@@ -489,15 +492,14 @@ class MachineLink:
         process = self._process
         if process is None or process.stdin == -1:
             return
-        with suppress(BlockingIOError):
-            try:
-                while self._unsent:
-                    del self._unsent[: os.write(process.stdin, self._unsent)]
-            except BlockingIOError:
-                raise
-            except OSError:
-                # its end shows when we read
-                self._unsent.clear()
+        try:
+            while self._unsent:
+                del self._unsent[: os.write(process.stdin, self._unsent)]
+        except BlockingIOError:
+            pass
+        except OSError:
+            # its end shows when we read
+            self._unsent.clear()
         assert self._loop is not None
         if self._unsent:
             self._loop.add_writer(process.stdin, self._write)

@@ -206,7 +206,8 @@ class RemoteParts(Participant, Keyboards):
             case commands.PartCommand() if found := self._found(
                 command.process
             ):
-                self._ask(*found, command, reply)
+                part, label = found
+                part.execute(replace(command, process=label), reply)
                 return None
             case commands.Revise() if found := self._found(command.part.label):
                 found[0].revise(command.part, at_once=command.at_once)
@@ -289,16 +290,6 @@ class RemoteParts(Participant, Keyboards):
                 sorted(components, key=lambda c: order.get(c[0].label, last)),
             )
         )
-
-    def _ask(
-        self,
-        part: RemotePart,
-        label: str,
-        command: commands.PartCommand[Any],
-        reply: Reply,
-    ) -> None:
-        """Execute a command about a process or component of a machine."""
-        part.execute(replace(command, process=label), reply)
 
     # keyboards
 
