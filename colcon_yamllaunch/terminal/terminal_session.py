@@ -76,7 +76,7 @@ PART = 3
 MODES_INTERVAL = 0.25
 #: Bytes of a line that may change that are looked at.
 _SEEN = 4096
-# those that send a command
+# None for a key that sends no command
 _COMMANDS = {key.name: key.command for key in (*FOR_ONE, *FOR_ALL)}
 
 

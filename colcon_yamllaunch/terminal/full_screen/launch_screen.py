@@ -418,14 +418,14 @@ class LaunchScreen(Screen[None]):
         rows = model.plan_rows() if self._shows_plan else model.rows()
         self._parts.show(rows, self._filtering)
         self._output.changed()
-        follows = self._output.follows
-        self._put('title', title_text(self.model, follows=follows))
+        title = title_text(model, follows=self._output.follows)
+        self._put('title', title)
         self._put('keys', self._last_line())
         label = self._parts.label
         shown = Text()
         if label is not None:
             width = self._lines['short'].size.width
-            shown = in_short(self.model, label, width)
+            shown = in_short(model, label, width)
         self._put('short', shown)
 
     def _resumed(self, _: object) -> None:

@@ -242,7 +242,7 @@ class RowIndex:
         return self._gone - before
 
     def first_row(self, line: int) -> int:
-        """Return the first row of a line."""
+        """Return the number of the first row that a line is shown in."""
         return (self._ends[line - 1] if line else self._gone) - self._gone
 
     def at(self, row: int) -> tuple[int, int]:

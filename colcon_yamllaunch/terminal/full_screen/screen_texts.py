@@ -15,6 +15,7 @@ from colcon_yamllaunch.engine.description import Description
 from colcon_yamllaunch.engine.state import ComponentState
 from colcon_yamllaunch.engine.state import ProcessState
 from colcon_yamllaunch.terminal.full_screen.launch_model import LaunchModel
+from colcon_yamllaunch.terminal.keyboard import ESCAPE_NAME
 from colcon_yamllaunch.terminal.keymap import ON_ALL
 from colcon_yamllaunch.terminal.keymap import ON_ONE
 from colcon_yamllaunch.terminal.status_model import state_of
@@ -43,7 +44,7 @@ def title_text(model: LaunchModel, *, follows: bool) -> Text:
         text.append(f' {words} ', 'bold reverse')
     elif state.stopping:
         text.append(' stopping ', 'bold reverse yellow')
-    failed = sum(part.label in model.failed for part in state.parts())
+    failed = sum(bool(part.failure) for part in state.parts())
     if failed:
         text.append(f' {failed} failed ', 'bold reverse red')
     filtering = model.view.filtering.text
@@ -110,7 +111,7 @@ def help_table(last: str) -> Table:
         for key in keys:
             table.add_row(key.key, key.text)
         table.add_row()
-    table.add_row('Ctrl-]', 'come back from the process that is typed at')
+    table.add_row(ESCAPE_NAME, 'come back from the process that is typed at')
     table.add_row('Ctrl-C', last)
     table.add_row('Ctrl-Z', 'suspend the full screen, and not the launch')
     table.add_row()

@@ -46,7 +46,7 @@ def read_file(option: str, text: str) -> Path:
     """
     if not text:
         raise UserError(f'{option} needs the name of a file')
-    return Path(text).expanduser()
+    return read_path(option, text)
 
 
 def read_words(option: str, text: str) -> tuple[str, ...]:
