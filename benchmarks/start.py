@@ -52,7 +52,7 @@ from build import run
 from build import write
 
 #: What the process of a launch prints: the time.
-_STAMP = re.compile(rb'\b\d{10}\.\d{9}\b')
+_STAMP = re.compile(r'\b\d{10}\.\d{9}\b')
 _OURS = re.compile(r'^import time: .*\| +(colcon_yamllaunch\S*)$', re.M)
 PYTHON_LAUNCH = """\
 from launch import LaunchDescription
@@ -95,16 +95,9 @@ class Row:
     def measure(self) -> None:
         """Run the command once; a launch is stopped when its process ran."""
         begin = time.time()
-        process = subprocess.Popen(
-            self.command,
-            cwd=self.folder,
-            env=os.environ | self.variables,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-        )
+        process = self._start()
         assert process.stdout is not None
-        output, stamp = b'', None
+        output, stamp = '', None
         for line in process.stdout:
             output += line
             stamp = stamp or _STAMP.search(line)
@@ -116,7 +109,7 @@ class Row:
         _, status, usage = os.wait4(process.pid, 0)
         process.returncode = os.waitstatus_to_exitcode(status)
         if self.is_launch and stamp is None:
-            sys.exit(f'{self.title} printed no time:\n{output.decode()}')
+            sys.exit(f'{self.title} printed no time:\n{output}')
         end = float(stamp[0]) if self.is_launch and stamp else time.time()
         self.seconds.append(end - begin)
         self.processor.append(usage.ru_utime + usage.ru_stime)
@@ -129,7 +122,15 @@ class Row:
 
     def output(self) -> str:
         """Run the command to its end, or interrupt it after ten seconds."""
-        process = subprocess.Popen(
+        process = self._start()
+        try:
+            return process.communicate(timeout=10)[0]
+        except subprocess.TimeoutExpired:
+            process.send_signal(signal.SIGINT)
+            return process.communicate()[0]
+
+    def _start(self) -> 'subprocess.Popen[str]':
+        return subprocess.Popen(
             self.command,
             cwd=self.folder,
             env=os.environ | self.variables,
@@ -138,11 +139,6 @@ class Row:
             stderr=subprocess.STDOUT,
             text=True,
         )
-        try:
-            return process.communicate(timeout=10)[0]
-        except subprocess.TimeoutExpired:
-            process.send_signal(signal.SIGINT)
-            return process.communicate()[0]
 
 
 def main() -> None:

@@ -24,6 +24,7 @@ from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.events import Output
 from colcon_yamllaunch.engine.events import Warned
 import pytest
+from support.controlled import answer_to
 
 #: Writes 100,000 numbered lines when a file is there, then `done`.
 TALKER = (
@@ -75,17 +76,17 @@ def test_only_the_holder_acknowledges(idle):
     with pytest.raises(ControlError, match='another client holds'):
         idle.connect().subscribe(holder='other')
     now = holder.now.as_json()
-    assert _answer_to(holder, 'ping', ack=now)['ok']
+    assert answer_to(holder, 'ping', ack=now)['ok']
     before = time.time()
-    clock = _answer_to(holder, 'ping')['clock']
+    clock = answer_to(holder, 'ping')['clock']
     assert before <= clock <= time.time()
     other = _holder(idle, None)
-    assert _answer_to(other, 'ping')['ok']
-    assert 'another' in _answer_to(other, 'ping', ack=now)['error']
+    assert answer_to(other, 'ping')['ok']
+    assert 'another' in answer_to(other, 'ping', ack=now)['error']
     # with another connection, it is the same one
     again = _holder(idle, 'one')
-    assert 'another' in _answer_to(holder, 'ping', ack=now)['error']
-    assert _answer_to(again, 'ping', ack=now)['ok']
+    assert 'another' in answer_to(holder, 'ping', ack=now)['error']
+    assert answer_to(again, 'ping', ack=now)['ok']
 
 
 def _holder(controlled, holder, **more):
@@ -94,22 +95,13 @@ def _holder(controlled, holder, **more):
     return client
 
 
-def _answer_to(client, name, **more):
-    answers = []
-    client.send_request(name, answers.append, **more)
-    while not answers:
-        client.read()
-        list(client.received())
-    return answers[0]
-
-
 def test_a_launch_whose_lease_expires_is_stopped(controlled, sh):
     c = controlled(sh('a', 'sleep 99'), sh('b', 'setsid sleep 99'))
     c.becomes('a', 'running')
     news = _holder(c, 'test', lease=0.4)
     begin = time.monotonic()
     while time.monotonic() < begin + 1.2:
-        assert _answer_to(news, 'ping')['ok']
+        assert answer_to(news, 'ping')['ok']
         time.sleep(0.05)
     # others do not renew it
     with pytest.raises(LaunchEndedError):

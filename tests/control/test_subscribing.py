@@ -19,6 +19,7 @@ from colcon_yamllaunch.control.subscription import Point
 from colcon_yamllaunch.control.subscription import Wrote
 from colcon_yamllaunch.engine import commands
 import pytest
+from support.controlled import answer_to
 from support.controlled import idles
 from support.controlled import memory_of
 
@@ -58,15 +59,6 @@ def news_of(client, until=None):
     except LaunchEndedError:
         assert until is None
     return found
-
-
-def answer_to(client, name, **more):
-    answers = []
-    client.send_request(name, answers.append, **more)
-    while not answers:
-        client.read()
-        list(client.received())
-    return answers[0]
 
 
 def size_of(news):

@@ -123,7 +123,7 @@ class Launch:
         self.loop.turn(1)
 
     def told(self, event):
-        """Return what the worker is told of an event."""
+        """Return the message that the worker gets about an event."""
         self.growing.asked.clear()
         if isinstance(event, events.Output):
             self.feed.handle_output(event)

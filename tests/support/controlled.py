@@ -78,3 +78,13 @@ def idles(pid):
     before = ticks()
     time.sleep(0.5)
     return ticks() - before < 0.3 * os.sysconf('SC_CLK_TCK')
+
+
+def answer_to(client, name, **more):
+    """Return the answer to a request, also while events arrive."""
+    answers = []
+    client.send_request(name, answers.append, **more)
+    while not answers:
+        client.read()
+        list(client.received())
+    return answers[0]

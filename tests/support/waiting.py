@@ -22,7 +22,7 @@ def wait_until(condition: Callable[[], Any]) -> Any:
 
 
 def is_running(pid: int) -> bool:
-    """Return whether a process runs; a zombie does not."""
+    """Return whether a process runs; a zombie does not count as running."""
     try:
         stat = Path(f'/proc/{pid}/stat').read_text(encoding='ascii')
     except (FileNotFoundError, ProcessLookupError):
