@@ -26,7 +26,6 @@ def write_json(
 ) -> None:
     """Write a file as :func:`save_json` does, if that is possible."""
     with suppress(OSError):
-        path.parent.mkdir(parents=True, exist_ok=True)
         save_json(path, values, mode)
 
 
@@ -34,7 +33,7 @@ def save_json(
     path: Path, values: Mapping[str, Any], mode: int = 0o666
 ) -> None:
     """
-    Write a file that appears complete or, where it cannot, not at all.
+    Write a file that appears complete or not at all, with its folder.
 
     :param values: What it is to hold
     :param mode: Who may read and write it

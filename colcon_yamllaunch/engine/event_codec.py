@@ -169,7 +169,7 @@ def _part_reader(
 def _read_outcome(data: Any) -> Outcome:
     match data:
         case [int(code), None, False] if type(code) is int and (
-            0 <= code <= 255
+            0 <= code <= _LARGEST_CODE
         ):
             return Outcome(code)
         case [None, int(number), bool(core_dumped)]:

@@ -104,8 +104,8 @@ class Participant:
         """
         Return whether the launch must go on though no process runs.
 
-        It is asked before the launch begins to end, and while it ends. Only
-        if no participant before it is waiting, a participant is asked.
+        It is asked before the launch begins to end, and while it ends, and
+        only if no participant before it is waiting.
         """
         return False
 

@@ -388,9 +388,9 @@ class LaunchState:
     def groups(self) -> dict[str, int]:
         """Return the process groups that run on this machine, by label."""
         return {
-            p.label: p.pid
+            p.label: pid
             for p in self.processes
-            if p.pid is not None and p.machine is None
+            if (pid := p.local_pid) is not None
         }
 
     @property

@@ -54,7 +54,8 @@ class PlanFeed(Participant):
         self._knows_end = False
         self._answers_by: float | None = None
         self._retry: TimerHandle | None = None
-        # bytes of output since it last had nothing to do, and whose
+        # bytes of output since the worker was last idle, and the processes
+        # that wrote them
         self._output = 0
         self._labels: set[str] = set()
         # what is restarted after a change, with its end, which is kept back

@@ -35,7 +35,7 @@ _SHOWN_FAILURES = 20
 #: How many have to be done before the time left is known.
 _KNOWN_FROM = 3
 
-_RED, _GREEN, _PLAIN = '\x1b[31m', '\x1b[32m', '\x1b[0m'
+_RED, _PLAIN = '\x1b[31m', '\x1b[0m'
 _CLEAR = '\r\x1b[K'
 
 

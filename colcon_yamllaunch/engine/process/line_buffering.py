@@ -161,11 +161,11 @@ class SilenceWatch:
             self._silent.pop(event.process.label, None)
 
     def due(self) -> float | None:
-        """Return when to call `overdue`, by the clock, or None."""
+        """Return the time by the clock to call `overdue`, None for never."""
         return min((due for due, _ in self._silent.values()), default=None)
 
     def overdue(self) -> events.Silent | None:
-        """Return the event that is due now, if there is one."""
+        """Return the warning about a silent process if it is time for one."""
         for due, process in self._silent.values():
             if due <= self._clock():
                 self._silent.clear()
