@@ -31,13 +31,13 @@ def section(name: str) -> str:
 def test_the_page_in_docs_is_not_stale() -> None:
     page = (ROOT / 'docs' / 'launch_files.md').read_text(encoding='utf-8')
     assert page == PAGE, (
-        'run: python .ci/launch_files_page.py > docs/launch_files.md'
+        'run: python tools/launch_files_page.py > docs/launch_files.md'
     )
 
 
 def test_the_module_writes_the_page() -> None:
     written = subprocess.run(
-        [sys.executable, '.ci/launch_files_page.py'],
+        [sys.executable, 'tools/launch_files_page.py'],
         cwd=ROOT,
         env={'PYTHONIOENCODING': 'utf-8', 'PYTHONPATH': str(ROOT)},
         stdout=subprocess.PIPE,

@@ -12,7 +12,7 @@ import sys
 import pytest
 
 ROOT = Path(__file__).parents[3]
-COMMAND = 'python .ci/options_page.py'
+COMMAND = 'python tools/options_page.py'
 
 
 @pytest.fixture(scope='module')

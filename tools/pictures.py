@@ -5,8 +5,8 @@
 """
 Make the pictures of the documentation from real runs in a terminal.
 
-    .venv/bin/python .ci/pictures.py            # all of them, in two minutes
-    .venv/bin/python .ci/pictures.py launch     # docs/launch.svg alone
+    .venv/bin/python tools/pictures.py           # all of them, in two minutes
+    .venv/bin/python tools/pictures.py launch     # docs/launch.svg alone
 
 `launch` is an animated one: a launch of sample_ws builds, and goes on with its
 files, while a script and a source in C++ are edited. Long waits are shortened.
@@ -151,6 +151,8 @@ def _watch(
         if heard < MESSAGES:
             continue
         heard = 0
+        if len(edits) == len(EDITS):
+            recording.film.poster = len(recording.film.frames) - 1
         if edits:
             path, old, new = edits.pop(0)
             recording.remark(_remark(f'# saved {path}: {new}, not {old}'))

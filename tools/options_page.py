@@ -4,7 +4,7 @@
 """
 A page about the options of the verbs, made from what their parsers know.
 
-usage: python .ci/options_page.py > docs/options.md
+usage: python tools/options_page.py > docs/options.md
 """
 
 import argparse
@@ -27,7 +27,7 @@ def reference_page() -> str:
 def _page() -> Iterator[str]:
     yield '# Options'
     yield ''
-    yield ('Made by `python .ci/options_page.py` from what the parsers know.')
+    yield 'Made by `python tools/options_page.py` from what the parsers know.'
     found = entry_points(group='colcon_core.verb')
     ours = [entry for entry in found if entry.value.startswith(_PACKAGE)]
     for entry in sorted(set(ours), key=lambda entry: entry.name):

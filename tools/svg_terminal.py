@@ -69,12 +69,15 @@ class Film:
 
     :param output: The rows that stay, in order
     :param frames: The first one has the second 0
+    :param poster: The index of the frame with which the film starts, and which
+      a viewer without animations shows
     """
 
     columns: int
     rows: int
     output: list[Row] = field(default_factory=list)
     frames: list[Frame] = field(default_factory=list)
+    poster: int = 0
 
 
 def still(rows: Sequence[Row], columns: int, title: str) -> str:
@@ -88,12 +91,13 @@ def still(rows: Sequence[Row], columns: int, title: str) -> str:
 
 def film(reel: Film, rest: float, title: str) -> str:
     """
-    Draw a film, which begins anew at its end.
+    Draw a film, which is repeated without end.
 
-    :param rest: The seconds for which it stands then
-    :param title: What it shows, for who cannot see it
+    :param rest: How many seconds the last frame is shown
+    :param title: What the film shows, for a screen reader
     """
     frames = reel.frames
+    poster = frames[reel.poster]
     total = frames[-1].second + rest
     percents = [f'{100 * frame.second / total:.2f}%' for frame in frames]
     tops = list(_tops(reel))
@@ -101,11 +105,12 @@ def film(reel: Film, rest: float, title: str) -> str:
     # what is below them follows their end
     rules = [
         '.a { animation: 1s step-end infinite; '
-        f'animation-duration: {total:.2f}s; }}',
+        f'animation-duration: {total:.2f}s; '
+        f'animation-delay: -{poster.second:.2f}s; }}',
         _moves('scroll', percents, tops),
         _moves('end', percents, [-frame.count for frame in frames]),
     ]
-    drawn, known = [], 0
+    drawn, later, known = [], [], 0
     for percent, frame in zip(percents, frames, strict=True):
         if frame.count > known:
             name = f'o{known}'
@@ -115,6 +120,8 @@ def film(reel: Film, rest: float, title: str) -> str:
             )
             rows = _drawn(reel.output[known : frame.count], known)
             drawn.append(_animated(name, rows))
+            if frame.count > poster.count:
+                later.append(f'#{name}')
             known = frame.count
     blocks = dict.fromkeys(frame.below for frame in frames if frame.below)
     below = []
@@ -124,12 +131,14 @@ def film(reel: Film, rest: float, title: str) -> str:
         steps = _steps(percents, seen, 'opacity: {};')
         rules.append(f'@keyframes {name} {{ {steps} }}')
         below.append(_animated(name, _drawn(block)))
-    last = f'b{list(blocks).index(frames[-1].below)}'
-    rules.append(
-        '@media (prefers-reduced-motion) { .a { animation: none; } '
-        f'#end .a {{ opacity: 0; }} #end #{last} {{ opacity: 1; }} '
-        f'#scroll {{ {_up(tops[-1])} }} #end {{ {_up(-frames[-1].count)} }} }}'
-    )
+    shown = f'b{list(blocks).index(poster.below)}'
+    rules += [
+        '@media (prefers-reduced-motion) { .a { animation: none; } }',
+        f'{", ".join([*later, "#end .a"])} {{ opacity: 0; }}',
+        f'#end #{shown} {{ opacity: 1; }}',
+        f'#scroll {{ {_up(tops[reel.poster])} }}',
+        f'#end {{ {_up(-poster.count)} }}',
+    ]
     end = _animated('end', below)
     body = _animated('scroll', [*drawn, end])
     return _picture(

@@ -4,7 +4,7 @@
 """
 The reference page of launch files, from the tables of the language.
 
-`python .ci/launch_files_page.py` writes it to the standard
+`python tools/launch_files_page.py` writes it to the standard
 output; `docs/launch_files.md` is what it wrote.
 """
 
@@ -30,7 +30,7 @@ from launch_files_text import INTRODUCTION
 from launch_files_text import PARAMETERS
 
 _MARK = (
-    '<!-- made by `python .ci/launch_files_page.py`: change '
+    '<!-- made by `python tools/launch_files_page.py`: change '
     'the tables that it reads, not this file -->\n'
 )
 
