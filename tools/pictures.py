@@ -5,7 +5,7 @@
 """
 Make the pictures of the documentation from real runs in a terminal.
 
-    .venv/bin/python tools/pictures.py           # all of them, in two minutes
+    .venv/bin/python tools/pictures.py            # all of them, in two minutes
     .venv/bin/python tools/pictures.py launch     # docs/launch.svg alone
 
 `launch` is an animated one: a launch of sample_ws builds, and goes on with its
