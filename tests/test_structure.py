@@ -24,7 +24,7 @@ ALLOWED = {
     'engine': CORE,
     'observers': CORE | {'engine'},
     'control': CORE | {'engine', 'observers'},
-    'ros': CORE | {'engine', 'language'},
+    'python_launch': CORE | {'engine', 'language'},
     'terminal': CORE | {'engine', 'observers', 'control'},
     'run': CORE | {'engine', 'observers', 'control', 'terminal'},
     'remote': CORE

@@ -15,6 +15,7 @@ problems with their positions.
   collects the plan (`plan_draft`). `actions/` has the handler of each action.
 - `policies/` has the three ways to walk: `evaluate` makes a plan, `check`
   looks at every branch, and `declared` lists launch arguments.
-- `host/` asks the worker that visits Python launch files (see `ros/`).
+- `python_files/` asks the worker that visits Python launch files (see
+  `python_launch/`).
 - `reports/` writes what a check found.
 """

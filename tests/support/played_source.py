@@ -20,7 +20,7 @@ from typing import Any
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.plan.plan import Entry
 from colcon_yamllaunch.plan.plan import Growth
-from colcon_yamllaunch.ros.plan_feed import PlanFeed
+from colcon_yamllaunch.python_launch.plan_feed import PlanFeed
 
 
 class PlayedFeed(PlanFeed):

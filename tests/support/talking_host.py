@@ -13,7 +13,7 @@ import colcon_yamllaunch
 
 Message = Mapping[str, Any]
 
-PROGRAM = Path(colcon_yamllaunch.__file__).parent / 'ros' / 'launch_host'
+PROGRAM = Path(colcon_yamllaunch.__file__).parent / 'python_launch' / 'worker'
 #: What the launch files of the tests about events begin with.
 HEAD = """\
 import signal

@@ -31,10 +31,10 @@ BUILDING = 'em'
 #: The sub-packages of features that a plain launch does not use.
 UNUSED = (
     'engine.components',
-    'language.host',
+    'language.python_files',
     'language.reports',
     'remote',
-    'ros',
+    'python_launch',
     'sweep',
     'terminal.full_screen',
     'verb.completion',

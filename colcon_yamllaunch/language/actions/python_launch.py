@@ -14,16 +14,20 @@ import shutil
 from colcon_yamllaunch.language.actions.process_actions import general_timeout
 from colcon_yamllaunch.language.evaluation.scope import environment_changes
 from colcon_yamllaunch.language.evaluation.walk import Walk
-from colcon_yamllaunch.language.host.python_visit import ask_host
-from colcon_yamllaunch.language.host.python_visit import NotTakenOverError
-from colcon_yamllaunch.language.host.python_visit import visit_in_python
+from colcon_yamllaunch.language.python_files.python_visit import ask_worker
+from colcon_yamllaunch.language.python_files.python_visit import (
+    NotTakenOverError,
+)
+from colcon_yamllaunch.language.python_files.python_visit import (
+    visit_in_python,
+)
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.plan.plan import DEFAULT_SIGKILL_TIMEOUT
 from colcon_yamllaunch.plan.plan import DEFAULT_SIGTERM_TIMEOUT
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Span
 
-__all__ = ['add_python_launch', 'ask_host', 'launch_in_python']
+__all__ = ['add_python_launch', 'ask_worker', 'launch_in_python']
 
 #: The program that runs them.
 LAUNCHER = 'ros2'

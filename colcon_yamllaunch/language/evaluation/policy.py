@@ -36,7 +36,7 @@ from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.plan.position import Span
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.language.evaluation.launch_host import Dialogue
+    from colcon_yamllaunch.language.evaluation.launch_worker import Dialogue
 
 #: How to know what a plan leaves open.
 RUN_COMMANDS = 'if you trust the launch file, add --run-commands'
@@ -162,9 +162,9 @@ class Policy(Findings, Surroundings, ABC):
         #: What was asked of the host of launch files in Python, if anything.
         self.dialogue: Dialogue | None = None
         #: Returns the host; None where there is none.
-        self.open_host = request.host
+        self.open_worker = request.host
         #: Whether that ended before it should.
-        self.has_lost_host = False
+        self.has_lost_worker = False
         #: The launch files in Python that were read, in order.
         self.python_files: dict[str, None] = {}
         self._source_paths: dict[str, str] = {}

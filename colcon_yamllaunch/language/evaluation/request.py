@@ -15,7 +15,9 @@ from colcon_yamllaunch.language.vocabulary.package_lookup import NothingExposed
 from colcon_yamllaunch.language.vocabulary.package_lookup import Packages
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.language.evaluation.launch_host import LaunchHost
+    from colcon_yamllaunch.language.evaluation.launch_worker import (
+        LaunchWorker,
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,5 +47,5 @@ class Request:
     cwd: str
     log_folder: str = ''
     exposed: FindExposed = NothingExposed
-    host: 'Callable[[], LaunchHost] | None' = None
+    host: 'Callable[[], LaunchWorker] | None' = None
     trees: dict[str, LaunchFile] = field(default_factory=dict, compare=False)

@@ -212,8 +212,8 @@ class _Check(Walk):
     def _visit_python(self, name: str, path: str, origin: Span) -> str | None:
         """Return why a launch file in Python could not be visited, if so."""
         # most launch files are not in Python
-        from colcon_yamllaunch.language.host import python_visit
-        from colcon_yamllaunch.language.host.python_errors import (
+        from colcon_yamllaunch.language.python_files import python_visit
+        from colcon_yamllaunch.language.python_files.python_errors import (
             MissingArgumentError,
         )
 
@@ -260,7 +260,7 @@ class _Check(Walk):
     def _do_exposed(self, attributes: Attributes) -> bool:
         """Have the host do an action; return whether it could."""
         # most launch files have none
-        from colcon_yamllaunch.language.host import exposed_actions
+        from colcon_yamllaunch.language.python_files import exposed_actions
 
         is_certain = self.is_on_by_default
         try:
@@ -279,7 +279,7 @@ class _Check(Walk):
         self, name: str, texts: Sequence[str], at: Span
     ) -> str | None:
         # most launch files have none
-        from colcon_yamllaunch.language.host import exposed_actions
+        from colcon_yamllaunch.language.python_files import exposed_actions
 
         if self.never:
             return None
@@ -328,7 +328,7 @@ class _Check(Walk):
 
     def _may_follow(self, path: str, file: Text) -> bool:
         if path.endswith(PYTHON_SUFFIX) and (
-            self.open_host is None or self.never
+            self.open_worker is None or self.never
         ):
             return False
         conditions = [f.conditions for f in self._files if f.path == path]

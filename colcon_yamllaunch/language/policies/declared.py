@@ -208,7 +208,7 @@ class _Listing(Walk):
         :raises LaunchError: when the file has mistakes
         """
         # most launch files are not in Python
-        from colcon_yamllaunch.language.host import python_declarations
+        from colcon_yamllaunch.language.python_files import python_declarations
 
         # before the package is built, only the file in its source is there
         file = name if os.path.isfile(name) else path

@@ -42,7 +42,7 @@ from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.plan.position import Span
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.language.evaluation.launch_host import Growing
+    from colcon_yamllaunch.language.evaluation.launch_worker import Growing
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +81,7 @@ def evaluate(request: Request, *, runs: bool = True) -> Evaluation:
     walk.runs = runs
     walk.launch(request.name, request.path)
     if walk.dialogue is not None:
-        walk.finish_host(request)
+        walk.finish_worker(request)
     if request.arguments and not walk.has_opaque:
         walk.warn_of_unknown_arguments(request.arguments)
         walk.warn_of_overwritten_arguments()
@@ -94,7 +94,7 @@ def evaluate(request: Request, *, runs: bool = True) -> Evaluation:
         d.severity != 'error' for d in walk.diagnostics
     ):
         # most launch files are not in Python
-        from colcon_yamllaunch.language.host import growing_launch
+        from colcon_yamllaunch.language.python_files import growing_launch
 
         plan, growing = growing_launch.growing_launch(walk, plan)
     return Evaluation(
@@ -188,20 +188,20 @@ class _Launch(Walk):
 
     def do_exposed(self, attributes: Attributes) -> None:
         # most launch files have none
-        from colcon_yamllaunch.language.host import exposed_actions
+        from colcon_yamllaunch.language.python_files import exposed_actions
 
         exposed_actions.do(self, attributes)
 
     def make_exposed(
         self, name: str, texts: Sequence[str], at: Span
     ) -> str | None:
-        from colcon_yamllaunch.language.host import exposed_actions
+        from colcon_yamllaunch.language.python_files import exposed_actions
 
         return exposed_actions.make(self, name, texts, at)
 
-    def finish_host(self, request: Request) -> None:
+    def finish_worker(self, request: Request) -> None:
         """Let the host do what is to be done when all is read."""
-        from colcon_yamllaunch.language.host import python_visit
+        from colcon_yamllaunch.language.python_files import python_visit
 
         try:
             python_visit.finish(self, request.path)

@@ -37,7 +37,9 @@ def declared_arguments(files: Iterable[LaunchFile]) -> set[str]:
 
 def written_in_python(paths: Iterable[str]) -> set[str]:
     """Return the launch arguments that launch files in Python declare."""
-    from colcon_yamllaunch.language.host.python_source import written_arguments
+    from colcon_yamllaunch.language.python_files.python_source import (
+        written_arguments,
+    )
 
     return {a.name for path in paths for a in written_arguments(path)}
 

@@ -10,12 +10,14 @@ from typing import Any
 
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.evaluation.walk import Walk
-from colcon_yamllaunch.language.host import exposed_actions
-from colcon_yamllaunch.language.host.python_visit import NotTakenOverError
 from colcon_yamllaunch.language.policies.check import check
 from colcon_yamllaunch.language.policies.declared import find_declarations
 from colcon_yamllaunch.language.policies.evaluate import evaluate
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
+from colcon_yamllaunch.language.python_files import exposed_actions
+from colcon_yamllaunch.language.python_files.python_visit import (
+    NotTakenOverError,
+)
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.plan.position import Span
 import pytest
@@ -70,7 +72,7 @@ class Host:
 @pytest.fixture
 def host(monkeypatch: pytest.MonkeyPatch) -> Host:
     played = Host()
-    monkeypatch.setattr(exposed_actions, 'ask_host', played.ask)
+    monkeypatch.setattr(exposed_actions, 'ask_worker', played.ask)
     return played
 
 

@@ -55,7 +55,10 @@ def host_of(pid: int) -> int:
     """Return the process that reads launch files for a launch."""
     tasks = Path(f'/proc/{pid}/task/{pid}/children').read_text().split()
     for child in map(int, tasks):
-        if b'launch_host' in Path(f'/proc/{child}/cmdline').read_bytes():
+        if (
+            b'python_launch/worker'
+            in Path(f'/proc/{child}/cmdline').read_bytes()
+        ):
             return child
     raise AssertionError
 

@@ -23,7 +23,7 @@ PLAYED = f"""\
 #!{sys.executable}
 import json, os, subprocess, sys, time
 
-if not sys.argv[-1].endswith('launch_host'):
+if not sys.argv[-1].endswith('python_launch/worker'):
     os.execv({sys.executable!r}, ['python3', *sys.argv[1:]])
 
 def say(message):

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.engine.participants import Participant
-    from colcon_yamllaunch.language.evaluation.launch_host import Growing
-    from colcon_yamllaunch.ros.host_link import HostLink
+    from colcon_yamllaunch.language.evaluation.launch_worker import Growing
+    from colcon_yamllaunch.python_launch.worker_process import WorkerProcess
 
 
 class HostKeeper:
@@ -31,7 +31,7 @@ class HostKeeper:
         self._cwd = cwd
         self._environment = environment
         self._log_folder = log_folder
-        self._host: HostLink | None = None
+        self._host: WorkerProcess | None = None
         # what it runs in
         self._variables: Mapping[str, str] = {}
 
@@ -40,7 +40,7 @@ class HostKeeper:
         """The identity that the launch has by it, or an empty text."""
         return '' if self._host is None else self._host.identity
 
-    def open(self, variables: Mapping[str, str]) -> 'HostLink':
+    def open(self, variables: Mapping[str, str]) -> 'WorkerProcess':
         """
         Return the process that reads launch files in Python.
 
@@ -51,7 +51,7 @@ class HostKeeper:
         """
         # most launch files are not in Python
         from colcon_yamllaunch.engine.stopping.launch_scan import new_identity
-        from colcon_yamllaunch.ros import host_link
+        from colcon_yamllaunch.python_launch import worker_process
 
         if self._host is not None and (
             self._host.is_spent or self._variables != variables
@@ -60,13 +60,13 @@ class HostKeeper:
         if self._host is None:
             log = None
             if self._log_folder is not None:
-                log = self._log_folder / host_link.LOG_NAME
-            self._host = host_link.HostLink(
+                log = self._log_folder / worker_process.LOG_NAME
+            self._host = worker_process.WorkerProcess(
                 variables,
                 str(self._cwd),
                 log,
                 new_identity(),
-                host_link.timeout_of(self._environment),
+                worker_process.timeout_of(self._environment),
             )
             self._variables = variables
         return self._host
@@ -82,7 +82,7 @@ class HostKeeper:
         if growing is None:
             self._host.release()
             return ()
-        from colcon_yamllaunch.ros.plan_feed import PlanFeed
+        from colcon_yamllaunch.python_launch.plan_feed import PlanFeed
 
         self._host.entrust()
         return (PlanFeed(self._host, growing),)

@@ -39,7 +39,7 @@ from colcon_yamllaunch.verb.launching.workspace_session import WorkspaceSession
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.language.evaluation.launch_host import Growing
+    from colcon_yamllaunch.language.evaluation.launch_worker import Growing
     from colcon_yamllaunch.remote.deployment.deployment import Deployment
     from colcon_yamllaunch.verb.launching.steps.deployed_launch import (
         DeployedLaunch,

@@ -12,13 +12,13 @@ from pathlib import Path
 import sys
 import textwrap
 
-from colcon_yamllaunch import ros
+from colcon_yamllaunch import python_launch
 import pytest
 from support.talking_host import HEAD
 from support.talking_host import Message
 from support.talking_host import TalkingHost
 
-FOLDER = Path(next(iter(ros.__path__)), 'launch_host')
+FOLDER = Path(next(iter(python_launch.__path__)), 'worker')
 
 # at the end: no other test is to find anything there
 sys.path.append(str(FOLDER))

@@ -23,14 +23,16 @@ from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.language.evaluation.findings import ExecutableUse
 from colcon_yamllaunch.language.evaluation.findings import PluginUse
 from colcon_yamllaunch.language.evaluation.findings import Wanted
-from colcon_yamllaunch.language.evaluation.launch_host import HostMessage
-from colcon_yamllaunch.language.evaluation.launch_host import LaunchHost
+from colcon_yamllaunch.language.evaluation.launch_worker import LaunchWorker
+from colcon_yamllaunch.language.evaluation.launch_worker import WorkerMessage
 from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
 from colcon_yamllaunch.language.evaluation.walk import EndlessError
 from colcon_yamllaunch.language.evaluation.walk import Walk
-from colcon_yamllaunch.language.host.scope_messages import content
-from colcon_yamllaunch.language.host.scope_messages import scope_as_json
-from colcon_yamllaunch.language.host.scope_messages import take_scope
+from colcon_yamllaunch.language.python_files.scope_messages import content
+from colcon_yamllaunch.language.python_files.scope_messages import (
+    scope_as_json,
+)
+from colcon_yamllaunch.language.python_files.scope_messages import take_scope
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.source_text import Source
@@ -56,7 +58,7 @@ from colcon_yamllaunch.plan.position import Span
 MAXIMUM_CALL_LINES = 40
 
 
-class HostDialogue:
+class WorkerDialogue:
     """
     All that a walk asks the host.
 
@@ -64,20 +66,20 @@ class HostDialogue:
     :param host: The host, which forgets what it knew before
     """
 
-    def __init__(self, walk: Walk, host: LaunchHost) -> None:
+    def __init__(self, walk: Walk, host: LaunchWorker) -> None:
         self.walk = walk
         self.host = host
         self._requests = 0
         #: The ends of other answers that came while one was waited for.
-        self.passed: list[HostMessage] = []
+        self.passed: list[WorkerMessage] = []
         #: What ROS 2 calls the processes that the host knows by a number.
         self.names: dict[int, str] = {}
         #: The same the other way round.
         self.ids: dict[str, int] = {}
-        self._handlers: list[HostMessage] = []
+        self._handlers: list[WorkerMessage] = []
         self._outputs: list[int] = []
         #: Is told of launch arguments that are declared.
-        self.declared: dict[str, HostMessage] = {}
+        self.declared: dict[str, WorkerMessage] = {}
         #: The blocks in which something was left to be called.
         self.calls: dict[int, int | None] = {}
         packages = walk.packages
@@ -106,20 +108,20 @@ class HostDialogue:
         """
         Send a request, and return its number.
 
-        :raises HostError: when there is no host
+        :raises WorkerError: when there is no host
         """
         self._requests += 1
         self.host.send({**request, 'id': self._requests})
         return self._requests
 
-    def ask(self, request: Mapping[str, Any], origin: Span) -> HostMessage:
+    def ask(self, request: Mapping[str, Any], origin: Span) -> WorkerMessage:
         """
         Ask for something in the scope that there is, and do what it says.
 
         :param origin: What asks for it
         :return: The end of the answer, with the text of a `value` if it had
           one; the scope is taken over
-        :raises HostError: when there is no host, or it does not answer
+        :raises WorkerError: when there is no host, or it does not answer
         :raises LaunchError: when the launch cannot go on
         """
         number = self.send({**request, 'scope': scope_as_json(self.walk)})
@@ -173,7 +175,7 @@ class HostDialogue:
             self.names[who] for who in self._outputs if who in self.names
         )
 
-    def note_handlers(self, said: HostMessage) -> None:
+    def note_handlers(self, said: WorkerMessage) -> None:
         """Take note of the event handlers that there are."""
         self._handlers = list(said.get('handlers', ()))
         self._outputs = list(said.get('output', ()))
@@ -190,11 +192,11 @@ class Intake:
     :param origin: What has asked
     """
 
-    def __init__(self, dialogue: HostDialogue, origin: Span) -> None:
+    def __init__(self, dialogue: WorkerDialogue, origin: Span) -> None:
         self._dialogue = dialogue
         self._walk = dialogue.walk
         self._origin = origin
-        self._open: list[tuple[HostMessage, ExitStack, list[Entry]]] = []
+        self._open: list[tuple[WorkerMessage, ExitStack, list[Entry]]] = []
         self._failure: Exception | None = None
         #: The text that was asked for.
         self.value: str | None = None
@@ -220,11 +222,11 @@ class Intake:
         if self._failure is not None:
             raise self._failure
 
-    def take(self, message: HostMessage) -> None:
+    def take(self, message: WorkerMessage) -> None:
         """
         Do what a message says.
 
-        :raises HostError: when there is no host any more
+        :raises WorkerError: when there is no host any more
         """
         if self._failure is not None:
             # what is asked must be answered all the same
@@ -244,13 +246,15 @@ class Intake:
             if 'ask' in message:
                 self._answer(message, {'failed': True})
 
-    def _position(self, message: HostMessage) -> Position:
+    def _position(self, message: WorkerMessage) -> Position:
         return position_of(message, self._origin.position, self._walk)
 
-    def _answer(self, message: HostMessage, answer: Mapping[str, Any]) -> None:
+    def _answer(
+        self, message: WorkerMessage, answer: Mapping[str, Any]
+    ) -> None:
         self._dialogue.host.send({'answer': message['ask'], **answer})
 
-    def _begin(self, message: HostMessage) -> None:
+    def _begin(self, message: WorkerMessage) -> None:
         draft, position = self._walk.draft, self._position(message)
         kind, title = str(message['kind']), str(message.get('title') or '')
         stack = ExitStack()
@@ -266,7 +270,7 @@ class Intake:
             stack.enter_context(self._walk.within(source, position))
         self._open.append((message, stack, entries))
 
-    def _end(self, message: HostMessage) -> None:
+    def _end(self, message: WorkerMessage) -> None:
         begun, stack, entries = self._open.pop()
         if message.get('title'):
             self._walk.draft.name_block(str(message['title']))
@@ -289,7 +293,7 @@ class Intake:
     def _add(self, entry: Entry) -> None:
         self._walk.draft.entries.append(entry)
 
-    def _process(self, message: HostMessage) -> None:
+    def _process(self, message: WorkerMessage) -> None:
         walk, position = self._walk, self._position(message)
         name = walk.draft.process_name(str(message['program']))
         self._dialogue.names[message['id']] = name
@@ -327,19 +331,19 @@ class Intake:
         elif is_container:
             walk.may_have_others = True
 
-    def _argument(self, said: str | HostMessage) -> str | ParameterFile:
+    def _argument(self, said: str | WorkerMessage) -> str | ParameterFile:
         if isinstance(said, str):
             return said
         return ParameterFile(str(said['content']), self._parameters(said))
 
-    def _parameters(self, said: HostMessage) -> tuple[SetParameter, ...]:
+    def _parameters(self, said: WorkerMessage) -> tuple[SetParameter, ...]:
         return tuple(
             parameter.as_set()
             for parameter in self._set(said.get('parameters'), said)
         )
 
     def _set(
-        self, parameters: list[HostMessage] | None, said: HostMessage
+        self, parameters: list[WorkerMessage] | None, said: WorkerMessage
     ) -> list[Parameter]:
         """Return parameters; they are set where that is, or their node is."""
         return [
@@ -352,7 +356,7 @@ class Intake:
             if (value := content(one['value'])) not in (None, ())
         ]
 
-    def _component(self, message: HostMessage) -> None:
+    def _component(self, message: WorkerMessage) -> None:
         walk, position = self._walk, self._position(message)
         package, plugin = str(message['package']), str(message['plugin'])
         container = str(message['container'])
@@ -390,28 +394,28 @@ class Intake:
         if component.node_name is not None:
             walk.note_node(component.node_name, position)
 
-    def _message(self, message: HostMessage) -> None:
+    def _message(self, message: WorkerMessage) -> None:
         self._add(Message(str(message['level']), str(message['text'])))
 
-    def _shutdown(self, message: HostMessage) -> None:
+    def _shutdown(self, message: WorkerMessage) -> None:
         self._add(Shutdown(str(message.get('reason') or '')))
 
-    def _change_state(self, message: HostMessage) -> None:
+    def _change_state(self, message: WorkerMessage) -> None:
         node, transition = str(message['node']), str(message['transition'])
         self._add(ChangeState(node, transition, self._position(message)))
 
-    def _signal(self, message: HostMessage) -> None:
+    def _signal(self, message: WorkerMessage) -> None:
         name = self._dialogue.names.get(message['process'])
         if name is not None:
             position = self._position(message)
             self._add(SignalProcess(name, int(message['signal']), position))
 
-    def _call(self, message: HostMessage) -> None:
+    def _call(self, message: WorkerMessage) -> None:
         number, title = int(message['number']), str(message['title'])
         self._dialogue.calls[number] = self._walk.draft.block
         self._add(HostCall(number, title, self._position(message)))
 
-    def _condition(self, message: HostMessage) -> None:
+    def _condition(self, message: WorkerMessage) -> None:
         self._walk.draft.conditions.append(
             Condition(
                 str(message['text']),
@@ -420,13 +424,13 @@ class Intake:
             )
         )
 
-    def _package(self, message: HostMessage) -> None:
+    def _package(self, message: WorkerMessage) -> None:
         name = str(message['name'])
         if self._walk.packages.prefix(name) is not None:
             position = written_at(name, self._position(message))
             self._walk.use_package(name, position)
 
-    def _executable(self, message: HostMessage) -> None:
+    def _executable(self, message: WorkerMessage) -> None:
         name, position = str(message['name']), self._position(message)
         self._walk.executables.append(
             ExecutableUse(
@@ -437,31 +441,31 @@ class Intake:
             )
         )
 
-    def _file(self, message: HostMessage) -> None:
+    def _file(self, message: WorkerMessage) -> None:
         path = self._walk.source_path(str(message['path']))
         self._walk.note_python(path)
 
-    def _read(self, message: HostMessage) -> None:
+    def _read(self, message: WorkerMessage) -> None:
         self._walk.inputs[str(message['path'])] = None
 
-    def _warning(self, message: HostMessage) -> None:
+    def _warning(self, message: WorkerMessage) -> None:
         self._walk.warn(str(message['text']), self._position(message))
 
-    def _declares(self, message: HostMessage) -> None:
+    def _declares(self, message: WorkerMessage) -> None:
         self._dialogue.declared.setdefault(str(message['name']), message)
 
-    def _value(self, message: HostMessage) -> None:
+    def _value(self, message: WorkerMessage) -> None:
         self.value = str(message['text'])
 
-    def _handlers(self, message: HostMessage) -> None:
+    def _handlers(self, message: WorkerMessage) -> None:
         self._dialogue.note_handlers(message)
 
-    def _locate(self, message: HostMessage) -> None:
+    def _locate(self, message: WorkerMessage) -> None:
         located = self._walk.packages.locate(str(message['path']))
         path = None if located is None else located[1]
         self._answer(message, {'path': path})
 
-    def _include(self, message: HostMessage) -> None:
+    def _include(self, message: WorkerMessage) -> None:
         """Go through a launch file in YAML or XML that Python includes."""
         walk, position = self._walk, self._position(message)
         path = str(message['path'])
@@ -497,7 +501,7 @@ def _without_call(
     return found
 
 
-def _check_seconds(message: HostMessage, position: Position) -> None:
+def _check_seconds(message: WorkerMessage, position: Position) -> None:
     """
     Look at the times in a message.
 
@@ -511,7 +515,7 @@ def _check_seconds(message: HostMessage, position: Position) -> None:
 
 
 def position_of(
-    said: HostMessage, otherwise: Position, walk: Walk | None = None
+    said: WorkerMessage, otherwise: Position, walk: Walk | None = None
 ) -> Position:
     """
     Return the position in a message.
@@ -557,7 +561,7 @@ _PROCESS_FIELDS = (
     'is_lifecycle',
     'autostart',
 )
-_TAKERS: Mapping[str, Callable[[Intake, HostMessage], None]] = {
+_TAKERS: Mapping[str, Callable[[Intake, WorkerMessage], None]] = {
     'begin': Intake._begin,
     'end': Intake._end,
     'process': Intake._process,

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     Json = dict[str, Any]
 
 #: The attribute that keeps the `id` of what an action has started.
-ID = '_launch_host_id'
+ID = '_launch_worker_id'
 #: What launch files of ROS 2's other languages end with.
 FRONTENDS = ('.yaml', '.yml', '.xml', '.launch')
 #: What the files with parameters that launch_ros makes are called.

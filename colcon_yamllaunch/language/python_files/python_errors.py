@@ -6,11 +6,13 @@
 import os
 import re
 
-from colcon_yamllaunch.language.evaluation.launch_host import HostMessage
+from colcon_yamllaunch.language.evaluation.launch_worker import WorkerMessage
 from colcon_yamllaunch.language.evaluation.walk import Walk
-from colcon_yamllaunch.language.host.host_dialogue import position_of
-from colcon_yamllaunch.language.host.host_dialogue import written_at
-from colcon_yamllaunch.language.host.python_source import named_packages
+from colcon_yamllaunch.language.python_files.python_source import (
+    named_packages,
+)
+from colcon_yamllaunch.language.python_files.worker_dialogue import position_of
+from colcon_yamllaunch.language.python_files.worker_dialogue import written_at
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.plan.position import Position
@@ -39,7 +41,7 @@ class MissingArgumentError(LaunchError):
 
 
 def python_error(
-    walk: Walk, said: HostMessage, start: Position
+    walk: Walk, said: WorkerMessage, start: Position
 ) -> LaunchError:
     """
     Return the error that the end of an answer tells.
@@ -72,7 +74,7 @@ def python_error(
     return problem
 
 
-def is_no_choice(walk: Walk, said: HostMessage, start: Position) -> bool:
+def is_no_choice(walk: Walk, said: WorkerMessage, start: Position) -> bool:
     """
     Report a launch argument that has none of its choices; say whether one has.
 
@@ -92,7 +94,7 @@ def is_no_choice(walk: Walk, said: HostMessage, start: Position) -> bool:
 
 def at_frames(
     walk: Walk,
-    frames: 'list[HostMessage] | tuple[()]',
+    frames: 'list[WorkerMessage] | tuple[()]',
     text: str,
     hint: str | None,
     start: Position,

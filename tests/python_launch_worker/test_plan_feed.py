@@ -12,15 +12,15 @@ from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.language.evaluation.launch_host import HostError
+from colcon_yamllaunch.language.evaluation.launch_worker import WorkerError
 from colcon_yamllaunch.plan.plan import Block
 from colcon_yamllaunch.plan.plan import Growth
 from colcon_yamllaunch.plan.plan import Message
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.plan import Shutdown
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.ros.host_link import NUMBER
-from colcon_yamllaunch.ros.plan_feed import PlanFeed
+from colcon_yamllaunch.python_launch.plan_feed import PlanFeed
+from colcon_yamllaunch.python_launch.worker_process import NUMBER
 import pytest
 from support.test_loop import TestLoop
 
@@ -71,7 +71,7 @@ class PlayedGrowing:
 
     def ask(self, request):
         if self.is_gone:
-            raise HostError('ended')
+            raise WorkerError('ended')
         self.asked.append(request)
 
     def take(self, message):
@@ -276,7 +276,7 @@ def test_a_problem_ends_the_launch(launch):
 
 def test_a_worker_that_cannot_be_read_is_a_problem(launch):
     said = Message('INFO', 'before')
-    launch.answers(Growth((said,)), HostError('ended oddly'))
+    launch.answers(Growth((said,)), WorkerError('ended oddly'))
     assert launch.done[0] == [said]
     assert launch.done[1] == events.PlanFailed(('ended oddly',))
 

@@ -13,11 +13,13 @@ from collections.abc import Sequence
 import re
 
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
-from colcon_yamllaunch.language.evaluation.launch_host import HostMessage
+from colcon_yamllaunch.language.evaluation.launch_worker import WorkerMessage
 from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
 from colcon_yamllaunch.language.evaluation.walk import Walk
-from colcon_yamllaunch.language.host.python_visit import ask_host
-from colcon_yamllaunch.language.host.python_visit import NotTakenOverError
+from colcon_yamllaunch.language.python_files.python_visit import ask_worker
+from colcon_yamllaunch.language.python_files.python_visit import (
+    NotTakenOverError,
+)
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.template import parse_template
@@ -102,10 +104,10 @@ def make(walk: Walk, name: str, texts: Sequence[str], at: Span) -> str | None:
 
 
 def _ask(
-    walk: Walk, request: HostMessage, at: Span, what: str, package: str
+    walk: Walk, request: WorkerMessage, at: Span, what: str, package: str
 ) -> str | None:
     try:
-        return ask_host(walk, request, at)
+        return ask_worker(walk, request, at)
     except NotTakenOverError as e:
         if e.reason is not None:
             message = f'{what} cannot be a part of the plan: {e.reason}'

@@ -11,40 +11,40 @@ from colcon_yamllaunch.plan.plan import Growth
 from colcon_yamllaunch.plan.position import Span
 
 #: A message of the host or for it; see the program of the host.
-HostMessage = Mapping[str, Any]
+WorkerMessage = Mapping[str, Any]
 
 
-class HostError(Exception):
+class WorkerError(Exception):
     """The host cannot be asked; the text says what became of it."""
 
 
-class NoHostError(HostError):
+class NoWorkerError(WorkerError):
     """There is no host, as the environment does not have what it needs."""
 
 
-class HostTimeoutError(HostError):
+class WorkerTimeoutError(WorkerError):
     """The host does not answer; the text says for how long."""
 
 
-class LaunchHost(Protocol):
+class LaunchWorker(Protocol):
     """A process that reads launch files with ROS 2's own packages."""
 
-    def send(self, message: HostMessage) -> None:
+    def send(self, message: WorkerMessage) -> None:
         """
         Send a message.
 
-        :raises HostError: when there is none, or it ended
+        :raises WorkerError: when there is none, or it ended
         """
 
-    def receive(self) -> HostMessage:
+    def receive(self) -> WorkerMessage:
         """
         Wait for the next message.
 
-        :raises HostTimeoutError: when none comes in time
-        :raises HostError: when the host ended
+        :raises WorkerTimeoutError: when none comes in time
+        :raises WorkerError: when the host ended
         """
 
-    def doing(self) -> HostMessage:
+    def doing(self) -> WorkerMessage:
         """Return what the host is doing, a message `where`, and end it."""
 
 
@@ -52,20 +52,20 @@ class Dialogue(Protocol):
     """What was asked of the host, and what it said."""
 
     #: What it has said of each launch argument, by its name.
-    declared: dict[str, HostMessage]
+    declared: dict[str, WorkerMessage]
 
     @property
     def goes_on(self) -> bool:
         """Whether there is something left to be asked while the plan runs."""
 
-    def ask(self, request: HostMessage, origin: Span) -> HostMessage:
+    def ask(self, request: WorkerMessage, origin: Span) -> WorkerMessage:
         """
         Ask for something in the scope that there is, and do what it says.
 
         :param origin: What asks for it
         :return: The end of the answer, with the text of a `value` if it had
           one; the scope is taken over
-        :raises HostError: when there is no host, or it does not answer
+        :raises WorkerError: when there is no host, or it does not answer
         :raises LaunchError: when the launch cannot go on
         """
 
@@ -98,14 +98,14 @@ class Growing(Protocol):
           has nothing to do with, as of a YAML file
         """
 
-    def ask(self, request: HostMessage) -> None:
+    def ask(self, request: WorkerMessage) -> None:
         """
         Send a request, `event` or `call`, without its number.
 
-        :raises HostError: when there is no host any more
+        :raises WorkerError: when there is no host any more
         """
 
-    def take(self, message: HostMessage) -> Growth | None:
+    def take(self, message: WorkerMessage) -> Growth | None:
         """
         Take what the host said, and return what comes of a whole answer.
 
@@ -114,7 +114,7 @@ class Growing(Protocol):
 
         :return: With `done`, what comes to the plan, which may be nothing;
           else None
-        :raises HostError: when there is no host any more
+        :raises WorkerError: when there is no host any more
         """
 
     def lost(self, reason: str) -> Growth:

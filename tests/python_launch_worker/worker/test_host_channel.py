@@ -14,11 +14,11 @@ import sys
 import time
 from typing import Any
 
-from colcon_yamllaunch import ros
+from colcon_yamllaunch import python_launch
 import host_channel
 import pytest
 
-FOLDER = Path(next(iter(ros.__path__)), 'launch_host')
+FOLDER = Path(next(iter(python_launch.__path__)), 'worker')
 DEADLINE = 60.0
 
 

@@ -20,14 +20,14 @@ from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.participants import Execute
 from colcon_yamllaunch.engine.participants import Participant
 from colcon_yamllaunch.engine.participants import Reply
-from colcon_yamllaunch.language.evaluation.launch_host import Growing
-from colcon_yamllaunch.language.evaluation.launch_host import HostError
-from colcon_yamllaunch.language.evaluation.launch_host import HostMessage
+from colcon_yamllaunch.language.evaluation.launch_worker import Growing
+from colcon_yamllaunch.language.evaluation.launch_worker import WorkerError
+from colcon_yamllaunch.language.evaluation.launch_worker import WorkerMessage
 from colcon_yamllaunch.plan.plan import Growth
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.plan import Shutdown
-from colcon_yamllaunch.ros.host_link import HostLink
-from colcon_yamllaunch.ros.host_link import NUMBER
+from colcon_yamllaunch.python_launch.worker_process import NUMBER
+from colcon_yamllaunch.python_launch.worker_process import WorkerProcess
 
 #: Why a launch ends in which nothing is left to do, as ROS 2 calls it.
 IDLE = 'idle'
@@ -44,7 +44,7 @@ class PlanFeed(Participant):
     :param growing: Translates the answers of the worker into entries
     """
 
-    def __init__(self, link: HostLink, growing: Growing) -> None:
+    def __init__(self, link: WorkerProcess, growing: Growing) -> None:
         self._link = link
         self._growing = growing
         self._launch: Engine | None = None
@@ -212,7 +212,7 @@ class PlanFeed(Participant):
                 growth = self._growing.take(message)
                 if growth is not None:
                     self._grow(growth)
-        except HostError as error:
+        except WorkerError as error:
             self._grow(self._growing.lost(str(error)))
         if self._link.descriptor == -1:
             # its end is reported when it is reaped
@@ -257,10 +257,10 @@ class PlanFeed(Participant):
     def _tell(self, kind: str, **fields: Any) -> None:
         self._ask({'do': 'event', 'event': {'type': kind, **fields}})
 
-    def _ask(self, request: HostMessage) -> None:
+    def _ask(self, request: WorkerMessage) -> None:
         try:
             self._growing.ask(request)
-        except HostError:
+        except WorkerError:
             # its end is reported when it is reaped
             return
 

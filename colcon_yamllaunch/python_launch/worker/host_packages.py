@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from host_visit import Visitor
 
 #: Keeps the package that an error is about.
-_PACKAGE = '_launch_host_package'
+_PACKAGE = '_launch_worker_package'
 #: All messages of ROS import it, for arrays that launch files hardly ever
 #: have, and that takes a fifth of the time that `launch_ros` takes.
 RUN_LATER = 'numpy'

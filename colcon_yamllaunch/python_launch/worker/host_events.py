@@ -52,7 +52,7 @@ STATES = {
     'errorprocessing': 15,
 }
 #: The attribute that keeps what the protocol says of a handler.
-_DESCRIBED = '_launch_host_described'
+_DESCRIBED = '_launch_worker_described'
 #: The reason that `launch` has for Ctrl-C.
 _SIGINT = 'ctrl-c (SIGINT)'
 #: How `launch` keeps what is to be done when an action is done.

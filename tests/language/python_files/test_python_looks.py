@@ -8,10 +8,14 @@ from dataclasses import replace
 from colcon_yamllaunch.language.evaluation.declared_argument import (
     DeclaredArgument,
 )
-from colcon_yamllaunch.language.evaluation.launch_host import NoHostError
-from colcon_yamllaunch.language.host.python_source import named_packages
-from colcon_yamllaunch.language.host.python_source import written_arguments
+from colcon_yamllaunch.language.evaluation.launch_worker import NoWorkerError
 from colcon_yamllaunch.language.policies.declared import find_declarations
+from colcon_yamllaunch.language.python_files.python_source import (
+    named_packages,
+)
+from colcon_yamllaunch.language.python_files.python_source import (
+    written_arguments,
+)
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.plan.position import Position
 import pytest
@@ -20,7 +24,7 @@ from support.played_host import Play
 from support.played_host import position
 from support.played_host import process
 
-from tests.language.host.conftest import Played
+from tests.language.python_files.conftest import Played
 
 ROBOT = """def generate_launch_description():
     Node(
@@ -116,7 +120,7 @@ def test_a_check_of_what_cannot_be_visited(played: Played) -> None:
 
 def test_looks_without_launch_tell_what_is_needed(played: Played) -> None:
     def send(_message: Message) -> None:
-        raise NoHostError('there is no launch')
+        raise NoWorkerError('there is no launch')
 
     played.host.send = send  # type: ignore[method-assign, assignment]
     (warning,) = played.check_itself().diagnostics

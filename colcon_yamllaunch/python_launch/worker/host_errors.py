@@ -34,7 +34,7 @@ MAXIMUM_FRAMES = 20
 #: The function that each launch file in Python has.
 _GENERATE = 'generate_launch_description'
 #: Keeps the entity that was visited, or the position of what went wrong.
-_ENTITY = '_launch_host_entity'
+_ENTITY = '_launch_worker_entity'
 #: How `launch` says that an included file is not given an argument.
 _MISSING_ARGUMENT = re.compile(
     r"missing required argument '([^']+)'|"

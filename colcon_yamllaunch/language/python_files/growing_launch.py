@@ -6,13 +6,15 @@
 from collections import deque
 from dataclasses import replace
 
-from colcon_yamllaunch.language.evaluation.launch_host import HostMessage
+from colcon_yamllaunch.language.evaluation.launch_worker import WorkerMessage
 from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
 from colcon_yamllaunch.language.evaluation.walk import EndlessError
 from colcon_yamllaunch.language.evaluation.walk import Walk
-from colcon_yamllaunch.language.host.host_dialogue import HostDialogue
-from colcon_yamllaunch.language.host.host_dialogue import Intake
-from colcon_yamllaunch.language.host.python_errors import python_error
+from colcon_yamllaunch.language.python_files.python_errors import python_error
+from colcon_yamllaunch.language.python_files.worker_dialogue import Intake
+from colcon_yamllaunch.language.python_files.worker_dialogue import (
+    WorkerDialogue,
+)
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.diagnostics import render
 from colcon_yamllaunch.plan.labels import with_labels
@@ -29,7 +31,9 @@ class GrowingLaunch:
     :param plan: What came of the walk so far
     """
 
-    def __init__(self, walk: Walk, dialogue: HostDialogue, plan: Plan) -> None:
+    def __init__(
+        self, walk: Walk, dialogue: WorkerDialogue, plan: Plan
+    ) -> None:
         self._walk = walk
         self._dialogue = dialogue
         self._start = Position(next(iter(walk.python_files), ''), 1, 1)
@@ -64,7 +68,7 @@ class GrowingLaunch:
         """See `Growing`."""
         return self._dialogue.ids.get(name)
 
-    def ask(self, request: HostMessage) -> None:
+    def ask(self, request: WorkerMessage) -> None:
         """See `Growing`."""
         block = None
         if self._walk.draft.blocks:
@@ -74,7 +78,7 @@ class GrowingLaunch:
             block = self._dialogue.calls.pop(request['number'], block)
         self._asked.append((self._dialogue.send(request), block))
 
-    def take(self, message: HostMessage) -> Growth | None:
+    def take(self, message: WorkerMessage) -> Growth | None:
         """See `Growing`."""
         if self._intake is None:
             if self._asked:
@@ -112,7 +116,7 @@ class GrowingLaunch:
             pass
         return []
 
-    def _problems(self, message: HostMessage) -> list[str]:
+    def _problems(self, message: WorkerMessage) -> list[str]:
         if 'error' in message:
             problem = python_error(self._walk, message['error'], self._start)
             return [render(problem.diagnostics, self._walk.cwd)]
@@ -151,7 +155,7 @@ def growing_launch(
     The latter is None when nothing does.
     """
     dialogue = walk.dialogue
-    if not isinstance(dialogue, HostDialogue) or not dialogue.goes_on:
+    if not isinstance(dialogue, WorkerDialogue) or not dialogue.goes_on:
         return plan, None
     growing = GrowingLaunch(walk, dialogue, plan)
     return replace(plan, handlers=dialogue.handlers), growing

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import os
 from typing import Any
 
-from colcon_yamllaunch.language.evaluation.launch_host import HostMessage
+from colcon_yamllaunch.language.evaluation.launch_worker import WorkerMessage
 from colcon_yamllaunch.language.evaluation.scope import Names
 from colcon_yamllaunch.language.evaluation.values import known
 from colcon_yamllaunch.language.evaluation.values import UNSET
@@ -48,7 +48,7 @@ def scope_as_json(walk: Walk) -> dict[str, Any]:
     }
 
 
-def take_scope(walk: Walk, said: HostMessage, origin: Span) -> None:
+def take_scope(walk: Walk, said: WorkerMessage, origin: Span) -> None:
     """
     Have the scope of a walk as the host says; what is as before stays so.
 
@@ -121,7 +121,7 @@ def _take_environment(
 
 
 def _parameters(
-    walk: Walk, said: list[HostMessage], origin: Span
+    walk: Walk, said: list[WorkerMessage], origin: Span
 ) -> list[Parameter | str]:
     before = list(walk.scope.parameters)
     found: list[Parameter | str] = []

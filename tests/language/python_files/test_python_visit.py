@@ -3,9 +3,11 @@
 
 """Launch files in Python become a part of the plan."""
 
-from colcon_yamllaunch.language.evaluation.launch_host import HostError
-from colcon_yamllaunch.language.evaluation.launch_host import HostTimeoutError
-from colcon_yamllaunch.language.evaluation.launch_host import NoHostError
+from colcon_yamllaunch.language.evaluation.launch_worker import NoWorkerError
+from colcon_yamllaunch.language.evaluation.launch_worker import WorkerError
+from colcon_yamllaunch.language.evaluation.launch_worker import (
+    WorkerTimeoutError,
+)
 from colcon_yamllaunch.language.syntax.diagnostics import render
 from colcon_yamllaunch.plan.plan import Block
 from colcon_yamllaunch.plan.plan import ChangeState
@@ -27,7 +29,7 @@ from support.played_host import PlayedHost
 from support.played_host import position
 from support.played_host import process
 
-from tests.language.host.conftest import Played
+from tests.language.python_files.conftest import Played
 
 
 def test_a_process_is_one_of_the_plan(played: Played) -> None:
@@ -440,7 +442,7 @@ def test_without_launch_it_is_as_without_a_host(played: Played) -> None:
     refused(played)
 
     def send(_message: Message) -> None:
-        raise NoHostError('there is no launch')
+        raise NoWorkerError('there is no launch')
 
     played.host.send = send  # type: ignore[method-assign, assignment]
     (it,) = played.good().plan.processes()
@@ -453,7 +455,7 @@ def test_without_launch_it_is_as_without_a_host(played: Played) -> None:
 def test_a_host_that_ends(played: Played) -> None:
     def play(_request: Message) -> Play:
         yield from ()
-        raise HostError('died by SIGSEGV')
+        raise WorkerError('died by SIGSEGV')
 
     played.does(play)
     (error,) = played.evaluate(
@@ -469,7 +471,7 @@ def test_a_host_that_ends(played: Played) -> None:
 def test_a_file_that_takes_too_long(played: Played) -> None:
     def play(_request: Message) -> Play:
         yield from ()
-        raise HostTimeoutError('more than 60 s')
+        raise WorkerTimeoutError('more than 60 s')
 
     played.does(play)
     played.file('robot.launch.py', ROBOT)

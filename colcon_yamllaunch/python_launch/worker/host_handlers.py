@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     Json = dict[str, Any]
 
 #: The attribute that the event handlers of this program have.
-OF_HOST = '_launch_host_handler'
+OF_HOST = '_launch_worker_handler'
 #: What the numbers of lifecycle_msgs/msg/Transition ask for.
 TRANSITIONS = {
     1: 'configure',

@@ -4,7 +4,7 @@
 """
 The worker that reads launch files in Python, and the pipes to it.
 
-The worker runs the program in `launch_host` with the Python of the sourced
+The worker runs the program in `worker` with the Python of the sourced
 environment. Messages are JSON objects, one a line; that program lists them.
 
 Until the launch runs, the worker has a guard, which ends it when the launcher
@@ -36,14 +36,18 @@ from colcon_yamllaunch.engine.process.spawn import StartError
 from colcon_yamllaunch.engine.stopping.guard_link import GuardLink
 from colcon_yamllaunch.engine.stopping.launch_scan import find_orphans
 from colcon_yamllaunch.engine.stopping.launch_scan import LAUNCH_ID_VARIABLE
-from colcon_yamllaunch.language.evaluation.launch_host import HostError
-from colcon_yamllaunch.language.evaluation.launch_host import HostMessage
-from colcon_yamllaunch.language.evaluation.launch_host import HostTimeoutError
-from colcon_yamllaunch.language.evaluation.launch_host import NoHostError
-from colcon_yamllaunch.language.host.python_errors import TIMEOUT_VARIABLE
+from colcon_yamllaunch.language.evaluation.launch_worker import NoWorkerError
+from colcon_yamllaunch.language.evaluation.launch_worker import WorkerError
+from colcon_yamllaunch.language.evaluation.launch_worker import WorkerMessage
+from colcon_yamllaunch.language.evaluation.launch_worker import (
+    WorkerTimeoutError,
+)
+from colcon_yamllaunch.language.python_files.python_errors import (
+    TIMEOUT_VARIABLE,
+)
 
 #: The program of the worker; it imports nothing of this package.
-PROGRAM = Path(__file__).with_name('launch_host')
+PROGRAM = Path(__file__).with_name('worker')
 #: The file in the log folder for the output of launch files.
 LOG_NAME = 'launch_files.log'
 #: The default timeout (seconds).
@@ -72,7 +76,7 @@ def timeout_of(environment: Mapping[str, str]) -> float:
     raise UserError(f"{TIMEOUT_VARIABLE} is a number of seconds, not '{text}'")
 
 
-class HostLink:
+class WorkerProcess:
     """
     The worker of a launch; its first message starts it, if nothing did before.
 
@@ -104,15 +108,15 @@ class HostLink:
         #: Its process ID and process group, or 0 while it does not run.
         self.pid = 0
         self._pipes = JsonPipes()
-        self._messages: deque[HostMessage] = deque()
+        self._messages: deque[WorkerMessage] = deque()
         # messages to send again to another Python; None once it needs no other
-        self._first: list[HostMessage] | None = []
+        self._first: list[WorkerMessage] | None = []
         # the error of the first Python
-        self._first_reason: HostError | None = None
+        self._first_reason: WorkerError | None = None
         self._begun = self._is_entrusted = False
         self._is_over = False
         # why no worker could be started
-        self._reason: HostError | None = None
+        self._reason: WorkerError | None = None
 
     @property
     def descriptor(self) -> int:
@@ -124,11 +128,11 @@ class HostLink:
         """Whether it has ended, and another worker could replace it."""
         return self._is_over and self._reason is None
 
-    def send(self, message: HostMessage) -> None:
+    def send(self, message: WorkerMessage) -> None:
         """
         Send a message; the first one starts the worker.
 
-        :raises HostError: when there is no worker, as `launch` is not
+        :raises WorkerError: when there is no worker, as `launch` is not
           installed or the worker has ended
         """
         self.start()
@@ -147,19 +151,19 @@ class HostLink:
         """
         if not self._begun:
             self._begun = True
-            with suppress(HostError):
+            with suppress(WorkerError):
                 self._start()
 
-    def receive(self) -> HostMessage:
+    def receive(self) -> WorkerMessage:
         """
         Wait for the next message.
 
-        :raises HostTimeoutError: when none comes in time
-        :raises HostError: when the worker has ended
+        :raises WorkerTimeoutError: when none comes in time
+        :raises WorkerError: when the worker has ended
         """
         return self._receive(self._timeout)
 
-    def doing(self) -> HostMessage:
+    def doing(self) -> WorkerMessage:
         """Return its position in a launch file, if it answers, and end it."""
         try:
             self.send({'do': 'where'})
@@ -168,21 +172,21 @@ class HostLink:
                 message = self._receive(left)
                 if message.get('say') == 'where':
                     return message
-        except HostError:
+        except WorkerError:
             pass
         finally:
             self.close()
         return {}
 
-    def poll(self) -> HostMessage | None:
+    def poll(self) -> WorkerMessage | None:
         """
         Return the next message, or None if there is none.
 
         It is None at the end of its output, too: the engine reaps the worker
         and reports its end.
 
-        :raises HostError: when no Python of the environment runs, or all lack
-          a needed package
+        :raises WorkerError: when no Python of the environment runs, or all
+          lack a needed package
         """
         while True:
             self._pipes.flush()
@@ -200,7 +204,7 @@ class HostLink:
                 return None
             # it did not even check its packages: it may be too old, or broken
             self._await_end()
-            self._next(HostError(f'{self._end()}{self._last_words()}'))
+            self._next(WorkerError(f'{self._end()}{self._last_words()}'))
 
     def flush(self) -> bool:
         """Write pending messages; return whether all are written."""
@@ -229,7 +233,7 @@ class HostLink:
 
         These go on until :meth:`close`.
         """
-        with suppress(HostError):
+        with suppress(WorkerError):
             # it removes the temporary files of launch files
             self.send({'do': 'start', 'id': 0, 'packages': {}})
             while self._receive(PATIENCE).get('id') != 0:
@@ -279,7 +283,7 @@ class HostLink:
         """
         Start it with the next Python of the environment.
 
-        :raises HostError: when no Python can be started
+        :raises WorkerError: when no Python can be started
         """
         its_input, its_output = self._pipes.open()
         error = _STDERR if self._log is None else open_log(self._log)
@@ -291,7 +295,7 @@ class HostLink:
                 (its_input, its_output, error),
             )
         except StartError as e:
-            self._next(NoHostError(str(e)))
+            self._next(NoWorkerError(str(e)))
             return
         finally:
             os.close(its_input)
@@ -309,14 +313,14 @@ class HostLink:
         for message in self._first or ():
             self._pipes.send(message)
 
-    def _receive(self, timeout: float) -> HostMessage:
+    def _receive(self, timeout: float) -> WorkerMessage:
         deadline = time.monotonic() + timeout
         while (message := self.poll()) is None:
             if self.descriptor == -1:
                 raise self._gone()
             left = deadline - time.monotonic()
             if left <= 0:
-                raise HostTimeoutError(f'more than {timeout:g} s')
+                raise WorkerTimeoutError(f'more than {timeout:g} s')
             waiting = select.poll()
             waiting.register(self.descriptor, select.POLLIN)
             if self._pipes.has_unsent:
@@ -328,20 +332,20 @@ class HostLink:
         """
         Go on with another Python if this one lacks packages.
 
-        :raises NoHostError: when all of them lack a package
+        :raises NoWorkerError: when all of them lack a package
         """
         if not missing:
             self._first = None
             return
-        self._next(NoHostError(f'there is no {missing[0]}'))
+        self._next(NoWorkerError(f'there is no {missing[0]}'))
 
-    def _next(self, reason: HostError) -> None:
+    def _next(self, reason: WorkerError) -> None:
         """
         Go on with the next Python.
 
         :param reason: The error of this one
-        :raises HostError: when there is no other; it is the error of the first
-          Python, which matters most
+        :raises WorkerError: when there is no other; it is the error of the
+          first Python, which matters most
         """
         if self._first_reason is None:
             self._first_reason = reason
@@ -356,15 +360,15 @@ class HostLink:
         self._is_over = False
         self._start()
 
-    def _gone(self) -> HostError:
+    def _gone(self) -> WorkerError:
         """Wait until the worker has ended, and return its error."""
         self._is_over = True
         if self._reason is not None:
             return self._reason
         if not self.pid or self._is_entrusted:
-            return HostError('ended')
+            return WorkerError('ended')
         self._await_end()
-        return HostError(f'{self._end()}{self._last_words()}')
+        return WorkerError(f'{self._end()}{self._last_words()}')
 
     def _last_words(self) -> str:
         with suppress(OSError):

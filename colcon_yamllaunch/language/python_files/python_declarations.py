@@ -9,10 +9,16 @@ from colcon_yamllaunch.language.evaluation.declared_argument import (
     DeclaredArgument,
 )
 from colcon_yamllaunch.language.evaluation.walk import Walk
-from colcon_yamllaunch.language.host.host_dialogue import position_of
-from colcon_yamllaunch.language.host.python_source import written_arguments
-from colcon_yamllaunch.language.host.python_visit import NotTakenOverError
-from colcon_yamllaunch.language.host.python_visit import visit_in_python
+from colcon_yamllaunch.language.python_files.python_source import (
+    written_arguments,
+)
+from colcon_yamllaunch.language.python_files.python_visit import (
+    NotTakenOverError,
+)
+from colcon_yamllaunch.language.python_files.python_visit import (
+    visit_in_python,
+)
+from colcon_yamllaunch.language.python_files.worker_dialogue import position_of
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.plan.position import Span
 
@@ -30,7 +36,7 @@ def declared_arguments(
     :raises LaunchError: when the host says that the file has mistakes
     """
     start = Position(walk.source_path(path), 1, 1)
-    if walk.open_host is None:
+    if walk.open_worker is None:
         return list(written_arguments(start.path)) or None
     if walk.dialogue is not None:
         walk.dialogue.declared.clear()

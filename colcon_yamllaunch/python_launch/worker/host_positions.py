@@ -21,9 +21,9 @@ from typing import Any
 from typing import NamedTuple
 
 #: The attribute that keeps the place where an object was made.
-_PLACE = '_launch_host_place'
+_PLACE = '_launch_worker_place'
 #: The attribute that keeps a place that was told.
-_POSITION = '_launch_host_position'
+_POSITION = '_launch_worker_position'
 #: Folders of packages that are installed; what is in them is not the user's,
 #: unless it is below the prefix of a package of the workspace.
 _INSTALLED = (

@@ -16,11 +16,13 @@ import time
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.process_scan import read_process
 from colcon_yamllaunch.engine.stopping.launch_scan import new_identity
-from colcon_yamllaunch.language.evaluation.launch_host import HostError
-from colcon_yamllaunch.language.evaluation.launch_host import HostTimeoutError
-from colcon_yamllaunch.language.evaluation.launch_host import NoHostError
-from colcon_yamllaunch.ros import host_link
-from colcon_yamllaunch.ros.host_link import HostLink
+from colcon_yamllaunch.language.evaluation.launch_worker import NoWorkerError
+from colcon_yamllaunch.language.evaluation.launch_worker import WorkerError
+from colcon_yamllaunch.language.evaluation.launch_worker import (
+    WorkerTimeoutError,
+)
+from colcon_yamllaunch.python_launch import worker_process
+from colcon_yamllaunch.python_launch.worker_process import WorkerProcess
 import pytest
 
 #: Seconds.
@@ -53,7 +55,7 @@ while True:
     time.sleep(1000)
 """
 
-MakeLink = Callable[..., HostLink]
+MakeLink = Callable[..., WorkerProcess]
 
 
 @pytest.fixture
@@ -61,7 +63,7 @@ def link(tmp_path: Path) -> Iterator[MakeLink]:
     """Make a link to a host that is played by a script, or several."""
     links = []
 
-    def make(*scripts: str, timeout: float = DEADLINE) -> HostLink:
+    def make(*scripts: str, timeout: float = DEADLINE) -> WorkerProcess:
         folders = []
         for number, script in enumerate(scripts):
             folder = tmp_path / f'python{number}'
@@ -74,7 +76,7 @@ def link(tmp_path: Path) -> Iterator[MakeLink]:
         if not scripts:
             path = str(tmp_path)
         links.append(
-            HostLink(
+            WorkerProcess(
                 {'PATH': path},
                 str(tmp_path),
                 tmp_path / 'launch_files.log',
@@ -111,7 +113,7 @@ def test_messages_go_both_ways(link: MakeLink) -> None:
     host.close()
     assert has_ended(pid)
     assert host.pid == 0
-    with pytest.raises(HostError, match='ended'):
+    with pytest.raises(WorkerError, match='ended'):
         host.send({})
 
 
@@ -130,7 +132,7 @@ def test_one_that_is_never_asked_is_ended(
 ) -> None:
     host = link('import time\nwhile True: time.sleep(1)\n')
     # it is not waited for, as it has nothing to end
-    monkeypatch.setattr(host_link, 'PATIENCE', DEADLINE)
+    monkeypatch.setattr(worker_process, 'PATIENCE', DEADLINE)
     host.start()
     pid = host.pid
     begin = time.monotonic()
@@ -143,7 +145,7 @@ def test_start_that_fails_is_told_when_it_is_asked(link: MakeLink) -> None:
     host = link()
     host.start()
     assert host.pid == 0
-    with pytest.raises(NoHostError):
+    with pytest.raises(NoWorkerError):
         host.send({'id': 1})
 
 
@@ -171,9 +173,9 @@ def test_all_of_them_lack_something(link: MakeLink) -> None:
     # no more are tried
     host = link(*[lacks.format(name) for name in 'abcd'])
     host.send({'id': 1})
-    with pytest.raises(NoHostError, match='there is no a'):
+    with pytest.raises(NoWorkerError, match='there is no a'):
         host.receive()
-    with pytest.raises(NoHostError):
+    with pytest.raises(NoWorkerError):
         host.send({'id': 2})
 
 
@@ -201,7 +203,7 @@ def test_the_next_python_is_taken_where_one_cannot_be_started(
 
 def test_there_is_no_python(link: MakeLink) -> None:
     host = link()
-    with pytest.raises(NoHostError, match='python3'):
+    with pytest.raises(NoWorkerError, match='python3'):
         host.send({'id': 1})
 
 
@@ -212,7 +214,7 @@ def test_a_host_that_takes_too_long_says_what_it_does(link: MakeLink) -> None:
         timeout=0.5,
     )
     host.send({'id': 1})
-    with pytest.raises(HostTimeoutError, match=r'more than 0\.5 s'):
+    with pytest.raises(WorkerTimeoutError, match=r'more than 0\.5 s'):
         host.receive()
     pid = host.pid
     assert host.doing()['frames'] == [1]
@@ -222,7 +224,7 @@ def test_a_host_that_takes_too_long_says_what_it_does(link: MakeLink) -> None:
 def test_a_host_that_says_nothing_is_killed(
     link: MakeLink, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(host_link, 'PATIENCE', 0.1)
+    monkeypatch.setattr(worker_process, 'PATIENCE', 0.1)
     host = link(DEAF, timeout=DEADLINE)
     host.send({'id': 1})
     child = host.receive()['pid']
@@ -242,7 +244,7 @@ def test_a_host_that_says_nothing_is_killed(
 def test_a_host_that_ends(link: MakeLink, script: str, ending: str) -> None:
     said = "print('oh', file=sys.stderr)\nprint('no JSON')"
     host = link(f"say('found', missing=[])\n{said}\n{script}")
-    with pytest.raises(HostError, match=f'{ending}.*launch_files.log'):
+    with pytest.raises(WorkerError, match=f'{ending}.*launch_files.log'):
         host.send({'id': 1})
         host.receive()
         host.receive()
@@ -250,7 +252,7 @@ def test_a_host_that_ends(link: MakeLink, script: str, ending: str) -> None:
 
 def test_a_host_that_ends_without_a_word(link: MakeLink) -> None:
     host = link("say('found', missing=[])\nsys.exit(3)")
-    with pytest.raises(HostError, match=r'^exited with code 3$'):
+    with pytest.raises(WorkerError, match=r'^exited with code 3$'):
         host.send({'id': 1})
         host.receive()
 
@@ -279,7 +281,7 @@ def test_polling_does_not_wait(link: MakeLink) -> None:
     assert host.descriptor == -1
     os.waitpid(host.pid, 0)
     host.reaped()
-    with pytest.raises(HostError):
+    with pytest.raises(WorkerError):
         host.receive()
 
 
@@ -301,10 +303,11 @@ def test_what_runs_in_the_background_outlives_a_release(
 KILLED = """\
 import os, sys
 from pathlib import Path
-from colcon_yamllaunch.ros.host_link import HostLink
+from colcon_yamllaunch.python_launch.worker_process import WorkerProcess
 from colcon_yamllaunch.engine.stopping.launch_scan import new_identity
 
-link = HostLink(dict(os.environ), '/', Path('/dev/null'), new_identity(), 1e3)
+log = Path('/dev/null')
+link = WorkerProcess(dict(os.environ), '/', log, new_identity(), 1e3)
 link.send({'id': 1})
 print(link.pid, link.receive()['pid'], flush=True)
 link.receive()
@@ -332,11 +335,11 @@ def test_it_ends_with_a_launcher_that_is_killed(
 @pytest.mark.parametrize('text', ['x', '0', '-1', 'nan', 'inf'])
 def test_a_time_limit_that_is_none(text: str) -> None:
     with pytest.raises(UserError, match='COLCON_LAUNCH_PYTHON_TIMEOUT'):
-        host_link.timeout_of({'COLCON_LAUNCH_PYTHON_TIMEOUT': text})
+        worker_process.timeout_of({'COLCON_LAUNCH_PYTHON_TIMEOUT': text})
 
 
 def test_the_time_limit() -> None:
     name = 'COLCON_LAUNCH_PYTHON_TIMEOUT'
-    assert host_link.timeout_of({}) == 60
-    assert host_link.timeout_of({name: ''}) == 60
-    assert host_link.timeout_of({name: '2.5'}) == 2.5
+    assert worker_process.timeout_of({}) == 60
+    assert worker_process.timeout_of({name: ''}) == 60
+    assert worker_process.timeout_of({name: '2.5'}) == 2.5

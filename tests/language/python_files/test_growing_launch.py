@@ -3,7 +3,7 @@
 
 """What the host answers while the plan runs becomes more of the plan."""
 
-from colcon_yamllaunch.language.evaluation.launch_host import Growing
+from colcon_yamllaunch.language.evaluation.launch_worker import Growing
 from colcon_yamllaunch.plan.plan import ChangeState
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import EventHandler
@@ -17,7 +17,7 @@ from support.played_host import Play
 from support.played_host import position
 from support.played_host import process
 
-from tests.language.host.conftest import Played
+from tests.language.python_files.conftest import Played
 
 
 def handlers(played: Played, *which: object) -> Message:

@@ -5,17 +5,23 @@
 
 import os
 
-from colcon_yamllaunch.language.evaluation.launch_host import HostError
-from colcon_yamllaunch.language.evaluation.launch_host import HostMessage
-from colcon_yamllaunch.language.evaluation.launch_host import HostTimeoutError
-from colcon_yamllaunch.language.evaluation.launch_host import NoHostError
+from colcon_yamllaunch.language.evaluation.launch_worker import NoWorkerError
+from colcon_yamllaunch.language.evaluation.launch_worker import WorkerError
+from colcon_yamllaunch.language.evaluation.launch_worker import WorkerMessage
+from colcon_yamllaunch.language.evaluation.launch_worker import (
+    WorkerTimeoutError,
+)
 from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
 from colcon_yamllaunch.language.evaluation.walk import Walk
-from colcon_yamllaunch.language.host.host_dialogue import HostDialogue
-from colcon_yamllaunch.language.host.python_errors import at_frames
-from colcon_yamllaunch.language.host.python_errors import is_no_choice
-from colcon_yamllaunch.language.host.python_errors import python_error
-from colcon_yamllaunch.language.host.python_errors import TIMEOUT_VARIABLE
+from colcon_yamllaunch.language.python_files.python_errors import at_frames
+from colcon_yamllaunch.language.python_files.python_errors import is_no_choice
+from colcon_yamllaunch.language.python_files.python_errors import python_error
+from colcon_yamllaunch.language.python_files.python_errors import (
+    TIMEOUT_VARIABLE,
+)
+from colcon_yamllaunch.language.python_files.worker_dialogue import (
+    WorkerDialogue,
+)
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.source_text import Source
@@ -71,7 +77,7 @@ def visit_in_python(walk: Walk, what: str, path: str, origin: Span) -> None:
         raise AlreadyReportedError
 
 
-def ask_host(walk: Walk, request: HostMessage, origin: Span) -> str | None:
+def ask_worker(walk: Walk, request: WorkerMessage, origin: Span) -> str | None:
     """
     Ask the host for something in the scope that there is, and do what it says.
 
@@ -102,14 +108,14 @@ def finish(walk: Walk, path: str) -> None:
     if walk.dialogue is not None and walk.dialogue.goes_on:
         start = Position(path, 1, 1)
         try:
-            ask_host(walk, {'do': 'finish'}, start)
+            ask_worker(walk, {'do': 'finish'}, start)
         except NotTakenOverError as e:
             raise error(str(e.reason), start) from e
 
 
 def _asked(
-    walk: Walk, request: HostMessage, origin: Span, start: Position
-) -> HostMessage:
+    walk: Walk, request: WorkerMessage, origin: Span, start: Position
+) -> WorkerMessage:
     """
     Ask the host.
 
@@ -117,16 +123,16 @@ def _asked(
     :raises NotTakenOverError: when there is none
     :raises LaunchError: when the launch cannot go on
     """
-    if walk.open_host is None:
+    if walk.open_worker is None:
         raise NotTakenOverError(None)
-    host = walk.open_host()
+    host = walk.open_worker()
     try:
         if walk.dialogue is None:
-            walk.dialogue = HostDialogue(walk, host)
+            walk.dialogue = WorkerDialogue(walk, host)
         return walk.dialogue.ask(request, origin)
-    except NoHostError as e:
+    except NoWorkerError as e:
         raise NotTakenOverError(None) from e
-    except HostTimeoutError as e:
+    except WorkerTimeoutError as e:
         frames = host.doing().get('frames') or ()
         name = os.path.basename(start.path)
         text = f"the launch file '{name}' takes {e} to be read"
@@ -134,10 +140,10 @@ def _asked(
         if frames:
             text += ', and is here'
         raise at_frames(walk, frames, text, hint, start) from e
-    except HostError as e:
-        if walk.has_lost_host:
+    except WorkerError as e:
+        if walk.has_lost_worker:
             raise AlreadyReportedError from e
-        walk.has_lost_host = True
+        walk.has_lost_worker = True
         raise error(
             f'the process that reads launch files in Python {e}', start
         ) from e
