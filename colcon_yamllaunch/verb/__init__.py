@@ -4,6 +4,16 @@
 """
 The colcon verbs: arguments in, exit code out.
 
-Where nothing else is said, an `environment` is that of the user, and `known`
-is what colcon's parser has made of the command line.
+- `extensions` is what colcon loads: a class for each verb.
+- `options` has all options (`option` says what one is), `command_line` reads
+  them, `target` finds the workspace and the launch file.
+- `launch`, `run`, `sweep` and `create` each have the `main` of a verb. A
+  launch goes through `context`, `prepare` (plan and `builds`, with `preflight`
+  and `machines`) and `run_launch`. `inspect_launch` and `watch_launch` are
+  `--plan` and the like, and `--watch`.
+- `controlling` and what it imports act on running launches.
+- `completing` answers Tab.
+
+If nothing else is said, an `environment` is the user's, and `known` is what
+colcon's parser has read of the command line.
 """

@@ -20,7 +20,7 @@ from colcon_yamllaunch.plan.plan import Entry
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.plan import Shutdown
-from colcon_yamllaunch.verb.launching.launch_packages import LaunchPackages
+from colcon_yamllaunch.verb.workspace_session import LaunchPackages
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 from tests.conformance.case import environment_of

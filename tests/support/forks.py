@@ -26,8 +26,7 @@ import catkin_pkg.package, catkin_pkg.condition, em, setuptools, yaml
 import colcon_core.command, colcon_core.event_reactor, colcon_core.executor
 import colcon_core.verb.build
 import colcon_yamllaunch.run
-import colcon_yamllaunch.verb.launching.launch_flow
-import colcon_yamllaunch.verb.launching.plan_run
+import colcon_yamllaunch.verb.run_launch
 import colcon_yamllaunch.workspace.building.update
 
 # colcon's extensions, which it imports to ask which of them there are

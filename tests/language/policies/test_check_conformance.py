@@ -9,7 +9,7 @@ import shutil
 
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.policies.check import check
-from colcon_yamllaunch.verb.launching.launch_packages import LaunchPackages
+from colcon_yamllaunch.verb.workspace_session import LaunchPackages
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 import pytest
 

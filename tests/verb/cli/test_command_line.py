@@ -5,9 +5,9 @@
 
 from argparse import Namespace
 
-from colcon_yamllaunch.verb.cli.command_line import split_line
-from colcon_yamllaunch.verb.cli.command_line import written_for_argparse
-from colcon_yamllaunch.verb.cli.options import LaunchOptions
+from colcon_yamllaunch.verb.command_line import split_line
+from colcon_yamllaunch.verb.command_line import written_for_argparse
+from colcon_yamllaunch.verb.options import LaunchOptions
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest

@@ -6,10 +6,10 @@
 import argparse
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.verb.cli.command_line import add_options
-from colcon_yamllaunch.verb.cli.launch_options import parse_launch_options
-from colcon_yamllaunch.verb.cli.options import ControlOptions
-from colcon_yamllaunch.verb.cli.options import LaunchOptions
+from colcon_yamllaunch.verb.command_line import add_options
+from colcon_yamllaunch.verb.command_line import parse_launch_options
+from colcon_yamllaunch.verb.options import ControlOptions
+from colcon_yamllaunch.verb.options import LaunchOptions
 import pytest
 
 

@@ -5,8 +5,8 @@
 
 from pathlib import Path
 
-from colcon_yamllaunch.verb.cli.log_base import find_workspace
-from colcon_yamllaunch.verb.cli.log_base import WORKSPACE
+from colcon_yamllaunch.verb.target import find_workspace
+from colcon_yamllaunch.verb.target import WORKSPACE
 from colcon_yamllaunch.workspace.packages.trust import UntrustedError
 import pytest
 

@@ -10,15 +10,15 @@ from typing import Any
 from typing import get_args
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.verb.cli.command_line import add_options
-from colcon_yamllaunch.verb.cli.command_line import refuse_unknown
-from colcon_yamllaunch.verb.cli.launch_options import parse_launch_options
-from colcon_yamllaunch.verb.cli.option import Completer
-from colcon_yamllaunch.verb.cli.option import Option
-from colcon_yamllaunch.verb.cli.options import LaunchOptions
-from colcon_yamllaunch.verb.cli.options import OPTIONS
-from colcon_yamllaunch.verb.cli.options import Verb
-from colcon_yamllaunch.verb.completion.completing import COMPLETERS
+from colcon_yamllaunch.verb.command_line import add_options
+from colcon_yamllaunch.verb.command_line import parse_launch_options
+from colcon_yamllaunch.verb.command_line import refuse_unknown
+from colcon_yamllaunch.verb.completing import COMPLETERS
+from colcon_yamllaunch.verb.option import Completer
+from colcon_yamllaunch.verb.option import Option
+from colcon_yamllaunch.verb.options import LaunchOptions
+from colcon_yamllaunch.verb.options import OPTIONS
+from colcon_yamllaunch.verb.options import Verb
 import pytest
 from support.user import User
 

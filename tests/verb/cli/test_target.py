@@ -6,7 +6,7 @@
 from pathlib import Path
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.verb.cli.target import path_target
+from colcon_yamllaunch.verb.target import path_target
 from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 import pytest

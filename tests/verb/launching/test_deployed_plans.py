@@ -155,7 +155,7 @@ def test_what_is_no_machine(
 
 
 def test_completion_of_hosts(tmp_path: Path) -> None:
-    from colcon_yamllaunch.verb.completion.candidates import hosts
+    from colcon_yamllaunch.verb.candidates import hosts
 
     (tmp_path / 'config').write_text(
         'Host arm gpu-*\n  HostName 10.0.0.1\nHost=edge !bad\nMatch all\n'

@@ -17,12 +17,12 @@ from colcon_yamllaunch.engine.state import ComponentState
 from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.state import Part
 from colcon_yamllaunch.engine.state import ProcessState
-from colcon_yamllaunch.verb.cli.options import ControlOptions
-from colcon_yamllaunch.verb.completion import process_candidates
-from colcon_yamllaunch.verb.sessions import attaching
-from colcon_yamllaunch.verb.sessions import controlling
-from colcon_yamllaunch.verb.sessions import reading_logs
-from colcon_yamllaunch.verb.sessions.selecting import Candidate
+from colcon_yamllaunch.verb import attaching
+from colcon_yamllaunch.verb import controlling
+from colcon_yamllaunch.verb import process_candidates
+from colcon_yamllaunch.verb import reading_logs
+from colcon_yamllaunch.verb.options import ControlOptions
+from colcon_yamllaunch.verb.selecting import Candidate
 import pytest
 from support.launch_states import component_state
 from support.launch_states import launch_state

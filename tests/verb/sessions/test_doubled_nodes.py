@@ -12,7 +12,7 @@ from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.plan_json import plan_to_json
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.verb.sessions import doubled_nodes
+from colcon_yamllaunch.verb import doubled_nodes
 import pytest
 from support.launch_states import launch_state
 from support.launch_states import process_state

@@ -5,8 +5,8 @@
 
 from pathlib import Path
 
-from colcon_yamllaunch.verb.sessions.reading_logs import LINES
-from colcon_yamllaunch.verb.sessions.reading_logs import LogReader
+from colcon_yamllaunch.verb.reading_logs import LINES
+from colcon_yamllaunch.verb.reading_logs import LogReader
 import pytest
 
 Capture = pytest.CaptureFixture[bytes]

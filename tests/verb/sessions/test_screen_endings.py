@@ -19,8 +19,8 @@ import pytest
 #: Shows a launch that is none.
 SCREEN = """\
 import sys
-from colcon_yamllaunch.verb.sessions.full_screen import OuterTerminal
-from colcon_yamllaunch.verb.sessions.full_screen import show
+from colcon_yamllaunch.verb.full_screen import OuterTerminal
+from colcon_yamllaunch.verb.full_screen import show
 from support.shown_launch import process
 from support.shown_launch import ShownLaunch
 
@@ -204,7 +204,7 @@ def test_what_cannot_be_written_any_more_does_not_count() -> None:
     # as the screen leaves it when it could still close
     script = """\
 import sys
-from colcon_yamllaunch.verb.sessions import full_screen
+from colcon_yamllaunch.verb import full_screen
 
 sys.stdin.read()
 for stream in (sys.stdout, sys.stderr):

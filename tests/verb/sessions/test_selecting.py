@@ -9,10 +9,10 @@ from typing import cast
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.engine.state import About
-from colcon_yamllaunch.verb.sessions.selecting import Candidate
-from colcon_yamllaunch.verb.sessions.selecting import choose_launch
-from colcon_yamllaunch.verb.sessions.selecting import is_selected
-from colcon_yamllaunch.verb.sessions.selecting import nearest_first
+from colcon_yamllaunch.verb.selecting import Candidate
+from colcon_yamllaunch.verb.selecting import choose_launch
+from colcon_yamllaunch.verb.selecting import is_selected
+from colcon_yamllaunch.verb.selecting import nearest_first
 import pytest
 from support.launch_states import launch_state
 from support.launch_states import process_state

@@ -13,7 +13,7 @@ from colcon_yamllaunch.control.resource_usage import Usage
 from colcon_yamllaunch.engine.state import ComponentState
 from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.state import ProcessState
-from colcon_yamllaunch.verb.sessions.status_table import table
+from colcon_yamllaunch.verb.status_table import table
 import pytest
 from support.launch_states import component_state
 from support.launch_states import launch_state

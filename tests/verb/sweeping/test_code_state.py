@@ -8,8 +8,8 @@ import os
 from pathlib import Path
 import subprocess
 
-from colcon_yamllaunch.verb.sweeping import code_state
-from colcon_yamllaunch.verb.sweeping.code_state import CodeState
+from colcon_yamllaunch.verb import code_state
+from colcon_yamllaunch.verb.code_state import CodeState
 import pytest
 
 Git = Callable[..., None]

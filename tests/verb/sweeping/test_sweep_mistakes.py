@@ -7,9 +7,9 @@ import argparse
 import re
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.verb.cli.command_line import add_options
-from colcon_yamllaunch.verb.cli.options import SweepOptions
-from colcon_yamllaunch.verb.cli.sweep_options import parse_sweep_options
+from colcon_yamllaunch.verb.command_line import add_options
+from colcon_yamllaunch.verb.command_line import parse_sweep_options
+from colcon_yamllaunch.verb.options import SweepOptions
 import pytest
 from support.user import User
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import shutil
 import signal
 
-from colcon_yamllaunch.verb.cli.options import LaunchOptions
-from colcon_yamllaunch.verb.launching.watch_flow import WatchFlow
+from colcon_yamllaunch.verb.options import LaunchOptions
+from colcon_yamllaunch.verb.watch_launch import WatchFlow
 from colcon_yamllaunch.watch.worker import Failed
 from colcon_yamllaunch.watch.worker import Job
 import pytest

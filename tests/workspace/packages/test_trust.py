@@ -7,7 +7,7 @@ from collections.abc import Callable
 import os
 from pathlib import Path
 
-from colcon_yamllaunch.verb.cli.environment_variables import TRUSTED
+from colcon_yamllaunch.verb.extensions import TRUSTED
 from colcon_yamllaunch.workspace.packages.trust import TRUST
 from colcon_yamllaunch.workspace.packages.trust import Trust
 from colcon_yamllaunch.workspace.packages.trust import UntrustedError

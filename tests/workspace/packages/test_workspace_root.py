@@ -6,7 +6,7 @@
 import os
 from pathlib import Path
 
-from colcon_yamllaunch.verb.cli.log_base import find_workspace
+from colcon_yamllaunch.verb.target import find_workspace
 from colcon_yamllaunch.workspace.packages import workspace_root
 from colcon_yamllaunch.workspace.packages.workspace_root import find_root
 from colcon_yamllaunch.workspace.packages.workspace_root import (

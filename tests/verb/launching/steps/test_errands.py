@@ -6,7 +6,7 @@
 import threading
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.verb.launching.steps.errands import Errands
+from colcon_yamllaunch.verb.machines import Errands
 import pytest
 
 

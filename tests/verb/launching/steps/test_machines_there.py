@@ -17,7 +17,7 @@ from colcon_yamllaunch.remote.deployment.deployment import Deployment
 from colcon_yamllaunch.remote.deployment.deployment import Rule
 from colcon_yamllaunch.remote.deployment.machine import Machine
 from colcon_yamllaunch.remote.part_settings import PartSettings
-from colcon_yamllaunch.verb.launching.steps import machines_there
+from colcon_yamllaunch.verb import machines as verb_machines
 import pytest
 
 AT = Position('a.yaml', 1, 1)
@@ -75,8 +75,8 @@ def contacts(monkeypatch):
     monkeypatch.setattr(PlayedContact, 'made', made)
     monkeypatch.setattr(PlayedContact, 'fails', {})
     monkeypatch.setattr(PlayedContact, 'asks', set())
-    monkeypatch.setattr(machines_there, 'MachineConnection', PlayedContact)
-    monkeypatch.setattr(machines_there, 'MachineLink', lambda part: part)
+    monkeypatch.setattr(verb_machines, 'MachineConnection', PlayedContact)
+    monkeypatch.setattr(verb_machines, 'MachineLink', lambda part: part)
     return made
 
 
@@ -87,7 +87,7 @@ def process(name, *words):
 def machines(**fields):
     rules = tuple(Rule(name, AT, name) for name in MACHINES)
     locator = SimpleNamespace(owner=lambda _: None, package_of=lambda _: None)
-    return machines_there.MachinesThere(
+    return verb_machines.MachinesThere(
         Deployment(MACHINES, rules),
         SimpleNamespace(root=None, locator=locator),
         VARIABLES,

@@ -1,0 +1,151 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The builds of one launch, and what the user is told about them."""
+
+from collections.abc import Callable
+from collections.abc import Collection
+from collections.abc import Sequence
+from contextlib import redirect_stdout
+from dataclasses import replace
+import sys
+from typing import Any
+
+from colcon_yamllaunch.verb.messages import ForgivingOutput
+from colcon_yamllaunch.verb.messages import say_line
+from colcon_yamllaunch.verb.workspace_session import WorkspaceSession
+from colcon_yamllaunch.workspace.building.build_interruption import (
+    interruption,
+)
+from colcon_yamllaunch.workspace.building.build_report import after_build
+from colcon_yamllaunch.workspace.building.build_report import after_failure
+from colcon_yamllaunch.workspace.building.build_report import explanation
+from colcon_yamllaunch.workspace.building.update import bring_up_to_date
+from colcon_yamllaunch.workspace.building.update import BuildRequest
+from colcon_yamllaunch.workspace.building.update import decide
+from colcon_yamllaunch.workspace.building.update import Update
+from colcon_yamllaunch.workspace.freshness.build_decision import Decision
+
+
+class Builds:
+    """
+    The builds of one launch.
+
+    What one build brings may make more packages necessary, so there may be
+    several; the user gets one line about all of them.
+
+    :param exactly: Whether what packages need is left as it is
+    :param force: Whether to build those that are up to date as well
+    :param why: Whether to tell of all packages why they are built or not
+    """
+
+    def __init__(
+        self,
+        session: WorkspaceSession,
+        *,
+        exactly: bool,
+        force: bool = False,
+        why: bool = False,
+    ) -> None:
+        self._session = session
+        self._exactly = exactly
+        self._force = force
+        self._why = why
+        self._built: dict[str, Decision] = {}
+        self._fresh: set[str] = set()
+        self._explained: set[str] = set()
+        self._has_decided = False
+
+    @property
+    def names(self) -> list[str]:
+        """The packages that were built."""
+        return list(self._built)
+
+    def update(
+        self,
+        wanted: Collection[str],
+        launch: str,
+        look_first: Callable[[], None],
+    ) -> Update:
+        """
+        Build packages that are stale, with what they need, and source again.
+
+        :param launch: What the launch file is called in explanations
+        :param look_first: Is called before anything is built, and may raise
+        :raises WorkspaceError: when a package cannot be built
+        """
+        session = self._session
+        session.refuse_invalid_manifests(wanted)
+        environment = session.build_environment()
+        output: Any = ForgivingOutput(sys.stdout)
+
+        def decided(decisions: Sequence[Decision]) -> None:
+            if self._why:
+                self._explainer(wanted, launch)(decisions)
+            if any(decision.is_stale for decision in decisions):
+                look_first()
+
+        with interruption() as interrupted, redirect_stdout(output):
+            update = bring_up_to_date(
+                session.colcon,
+                self._request(wanted),
+                environment,
+                session.announce,
+                decided,
+                session.lock,
+            )
+        if interrupted.returncode is not None:
+            update = replace(update, returncode=interrupted.returncode)
+        elif update.returncode == 0 and update.changed:
+            session.source()
+        self._has_decided = True
+        for decision in update.decisions:
+            if decision.name in update.built:
+                self._built.setdefault(decision.name, decision)
+            elif not decision.is_stale:
+                self._fresh.add(decision.name)
+        return update
+
+    def tell(self) -> None:
+        """Say in one line what was built, if it came to that."""
+        if self._has_decided:
+            fresh = self._fresh - set(self._built)
+            say_line(after_build(list(self._built.values()), len(fresh)))
+
+    def explain(self, wanted: Collection[str], launch: str) -> None:
+        """Say what would be built and why, and build nothing."""
+        if self._session.root is None:
+            return
+        decisions = decide(
+            self._session.colcon,
+            self._request(wanted),
+            self._session.build_environment(),
+            self._session.announce,
+        )
+        self._explainer(wanted, launch)(decisions)
+
+    def _request(self, wanted: Collection[str]) -> BuildRequest:
+        return BuildRequest(wanted, self._exactly, self._force, self._built)
+
+    def _explainer(
+        self, wanted: Collection[str], launch: str
+    ) -> Callable[[Sequence[Decision]], None]:
+        def explain(decisions: Sequence[Decision]) -> None:
+            new = [d for d in decisions if d.name not in self._explained]
+            self._explained.update(d.name for d in new)
+            ways = self._session.needed_by(wanted)
+            for decision in new:
+                say_line(explanation(decision, ways[decision.name], launch))
+
+        return explain
+
+
+def failure(update: Update) -> str:
+    """Tell how far a build came that did not succeed, in one line."""
+    stale = [name for name, _ in update.stale]
+    done = update.built | update.failed
+    return after_failure(
+        [name for name in stale if name in update.failed],
+        [name for name in stale if name in update.built],
+        [name for name in stale if name not in done],
+    )

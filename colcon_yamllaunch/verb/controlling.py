@@ -1,0 +1,364 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What `colcon launch` does about launches that run already."""
+
+from collections.abc import Callable
+from collections.abc import Iterable
+from collections.abc import Mapping
+from collections.abc import Sequence
+import json
+from pathlib import Path
+import shutil
+import sys
+import time
+from typing import Any
+
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.suggestions import listing
+from colcon_yamllaunch.control.client import ControlError
+from colcon_yamllaunch.control.client import LaunchEndedError
+from colcon_yamllaunch.control.client import PROGRESS_INTERVAL
+from colcon_yamllaunch.control.resource_usage import Usage
+from colcon_yamllaunch.control.resource_usage import usage_of
+from colcon_yamllaunch.control.resource_usage import use_of
+from colcon_yamllaunch.engine import commands
+from colcon_yamllaunch.engine.commands import ChangeState
+from colcon_yamllaunch.engine.components.transitions import TRANSITIONS
+from colcon_yamllaunch.engine.components.transitions import transitions_of
+from colcon_yamllaunch.engine.state import ComponentState
+from colcon_yamllaunch.engine.state import LaunchState
+from colcon_yamllaunch.engine.state import Part
+from colcon_yamllaunch.engine.state import ProcessState
+from colcon_yamllaunch.engine.state import to_json
+from colcon_yamllaunch.verb.messages import say
+from colcon_yamllaunch.verb.messages import say_line
+from colcon_yamllaunch.verb.messages import show
+from colcon_yamllaunch.verb.messages import show_json
+from colcon_yamllaunch.verb.options import ControlOptions
+from colcon_yamllaunch.verb.selecting import Candidate
+from colcon_yamllaunch.verb.selecting import choose_launch
+from colcon_yamllaunch.verb.selecting import choose_parts
+from colcon_yamllaunch.verb.selecting import choose_processes
+from colcon_yamllaunch.verb.selecting import find_launches
+from colcon_yamllaunch.verb.selecting import is_pattern
+from colcon_yamllaunch.verb.selecting import matches
+from colcon_yamllaunch.verb.selecting import nearest_first
+from colcon_yamllaunch.verb.status_table import table
+from colcon_yamllaunch.workspace.packages.trust import UntrustedError
+from colcon_yamllaunch.workspace.packages.workspace_root import find_root
+
+#: Seconds between two questions to a launch that was asked for something.
+POLL_INTERVAL = 0.05
+_COMMANDS = {'stop': commands.Stop, 'restart': commands.Restart}
+_UNSETTLED = ('stopping', 'loading', 'unloading', 'unknown')
+
+
+def control(options: ControlOptions, environment: Mapping[str, str]) -> int:
+    """
+    Do what was asked, and return the exit code.
+
+    :raises UserError: when no launch or no process is meant
+    """
+    root = _workspace()
+    found = find_launches(environment, options.launch)
+    candidates = nearest_first(found, root)
+    if options.action == 'status':
+        return _status(candidates, options.status_format)
+    ends = options.action in ('stop', 'restart')
+    if ends and is_pattern(options.launch) and len(candidates) > 1:
+        return _end_in_all(candidates, options)
+    chosen = choose_launch(candidates, options.names, root, ends=ends)
+    try:
+        if ends:
+            return _end_in(chosen, options)
+        if options.action == 'lifecycle':
+            from colcon_yamllaunch.verb.controlling import change_states
+
+            return change_states(chosen, options.names, options.transition)
+        if options.action == 'attach':
+            from colcon_yamllaunch.verb.attaching import attach
+
+            return attach(chosen, choose_parts(chosen.state, options.names))
+        if options.action == 'ui':
+            from colcon_yamllaunch.verb.full_screen import show_launch
+
+            return show_launch(chosen, environment)
+        processes = choose_processes(chosen.state, options.names)
+        from colcon_yamllaunch.verb.reading_logs import show_logs
+
+        return show_logs(chosen, processes, follow=options.follow)
+    except ControlError as e:
+        raise UserError(f'{chosen.state.title}: {e}') from e
+
+
+def _workspace() -> Path | None:
+    """Return the workspace that the user stands in, if any."""
+    try:
+        return find_root(Path.cwd())
+    except (OSError, UntrustedError):
+        # what runs there is the user's own all the same
+        return None
+
+
+def _end_in(chosen: Candidate, options: ControlOptions) -> int:
+    if options.action == 'stop' and not options.names:
+        return _stop_launch(chosen)
+    parts = choose_parts(chosen.state, options.names)
+    return _end(chosen, _without_contents(parts), options.action)
+
+
+def _end_in_all(
+    candidates: Sequence[Candidate], options: ControlOptions
+) -> int:
+    """Stop several launches, or processes of them; all begin at once."""
+    if not options.names:
+        return _stop_launches(candidates)
+    having = [c for c in candidates if all(matches(c.state, options.names))]
+    # the first one says which name is unknown
+    return _in_each(having or candidates[:1], lambda c: _end_in(c, options))
+
+
+def _in_each(
+    candidates: Iterable[Candidate], act: Callable[[Candidate], int]
+) -> int:
+    """Do something in several launches; one that refuses stops no other."""
+    code = 0
+    for candidate in candidates:
+        try:
+            code = max(code, act(candidate))
+        except LaunchEndedError:
+            continue
+        except ControlError as e:
+            say(f'colcon launch: error: {candidate.state.title}: {e}')
+            code = 1
+    return code
+
+
+def _status(candidates: Sequence[Candidate], form: str) -> int:
+    states = [c.state for c in candidates]
+    usage = usage_of(
+        {
+            p.local_pid
+            for s in states
+            for p in s.processes
+            if p.local_pid is not None
+        }
+    )
+    # what runs without a launcher is nothing that is as it should be
+    code = int(any(c.is_orphaned for c in candidates))
+    if form == 'json':
+        launches = [_described(candidate, usage) for candidate in candidates]
+        show_json(json.dumps({'launches': launches}, indent=2))
+        return code
+    width = None
+    if sys.stdout.isatty():
+        width = shutil.get_terminal_size().columns
+    tables = [table(c.state, usage, width, c.is_orphaned) for c in candidates]
+    show('\n\n'.join(tables))
+    return code
+
+
+def _described(
+    candidate: Candidate, usage: Mapping[int, Usage]
+) -> dict[str, Any]:
+    described = to_json(candidate.state)
+    described['orphaned'] = candidate.is_orphaned
+    states = candidate.state.processes
+    for process, state in zip(described['processes'], states, strict=True):
+        used = use_of(state, usage)
+        process['cpu'] = None if used is None else round(used.cpu, 4)
+        process['memory'] = None if used is None else used.memory
+    return described
+
+
+def _stop_launch(chosen: Candidate) -> int:
+    _begin_to_stop(chosen)
+    return _wait_for_end(chosen)
+
+
+def _stop_launches(candidates: Sequence[Candidate]) -> int:
+    stopping = []
+
+    def begin(candidate: Candidate) -> int:
+        _begin_to_stop(candidate)
+        stopping.append(candidate)
+        return 0
+
+    code = _in_each(candidates, begin)
+    return max(code, _in_each(stopping, _wait_for_end))
+
+
+def _begin_to_stop(chosen: Candidate) -> None:
+    chosen.launch.do(commands.Shutdown())
+    say_line(f'stopping {chosen.state.title} (pid {chosen.state.pid})')
+
+
+def _wait_for_end(chosen: Candidate) -> int:
+    chosen.launch.wait_for_end(chosen.state.pid)
+    say_line(f'stopped {chosen.state.title}')
+    return 0
+
+
+def _without_contents(parts: Sequence[Part]) -> list[Part]:
+    """Leave out components that go with their container."""
+    labels = {part.label for part in parts}
+    return [
+        part
+        for part in parts
+        if not isinstance(part, ComponentState) or part.process not in labels
+    ]
+
+
+def _end(chosen: Candidate, parts: Sequence[Part], action: str) -> int:
+    """Stop processes and components, or start them anew."""
+    waited = []
+    refusals = []
+    for part in parts:
+        try:
+            chosen.launch.do(_COMMANDS[action](part.label))
+        except LaunchEndedError:
+            raise
+        except ControlError as e:
+            refusals.append(e)
+        else:
+            waited.append(part)
+    if refusals and not waited:
+        raise refusals[0]
+    # of many that a pattern means, some may be as they should be
+    for refusal in refusals:
+        say_line(f'{chosen.state.title}: {refusal}')
+    failed = bool(refusals)
+    if action == 'restart':
+        waited += _contents(chosen, waited)
+    for part in waited:
+        now = _wait_for(chosen, part)
+        text, is_done = _outcome(now, action)
+        failed = failed or not is_done
+        say_line(f'{part.label}: {text}')
+    return int(failed)
+
+
+def _contents(
+    chosen: Candidate, parts: Sequence[Part]
+) -> list[ComponentState]:
+    """Return what containers bring back that are started anew."""
+    return [
+        component
+        for part in parts
+        for component in chosen.state.components_of(part.label)
+        if component.phase != 'unloaded'
+    ]
+
+
+def _outcome(now: Part | None, action: str) -> tuple[str, bool]:
+    """Say what became of something, and whether that was asked for."""
+    is_restart = action == 'restart'
+    if now is None:
+        return 'the launch has ended', not is_restart
+    if isinstance(now, ProcessState):
+        if is_restart and now.pid is not None:
+            return f'started anew, pid {now.pid}', True
+        return now.ending, not is_restart
+    if now.phase == 'failed':
+        return f'could not be loaded: {now.ending}', False
+    if now.phase == 'waiting':
+        return f'waits for the container {now.container}', False
+    if now.phase == 'unloaded':
+        return 'unloaded', not is_restart
+    if is_restart and not now.ending:
+        return f'loaded anew into {now.process or now.container}', True
+    return now.ending or now.phase, False
+
+
+def _wait_for(chosen: Candidate, part: Part) -> Part | None:
+    """Wait until it is as it stays; None when the launch has ended."""
+    asked = time.monotonic()
+    is_told = False
+    while True:
+        try:
+            state = chosen.launch.status()
+        except LaunchEndedError:
+            return None
+        is_long = time.monotonic() - asked > PROGRESS_INTERVAL
+        for now in state.parts():
+            if now.label == part.label and _is_settled(now, is_long):
+                return now
+        if is_long and not is_told:
+            is_told = True
+            say_line(f'waiting for {part.label}')
+        time.sleep(POLL_INTERVAL)
+
+
+def _is_settled(part: Part, is_long: bool) -> bool:
+    if part.phase == 'waiting':
+        # nobody knows when a container of others comes
+        if isinstance(part, ComponentState):
+            return is_long and part.process is None
+        return False
+    return part.phase not in _UNSETTLED
+
+
+def change_states(
+    chosen: Candidate, names: Sequence[str], transition: str
+) -> int:
+    """
+    Change the states of lifecycle nodes, one after the other.
+
+    Return the exit code.
+
+    :param names: The nodes, by name or glob
+    :param transition: One of `TRANSITIONS`
+    :raises UserError: when a name means no lifecycle node
+    :raises ControlError: when the launch ended
+    """
+    # what a launch leaves that was killed has no states, and says so
+    choose = choose_parts if chosen.is_orphaned else choose_lifecycle_nodes
+    failed = False
+    for node in choose(chosen.state, names):
+        reason = _change(chosen, node.label, transition)
+        if reason is None:
+            text = TRANSITIONS[transition].goal
+        else:
+            failed = True
+            text = f'{transition} failed: {reason}'
+        say_line(f'{node.label}: {text}')
+    return int(failed)
+
+
+def choose_lifecycle_nodes(
+    state: LaunchState, names: Sequence[str]
+) -> list[Part]:
+    """
+    Return the processes and components whose nodes have a lifecycle.
+
+    :param names: As for :func:`choose_parts`
+    :raises UserError: when a name means none
+    """
+    known = [p for p in state.parts() if p.lifecycle is not None]
+    for found in matches(state, names):
+        if found and all(p.lifecycle is None for p in found):
+            raise UserError(
+                f'{listing(p.label for p in found)} of {state.title} is no '
+                'lifecycle_node or composable_lifecycle_node; there is '
+                f'{listing(p.label for p in known) or "none"}'
+            )
+    return [p for p in choose_parts(state, names) if p.lifecycle is not None]
+
+
+def _change(chosen: Candidate, label: str, transition: str) -> str | None:
+    """Change the state of a node; return why that failed, if it did."""
+    try:
+        chosen.launch.do(
+            ChangeState(label, transition),  # type: ignore[arg-type]
+            waiting=lambda: say_line(f'waiting for {label}'),
+        )
+    except LaunchEndedError:
+        raise
+    except ControlError as e:
+        states = {p.label: p.lifecycle for p in chosen.launch.status().parts()}
+        possible = transitions_of(states.get(label))
+        if not possible or transition in possible:
+            return str(e)
+        return f'{e}; it could {" or ".join(possible)}'
+    return None

@@ -1,0 +1,378 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""A running launch on the full screen, and a new one beside it."""
+
+from collections.abc import Callable
+from collections.abc import Iterator
+from collections.abc import Mapping
+from contextlib import contextmanager
+from contextlib import suppress
+import importlib.util
+import os
+import select
+import signal
+import subprocess
+import sys
+import termios
+import time
+from types import TracebackType
+from typing import Any
+from typing import TYPE_CHECKING
+
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.process_scan import is_suspended
+from colcon_yamllaunch.control.client import ControlError
+from colcon_yamllaunch.control.client import LaunchEndedError
+from colcon_yamllaunch.control.client import running_launches
+from colcon_yamllaunch.control.client import RunningLaunch
+from colcon_yamllaunch.control.subscription import BEGINNING
+from colcon_yamllaunch.engine.state import ProcessState
+from colcon_yamllaunch.observers.display import only_prints
+from colcon_yamllaunch.terminal.pager import command
+from colcon_yamllaunch.terminal.pager import LESS
+from colcon_yamllaunch.verb.attaching import attach
+from colcon_yamllaunch.verb.messages import say
+from colcon_yamllaunch.verb.selecting import Candidate
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.terminal.full_screen.launch_app import LaunchApp
+
+
+#: What to say without the library that draws.
+MISSING = (
+    "--ui needs the Python package 'textual': "
+    "pip install 'colcon-yamllaunch[ui]'"
+)
+#: By how much the launch comes before us where both want a processor, as for
+#: nice(1).
+NICE = 5
+#: Seconds in which nobody has read anything, nor left what shows it.
+_GLANCE = 0.4
+#: Seconds that the screen may take to close after a signal.
+_PATIENCE = 1.0
+_ENDING = (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
+#: Signals that the library takes, and does not leave to others at its end.
+_KEPT = (signal.SIGTSTP, signal.SIGCONT)
+
+
+def need_screen(environment: Mapping[str, str]) -> None:
+    """
+    See whether there is all that the full screen needs.
+
+    :raises UserError: when there is not
+    """
+    if importlib.util.find_spec('textual') is None:
+        raise UserError(MISSING)
+    if not (_is_terminal(0) and _is_terminal(1)):
+        raise UserError(
+            '--ui needs a terminal, but standard input or output is none; '
+            '--status and --logs do without'
+        )
+    if only_prints(environment):
+        raise UserError(
+            '--ui needs a terminal that can be drawn on, and TERM says that '
+            'this one cannot; --status and --logs do without'
+        )
+
+
+def show_launch(chosen: Candidate, environment: Mapping[str, str]) -> int:
+    """
+    Show a launch that others have started; return the exit code.
+
+    :raises UserError: when that is not possible here
+    :raises ControlError: when the launch refuses
+    """
+    need_screen(environment)
+    if not isinstance(chosen.launch, RunningLaunch):
+        raise ControlError(
+            'its launcher was killed, so there is nothing to show; --stop '
+            'ends what still runs'
+        )
+    number = show(chosen.launch, OuterTerminal(chosen.state.pid, environment))
+    return 0 if number is None else 128 + number
+
+
+def show(launch: RunningLaunch, terminal: 'OuterTerminal') -> int | None:
+    """
+    Show a launch until the user leaves.
+
+    Return the signal that ended it, if one did.
+
+    :raises ControlError: when the launch refuses
+    """
+    # it takes long to import
+    from colcon_yamllaunch.terminal.full_screen.launch_app import LaunchApp
+    from colcon_yamllaunch.terminal.full_screen.launch_model import BEHIND
+
+    try:
+        launch.subscribe(BEGINNING, states=True, behind=BEHIND)
+    except LaunchEndedError:
+        raise
+    except ControlError as e:
+        raise ControlError(
+            f'it cannot be shown, as it is of an older colcon-yamllaunch: {e}'
+        ) from e
+    os.nice(NICE)
+    # the library takes it away
+    plain = os.environ.get('NO_COLOR')
+    if not plain:
+        # only one that is not empty counts (https://no-color.org)
+        os.environ.pop('NO_COLOR', None)
+    with ScreenKeeper(0) as keeper:
+        app = LaunchApp(
+            launch,
+            terminal,
+            shown=lambda is_shown: keeper.take(is_shown=is_shown),
+        )
+        try:
+            with _ended_by_signals(app, terminal):
+                app.run()
+                if app.signal is not None:
+                    _drop_unwritten()
+        finally:
+            app.panes.close()
+            terminal.is_over = bool(app.panes.model.ending)
+            if plain is not None:
+                os.environ['NO_COLOR'] = plain
+    if app.error is not None:
+        raise app.error
+    return app.signal
+
+
+class OuterTerminal:
+    """
+    What the full screen can have done outside of itself.
+
+    :param pid: The launcher
+    :param interrupt: Does what Ctrl-C does to a launch that was started for
+      this screen; None for any other
+    """
+
+    def __init__(
+        self,
+        pid: int,
+        environment: Mapping[str, str],
+        interrupt: Callable[[], None] | None = None,
+    ) -> None:
+        self._pid = pid
+        self._environment = environment
+        self._interrupt = interrupt
+        #: Whether the launch ended while it was shown.
+        self.is_over = False
+
+    @property
+    def owns_launch(self) -> bool:
+        """Whether the launch was started for this screen."""
+        return self._interrupt is not None
+
+    def interrupt(self) -> None:
+        """Do to the launch what Ctrl-C does."""
+        if self._interrupt is not None:
+            self._interrupt()
+
+    def attach(self, label: str) -> None:
+        """Connect the terminal to a process, until that is over."""
+        launch = launch_of(self._pid, self._environment)
+        if launch is None:
+            return
+        try:
+            state = launch.status()
+            parts = [
+                p
+                for p in state.processes
+                if p.label == label and isinstance(p, ProcessState)
+            ]
+            attach(Candidate(launch, state), parts)
+        except (ControlError, UserError) as e:
+            say(f'{label}: {e}')
+            self._wait()
+        finally:
+            launch.close()
+
+    def page(self, path: str) -> None:
+        """Show a file, until the user has seen it."""
+        begin = time.monotonic()
+        try:
+            subprocess.run(
+                [*command(self._environment), path],
+                env={'LESS': LESS, **self._environment},
+                check=False,
+            )
+        except (OSError, ValueError) as e:
+            say(f'there is no pager: {e}; the log is {path}')
+        # one that does not wait, such as cat, or that does not work
+        if time.monotonic() - begin < _GLANCE:
+            self._wait()
+
+    def _wait(self) -> None:
+        say('Enter goes back')
+        sys.stdin.readline()
+
+
+def launch_of(
+    pid: int, environment: Mapping[str, str]
+) -> RunningLaunch | None:
+    """Return the launch of a launcher, None while there is none."""
+    found = None
+    for launch in running_launches(environment, lambda _: None):
+        if found is None and launch.pid == pid:
+            found = launch
+        else:
+            launch.close()
+    return found
+
+
+@contextmanager
+def _ended_by_signals(
+    app: 'LaunchApp', terminal: OuterTerminal
+) -> Iterator[None]:
+    """
+    Have signals end the screen, whatever it does.
+
+    The library hangs for good in a write when the terminal takes nothing any
+    more: the thread that writes has ended by an error, or is blocked, and its
+    queue has a bound. So handlers of asyncio would never run; these do.
+    """
+
+    def end(number: int, _: object) -> None:
+        if app.signal is None:
+            signal.setitimer(signal.ITIMER_REAL, _PATIENCE)
+            app.end_by(number)
+
+    def give_up(*_: object) -> None:
+        terminal.interrupt()
+        # the keeper gives the terminal back, if it is still there
+        os._exit(128 + (app.signal or 0))
+
+    handlers = dict.fromkeys(_ENDING, end) | {signal.SIGALRM: give_up}
+    before = {n: signal.signal(n, h) for n, h in handlers.items()}
+    before |= {number: signal.getsignal(number) for number in _KEPT}
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _drop_unwritten() -> None:
+    """
+    Forget what a terminal that is gone was to show.
+
+    Python would try to write it at its end, and exit with 120 then.
+    """
+    for stream in (sys.__stdout__, sys.__stderr__):
+        if stream is None:
+            continue
+        try:
+            stream.flush()
+        except OSError:
+            null = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(null, stream.fileno())
+            os.close(null)
+
+
+def _is_terminal(descriptor: int) -> bool:
+    try:
+        return os.isatty(descriptor)
+    except OSError:
+        return False
+
+
+# ends what the library begins: keys of the kitty protocol, the mouse, pastes
+# and changes of focus and size that are told, one drawing at once, no wraps,
+# the other screen, no cursor; see xterm's ctlseqs
+_RESTORE = (
+    b'\x1b[<u\x1b[?1000;1002;1003;1006;1015;1016l\x1b[?2004l\x1b[?1004l'
+    b'\x1b[?2048l\x1b[?2026l\x1b[0m\x1b[?7h\x1b[?1049l\x1b[?25h'
+)
+_ON, _OFF = b'+', b'-'
+#: Seconds between two times that it tells of a terminal that is gone, or looks
+#: whether the screen is stopped.
+_INTERVAL = 0.5
+_SIGNALS = (
+    *(signal.SIGINT, signal.SIGQUIT, signal.SIGTERM, signal.SIGHUP),
+    *(signal.SIGTSTP, signal.SIGTTOU, signal.SIGTTIN),
+)
+
+
+class ScreenKeeper:
+    """
+    Watches over the full screen as long as it is open.
+
+    :param terminal: A descriptor of the terminal
+    """
+
+    def __init__(self, terminal: int) -> None:
+        before = termios.tcgetattr(terminal)
+        screen = os.getpid()
+        reader, self._writer = os.pipe()
+        self._pid = os.fork()
+        if self._pid == 0:
+            code = 1
+            try:
+                os.close(self._writer)
+                _keep(reader, terminal, before, screen)
+                code = 0
+            finally:
+                os._exit(code)
+        os.close(reader)
+
+    def take(self, *, is_shown: bool) -> None:
+        """Take note that the screen is shown now, or is not."""
+        with suppress(OSError):
+            os.write(self._writer, _ON if is_shown else _OFF)
+
+    def __enter__(self) -> 'ScreenKeeper':
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.take(is_shown=False)
+        os.close(self._writer)
+        with suppress(ChildProcessError):
+            os.waitpid(self._pid, 0)
+
+
+def _keep(reader: int, terminal: int, before: list[Any], screen: int) -> None:
+    """Be that process: wait until the screen is gone."""
+    # it is no part of the job, which others suspend, hang up and kill
+    os.setpgid(0, 0)
+    for number in _SIGNALS:
+        signal.signal(number, signal.SIG_IGN)
+    last = _OFF
+    poll = select.poll()
+    poll.register(reader, select.POLLIN)
+    # that it is hung up is told in any case
+    poll.register(terminal, 0)
+    while True:
+        found = dict(poll.poll(1000 * _INTERVAL if last == _ON else None))
+        if reader in found:
+            if not (read := os.read(reader, 64)):
+                break
+            last = read[-1:]
+        elif found:
+            # who is no job of that terminal, or has given it to another
+            # program, does not hear of it otherwise
+            os.kill(screen, signal.SIGHUP)
+            time.sleep(_INTERVAL)
+        elif is_suspended(screen):
+            # it takes the terminal anew when it goes on
+            _restore(terminal, before)
+            last = _OFF
+    if last == _ON:
+        _restore(terminal, before)
+
+
+def _restore(terminal: int, before: list[Any]) -> None:
+    """Make the terminal what it was before the screen."""
+    with suppress(OSError, termios.error):
+        os.write(terminal, _RESTORE)
+        # with it, keys make no signals; if they do, a shell was faster
+        if not termios.tcgetattr(terminal)[3] & termios.ISIG:
+            termios.tcsetattr(terminal, termios.TCSANOW, before)

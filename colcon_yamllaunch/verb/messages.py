@@ -1,0 +1,257 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What the verbs say to the user."""
+
+from collections.abc import Callable
+from collections.abc import Iterable
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextlib import suppress
+import errno
+import logging
+import os
+import signal
+import sys
+from typing import Any
+from typing import TextIO
+
+import colcon_core
+from colcon_core.location import get_log_path
+import colcon_yamllaunch
+from colcon_yamllaunch.common.errors import OutputError
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.printable import one_line
+from colcon_yamllaunch.common.printable import printable
+from colcon_yamllaunch.common.printable import printable_json
+from colcon_yamllaunch.engine.output.signals import accept_signals
+
+#: The exit code after Ctrl-C before anything runs (128 + SIGINT).
+INTERRUPTED = 130
+
+# those that end a process that does nothing about them
+_SIGNALS = (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
+
+logger = logging.getLogger('colcon.colcon_yamllaunch')
+
+
+def say(text: str) -> None:
+    """Print lines for the user, apart from the output of processes."""
+    # who shows something hears of what is wrong with the output
+    with suppress(OSError):
+        sys.stdout.flush()
+    try:
+        print(printable(text), file=sys.stderr, flush=True)
+    except OSError:
+        # what cannot be said does not change what is done
+        _drop(sys.stderr)
+
+
+def say_line(text: str) -> None:
+    """Print a line likewise; nothing that is in it makes it two."""
+    say(one_line(text))
+
+
+def show(text: str, end: str = '\n') -> None:
+    """
+    Print what the user asked for.
+
+    :raises OutputError: when it cannot be written
+    """
+    with written():
+        print(printable(text), end=end, flush=True)
+
+
+def show_json(text: str) -> None:
+    """
+    Print JSON that the user asked for; its values are exact.
+
+    :raises OutputError: when it cannot be written
+    """
+    with written():
+        print(printable_json(text), flush=True)
+
+
+def show_bytes(data: bytes) -> None:
+    """
+    Print bytes at once.
+
+    :raises OutputError: when they cannot be written
+    """
+    with written():
+        sys.stdout.buffer.write(data)
+        sys.stdout.flush()
+
+
+@contextmanager
+def written() -> Iterator[None]:
+    """
+    Write to standard output.
+
+    :raises OutputError: when it takes nothing
+    :raises BrokenPipeError: when nobody reads it
+    """
+    try:
+        yield
+    except OSError as e:
+        # Python would try, and complain, once more at its end
+        _drop(sys.stdout)
+        if isinstance(e, BrokenPipeError):
+            raise
+        raise OutputError(e) from e
+
+
+class ForgivingOutput:
+    """
+    Standard output for what shows a traceback when it cannot write, as colcon.
+
+    What is lost so shows when more is written by others.
+    """
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+    def write(self, text: str) -> int:
+        """Write a text if that is possible."""
+        with suppress(OSError):
+            self._stream.write(text)
+        return len(text)
+
+    def flush(self) -> None:
+        """Write all if that is possible."""
+        with suppress(OSError):
+            self._stream.flush()
+
+
+def _drop(stream: TextIO) -> None:
+    """Lead a stream to where everything vanishes."""
+    # a stream may be no file of the system
+    with suppress(OSError, ValueError):
+        descriptor = os.open(os.devnull, os.O_WRONLY | os.O_CLOEXEC)
+        os.dup2(descriptor, stream.fileno())
+        os.close(descriptor)
+
+
+def open_standard_streams() -> None:
+    """
+    Open closed standard input, output and error on the null device.
+
+    Otherwise the next file that is opened would take its place, and there
+    would be nothing to print to: for Python, the stream is then None.
+    """
+    streams = (sys.stdin, sys.stdout, sys.stderr)
+    if all(stream is not None for stream in streams):
+        return
+    descriptor = os.open(os.devnull, os.O_RDWR)
+    while descriptor <= 2:
+        descriptor = os.dup(descriptor)
+    os.close(descriptor)
+    sys.stdin = sys.stdin or os.fdopen(0, closefd=False)
+    sys.stdout = sys.stdout or os.fdopen(1, 'w', closefd=False)
+    sys.stderr = sys.stderr or os.fdopen(2, 'w', closefd=False)
+
+
+def enumeration(items: Iterable[str]) -> str:
+    """Return items as a sentence has them; there is at least one."""
+    *first, last = items
+    return f'{", ".join(first)} and {last}' if first else last
+
+
+def show_versions() -> int:
+    """Do what `--version` asks for, and return the exit code."""
+    show(
+        f'colcon-yamllaunch {colcon_yamllaunch.__version__}, '
+        f'colcon-core {colcon_core.__version__}'
+    )
+    return 0
+
+
+@contextmanager
+def _ended_by_signals() -> Iterator[None]:
+    """
+    Let signals end us as an exception does, which ends what we wait for.
+
+    A command of a launch file would go on otherwise. Builds and launches
+    that run have handlers of their own.
+
+    :raises SystemExit: when one arrives
+    """
+    taken = [n for n in _SIGNALS if signal.getsignal(n) is signal.SIG_DFL]
+    for number in taken:
+        signal.signal(number, _end)
+    try:
+        yield
+    finally:
+        for number in taken:
+            signal.signal(number, signal.SIG_DFL)
+
+
+def _end(number: int, _frame: object) -> None:
+    raise SystemExit(128 + number)
+
+
+def report_errors(verb: str, action: Callable[[], int]) -> int:
+    """
+    Do what a verb does, and say in one message what went wrong.
+
+    Return the exit code.
+    """
+    try:
+        accept_signals()
+        with _ended_by_signals():
+            code = action()
+        with written():
+            sys.stdout.flush()
+        return code
+    except UserError as e:
+        say(e.lines(f'colcon {verb}'))
+        return 1
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    except BrokenPipeError:
+        # nobody reads what is shown
+        return 1
+    except Exception as e:
+        lack = _lack(e)
+        if lack is not None:
+            say(f'colcon {verb}: error: {lack}')
+            return 1
+        # a defect of ours: the user gets one line, the log the traceback
+        logger.debug('unexpected exception', exc_info=True)
+        say(
+            f'colcon {verb}: internal error: {type(e).__name__}: {e}\n'
+            '  help: please report it with logger_all.log from '
+            f'{get_log_path() or "the log folder"}'
+        )
+        return 1
+    finally:
+        _settle(sys.stdout)
+        _settle(sys.stderr)
+
+
+def _lack(problem: Exception) -> str | None:
+    """Return what the system lacks and how to get it, None if nothing."""
+    if not isinstance(problem, OSError):
+        return None
+    if problem.errno in (errno.EMFILE, errno.ENFILE):
+        reason = f'{problem.strerror}: a launch needs more of them'
+        return f'{reason}\n  help: ulimit -n 1024'
+    if problem.filename == os.devnull:
+        reason = f"'{os.devnull}' cannot be opened: {problem.strerror}"
+        return f'{reason}\n  help: mknod -m 666 {os.devnull} c 1 3, as root'
+    return None
+
+
+def _settle(stream: TextIO) -> None:
+    """Leave nothing that Python would try in vain to write at its end."""
+    try:
+        stream.flush()
+    except OSError:
+        # the exit code would be 120 then
+        _drop(stream)
+    except ValueError:
+        # somebody has closed it
+        return

@@ -1,0 +1,223 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Which running launch and what of it the user means."""
+
+from collections.abc import Iterable
+from collections.abc import Mapping
+from collections.abc import Sequence
+from fnmatch import fnmatchcase
+import os
+from pathlib import Path
+
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.process_scan import need_proc
+from colcon_yamllaunch.common.suggestions import did_you_mean
+from colcon_yamllaunch.common.suggestions import listing
+from colcon_yamllaunch.control.client import ControlError
+from colcon_yamllaunch.control.client import LaunchEndedError
+from colcon_yamllaunch.control.client import running_launches
+from colcon_yamllaunch.control.client import RunningLaunch
+from colcon_yamllaunch.control.orphaned_launches import orphaned_launches
+from colcon_yamllaunch.control.orphaned_launches import OrphanedLaunch
+from colcon_yamllaunch.control.process_names import meant_by
+from colcon_yamllaunch.control.process_names import ProcessNames
+from colcon_yamllaunch.engine.state import LaunchState
+from colcon_yamllaunch.engine.state import Part
+from colcon_yamllaunch.engine.state import ProcessState
+from colcon_yamllaunch.verb.messages import say
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """
+    A running launch, or what is left of one.
+
+    :param launch: The connection to it, or what stands for that
+    :param state: Its state when it was found
+    """
+
+    launch: RunningLaunch | OrphanedLaunch
+    state: LaunchState
+
+    @property
+    def is_orphaned(self) -> bool:
+        """Whether its launcher was killed."""
+        return isinstance(self.launch, OrphanedLaunch)
+
+
+def find_launches(
+    environment: Mapping[str, str], selector: str | None
+) -> list[Candidate]:
+    """
+    Return the running launches that may be meant.
+
+    :param selector: A package, launch file, title or process id, or a
+      pattern with `*`, `?` and `[…]` for one; or None
+    :raises UserError: when there is none
+    """
+    need_proc()
+    launches: list[RunningLaunch | OrphanedLaunch]
+    running = running_launches(environment, _warn)
+    launches = [*running, *orphaned_launches(environment)]
+    candidates = []
+    silent = 0
+    for launch in launches:
+        try:
+            candidates.append(Candidate(launch, launch.status()))
+        except LaunchEndedError:
+            # it was just about to end
+            continue
+        except ControlError as e:
+            # others can be looked at all the same
+            _warn(str(e))
+            silent += 1
+    if not candidates:
+        nothing = 'no launch answers' if silent else 'no launch is running'
+        raise UserError(nothing)
+    if selector is None:
+        return candidates
+    chosen = [c for c in candidates if is_selected(c.state, selector)]
+    if not chosen:
+        raise UserError(
+            f"no running launch is '{selector}'; there is "
+            f'{_launches(candidates)}'
+        )
+    return chosen
+
+
+def nearest_first(
+    candidates: Iterable[Candidate], root: Path | None
+) -> list[Candidate]:
+    """Return launches, those of a workspace before all others."""
+    return sorted(candidates, key=lambda c: not is_of(c.state, root))
+
+
+def is_of(state: LaunchState, root: Path | None) -> bool:
+    """Tell whether a launch belongs to a workspace, by file or folder."""
+    return root is not None and any(
+        Path(os.path.realpath(path)).is_relative_to(root)
+        for path in (state.file, state.folder)
+        if path
+    )
+
+
+def choose_launch(
+    candidates: Sequence[Candidate],
+    names: Sequence[str],
+    root: Path | None = None,
+    *,
+    ends: bool = False,
+) -> Candidate:
+    """
+    Return the one launch that is meant.
+
+    :param names: The processes and components that are meant, by name or glob
+    :param root: The workspace whose launches are meant before all others
+    :param ends: Whether it is to be ended, which may be done to all at once
+    :raises UserError: when it is not clear
+    """
+    if len(candidates) == 1:
+        return candidates[0]
+    fitting = [c for c in candidates if names and all(matches(c.state, names))]
+    which = fitting or candidates
+    which = [c for c in which if is_of(c.state, root)] or which
+    if len(which) == 1:
+        return which[0]
+    every = ", or --of '*' to stop all" if ends else ''
+    raise UserError(
+        'more than one launch is running: choose by --of LAUNCH, such as '
+        f'--of {which[0].state.pid}{every}; there is {_launches(which)}'
+    )
+
+
+def is_pattern(selector: str | None) -> bool:
+    """Tell whether what `--of` takes may mean several launches."""
+    return selector is not None and not set('*?[').isdisjoint(selector)
+
+
+def choose_parts(state: LaunchState, names: Sequence[str]) -> list[Part]:
+    """
+    Return the processes and components that are meant, in the plan's order.
+
+    :param names: Names or globs; none means all
+    :raises UserError: when a name means nothing
+    """
+    parts = list(state.parts())
+    if not names:
+        return parts
+    meant: set[str] = set()
+    for name, found in zip(names, matches(state, names), strict=True):
+        if not found:
+            raise UserError(_unknown(state, name))
+        meant.update(p.label for p in found)
+    return [p for p in parts if p.label in meant]
+
+
+def choose_processes(
+    state: LaunchState, names: Sequence[str]
+) -> list[ProcessState]:
+    """
+    Return the processes that are meant; a component means its container.
+
+    :param names: As for :func:`choose_parts`
+    :raises UserError: when a name means nothing, or no process of the launch
+    """
+    meant = set()
+    for part in choose_parts(state, names):
+        if isinstance(part, ProcessState):
+            meant.add(part.label)
+        elif part.process is not None:
+            meant.add(part.process)
+        elif names:
+            raise UserError(
+                f'{part.label} is in {part.container}, which is no container '
+                f'of {state.title}'
+            )
+    return [p for p in state.processes if p.label in meant]
+
+
+def matches(state: LaunchState, names: Iterable[str]) -> list[list[Part]]:
+    """Return for each name the processes and components that it means."""
+    parts = list(state.parts())
+    known = [ProcessNames.of_state(p) for p in parts]
+    return [
+        [parts[index] for index in meant_by(name, known)] for name in names
+    ]
+
+
+def is_selected(state: LaunchState, selector: str) -> bool:
+    """Tell whether a launch is meant by what `--of` takes."""
+    file = Path(state.file)
+    names = (
+        state.title,
+        state.package or '',
+        state.file,
+        file.name,
+        file.stem,
+        str(state.pid),
+    )
+    return (
+        selector in names
+        or str(Path(selector).absolute()) == state.file
+        or any(fnmatchcase(name, selector) for name in names)
+    )
+
+
+def _launches(candidates: Iterable[Candidate]) -> str:
+    return '; '.join(
+        f'{c.state.title} (pid {c.state.pid})' for c in candidates
+    )
+
+
+def _unknown(state: LaunchState, name: str) -> str:
+    known = [n for p in state.parts() for n in ProcessNames.of_state(p)]
+    labels = listing(p.label for p in state.parts())
+    hint = did_you_mean(name, known) or f'there is {labels or "none"}'
+    others = ' or component' if state.components else ''
+    return f"{state.title} has no process{others} '{name}': {hint}"
+
+
+def _warn(text: str) -> None:
+    say(f'colcon launch: warning: {text}')
