@@ -8,7 +8,7 @@ Input: a launch file, its arguments and an environment. Output: a plan, or
 problems with their positions.
 
 - `syntax/` reads YAML and XML into values with positions, and explains errors
-  (`diagnostics`, `yaml_errors`, `xml_errors`).
+  (`diagnostics`, `errors`).
 - `vocabulary/` has the tables of actions, substitutions and types.
 - `tree/` makes the tree of actions of a file (`launch_tree`).
 - `evaluation/` walks through the actions (`walk`) with their scope, and

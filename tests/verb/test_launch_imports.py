@@ -50,7 +50,7 @@ UNUSED_MODULES = (
     'language.actions.parameter_file_lookup',
     'language.policies.check',
     'language.syntax.xml_reader',
-    'language.syntax.yaml_errors',
+    'language.syntax.errors',
     'language.tree.xml_to_yaml',
     'observers.failure_advice',
     'observers.junit',

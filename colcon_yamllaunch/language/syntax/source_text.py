@@ -61,7 +61,8 @@ class Source:
     def index_of(self, line: int, column: int) -> int:
         """Return the index for a line and column counted from 0."""
         starts = _line_starts(self.text)
-        return starts[min(line, len(starts) - 1)] + column
+        # libyaml sees a line end that is not there behind the last line
+        return starts[line] + column if line < len(starts) else len(self.text)
 
 
 @lru_cache(maxsize=8)

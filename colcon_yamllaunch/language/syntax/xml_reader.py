@@ -11,8 +11,8 @@ from xml.parsers import expat
 
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import error
+from colcon_yamllaunch.language.syntax.errors import explain_xml
 from colcon_yamllaunch.language.syntax.source_text import Source
-from colcon_yamllaunch.language.syntax.xml_errors import explain
 from colcon_yamllaunch.language.syntax.xml_scalar import Written
 from colcon_yamllaunch.language.syntax.xml_scalar import XmlScalar
 from colcon_yamllaunch.language.syntax.yaml_reader import MAXIMUM_DEPTH
@@ -78,7 +78,7 @@ class _Reader:
         except expat.ExpatError as e:
             index = max(0, self._index(self._parser.ErrorByteIndex))
             tags = [element.name for element in self._open]
-            raise explain(e.code, index, tags, self._source) from e
+            raise explain_xml(e.code, index, tags, self._source) from e
         assert self._root is not None
         return self._root
 

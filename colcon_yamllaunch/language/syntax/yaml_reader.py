@@ -200,9 +200,9 @@ class _Reader:
                     return self._root
         except yaml.YAMLError as e:
             # most launch files have no mistakes
-            from colcon_yamllaunch.language.syntax.yaml_errors import explain
+            from colcon_yamllaunch.language.syntax.errors import explain_yaml
 
-            raise explain(e, self._source) from e
+            raise explain_yaml(e, self._source) from e
         finally:
             if loader is not None:
                 loader.dispose()
