@@ -15,16 +15,18 @@ from collections import deque
 from collections.abc import Callable
 from collections.abc import Collection
 from collections.abc import Mapping
+from collections.abc import Sequence
 from contextlib import suppress
 import marshal
 import math
+from operator import attrgetter
 import os
 from pathlib import Path
-import sys
 import time
 from typing import Any
 from typing import NamedTuple
 
+from colcon_yamllaunch.common.frozen import mutable
 from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine import limits
@@ -43,6 +45,7 @@ class _EventRecord(NamedTuple):
     line: bytes
 
 
+@mutable
 class _OutputRecord:
     """
     A piece of output.
@@ -52,42 +55,12 @@ class _OutputRecord:
     :param time: In seconds since the epoch
     """
 
-    __slots__ = ('label', 'order', 'pieces', 'size', 'start', 'stream', 'time')
-
-    def __init__(
-        self,
-        order: int,
-        start: int,
-        time: float,
-        label: str,
-        stream: events.Stream,
-        data: bytes,
-    ) -> None:
-        self.order = order
-        self.start = start
-        self.time = time
-        self.label = label
-        self.stream = stream
-        self.pieces = [data]
-        self.size = len(data)
-
-    @property
-    def data(self) -> bytes:
-        """The output."""
-        if len(self.pieces) > 1:
-            self.pieces = [b''.join(self.pieces)]
-        return self.pieces[0]
-
-    def fields(self) -> tuple[int, int, float, str, events.Stream, bytes]:
-        """Return the arguments that make an equal record."""
-        return (
-            self.order,
-            self.start,
-            self.time,
-            self.label,
-            self.stream,
-            self.data,
-        )
+    order: int
+    start: int
+    time: float
+    label: str
+    stream: events.Stream
+    data: bytearray
 
 
 class _Block(NamedTuple):
@@ -107,61 +80,36 @@ class _Block(NamedTuple):
     size: int
 
 
+@mutable
 class Cursor:
     """
-    The position of a client in the journal.
+    The position of a client in the journal, and what that client wants.
 
-    :param events: How many events there were before
-    :param bytes: How many bytes of output there were before
     :param wants_events: Whether the client gets events
     :param wants_output: Whether the client gets output
     :param labels: The processes whose output it gets; None for all
     :param behind: Bytes of output that it may be behind before it misses some
     :param is_raw: Whether output follows a line about it as it is
+    :param is_relayed: Whether its client is behind a relay; see `protocol`
     :param is_holder: Whether it misses no event, however far it is behind
     :param version: The version of the state that the client has; None if it
       does not want the state
+    :param events: How many events there were before
+    :param bytes: How many bytes of output there were before
+    :param loaded: The end and the records of the block that is being read
     """
 
-    __slots__ = (
-        'behind',
-        'bytes',
-        'events',
-        'is_holder',
-        'is_raw',
-        'is_relayed',
-        'labels',
-        'loaded',
-        'version',
-        'wants_events',
-        'wants_output',
-    )
-
-    def __init__(
-        self,
-        events: int,
-        bytes: int,  # noqa: A002
-        *,
-        wants_events: bool,
-        wants_output: bool,
-        labels: Collection[str] | None = None,
-        behind: int = limits.JOURNAL,
-        is_raw: bool = False,
-        is_holder: bool = False,
-    ) -> None:
-        self.events = events
-        self.bytes = bytes
-        self.wants_events = wants_events
-        self.wants_output = wants_output
-        self.labels = labels
-        self.behind = behind
-        self.is_raw = is_raw
-        self.is_holder = is_holder
-        #: Whether its client is behind a relay; see `protocol`.
-        self.is_relayed = False
-        self.version: int | None = None
-        # records of the block that is being read
-        self.loaded: tuple[int, list[_OutputRecord]] = 0, []
+    wants_events: bool = True
+    wants_output: bool = True
+    labels: Collection[str] | None = None
+    behind: int = limits.JOURNAL
+    is_raw: bool = False
+    is_relayed: bool = False
+    is_holder: bool = False
+    version: int | None = None
+    events: int = 0
+    bytes: int = 0
+    loaded: tuple[int, Sequence[_OutputRecord]] = (0, ())
 
 
 class Journal:
@@ -224,25 +172,12 @@ class Journal:
                 wake()
 
     def subscribe(
-        self,
-        since: object,
-        *,
-        wants_events: bool = True,
-        wants_output: bool = True,
-        labels: Collection[str] | None = None,
-        behind: int | None = None,
-        is_raw: bool = False,
-        is_holder: bool = False,
-        before: Cursor | None = None,
+        self, cursor: Cursor, since: object, before: Cursor | None = None
     ) -> Cursor:
         """
-        Return a cursor at a point, which keeps what follows that.
+        Move a cursor to a point, and keep what follows that.
 
         :param since: The point from a client, or None for now
-        :param labels: The processes whose output it gets; None for all
-        :param behind: The bytes that it may be behind; None for the limit
-        :param is_raw: Whether it gets output as it is
-        :param is_holder: Whether it misses as little as possible
         :param before: The cursor which the client had so far: without
           `since`, the new one goes on from there
         :raises ProtocolError: when that is no point of this launch
@@ -252,18 +187,8 @@ class Journal:
             point = {'events': before.events, 'bytes': before.bytes}
         if not isinstance(point, Mapping):
             raise protocol.ProtocolError("'since' is a point, or null")
-        if behind is None:
-            behind = sys.maxsize if is_holder else limits.JOURNAL
-        cursor = Cursor(
-            _number(point, 'events', self._event_count),
-            _number(point, 'bytes', self._byte_count),
-            wants_events=wants_events,
-            wants_output=wants_output,
-            labels=labels,
-            behind=behind,
-            is_raw=is_raw,
-            is_holder=is_holder,
-        )
+        cursor.events = _number(point, 'events', self._event_count)
+        cursor.bytes = _number(point, 'bytes', self._byte_count)
         if before is not None:
             self.unsubscribe(before)
         self._cursors.append(cursor)
@@ -428,21 +353,20 @@ class Journal:
                 output = records[number]
                 if cursor.labels is None or output.label in cursor.labels:
                     return output
-                cursor.bytes = output.start + output.size
+                cursor.bytes = output.start + len(output.data)
         return None
 
-    def _records_at(
-        self, cursor: Cursor
-    ) -> deque[_OutputRecord] | list[_OutputRecord]:
+    def _records_at(self, cursor: Cursor) -> Sequence[_OutputRecord]:
         """Return the records in memory, or of a block, at a cursor."""
         if cursor.bytes >= self._first_in_memory:
-            cursor.loaded = 0, []
+            cursor.loaded = 0, ()
             return self._output
         end, records = cursor.loaded
         if not records or not records[0].start <= cursor.bytes < end:
             found = bisect_right(self._blocks, cursor.bytes, key=_end_of)
             block = self._blocks[found]
             data = os.pread(block.descriptor, block.size, block.position)
+            # with bytes as output, as none is added to these
             records = [_OutputRecord(*each) for each in marshal.loads(data)]
             end = block.end
             cursor.loaded = end, records
@@ -477,15 +401,19 @@ class Journal:
             and last.label == label
             and last.stream == event.stream
             and now - last.time < limits.JOURNAL_MERGE_SECONDS
-            and last.size + size <= protocol.MAXIMUM_OUTPUT
+            and len(last.data) + size <= protocol.MAXIMUM_OUTPUT
         ):
-            last.pieces.append(data)
-            last.size += size
+            last.data += data
         else:
             start, time = self._byte_count, round(now, 6)
             self._output.append(
                 _OutputRecord(
-                    self._order, start, time, label, event.stream, data
+                    self._order,
+                    start,
+                    time,
+                    label,
+                    event.stream,
+                    bytearray(data),
                 )
             )
             self._order += 1
@@ -507,7 +435,7 @@ class Journal:
             or len(self._output) > limits.OUTPUT_PIECES
         ):
             record = self._output.popleft()
-            self._output_size -= record.size
+            self._output_size -= len(record.data)
             records.append(record)
         if not self._release():
             self.close()
@@ -535,7 +463,7 @@ class Journal:
 
     def _write(self, records: list[_OutputRecord]) -> None:
         """Write records to a file, if the disk has room for them."""
-        data = marshal.dumps([record.fields() for record in records])
+        data = marshal.dumps([_fields_of(record) for record in records])
         # without room on the disk, clients that are behind miss them
         with suppress(OSError):
             descriptor = self._file_with_room()
@@ -567,12 +495,11 @@ class Journal:
             os.close(descriptor)
 
 
-def _start_of(record: _OutputRecord) -> int:
-    return record.start
-
-
-def _end_of(block: _Block) -> int:
-    return block.end
+_start_of: Callable[[_OutputRecord], int] = attrgetter('start')
+_end_of: Callable[[_Block], int] = attrgetter('end')
+_fields_of: Callable[[_OutputRecord], tuple[Any, ...]] = attrgetter(
+    'order', 'start', 'time', 'label', 'stream', 'data'
+)
 
 
 def _nameless_file(folder: Path | None) -> int:
@@ -589,12 +516,12 @@ def _nameless_file(folder: Path | None) -> int:
     return descriptor
 
 
-def _piece(data: bytes, start: int) -> bytes:
+def _piece(data: bytearray, start: int) -> bytes:
     """Return as much of output as goes into a message, lines if possible."""
     end = start + protocol.MAXIMUM_OUTPUT
     if end < len(data):
         end = data.rfind(b'\n', start, end) + 1 or end
-    return data[start:end]
+    return bytes(memoryview(data)[start:end])
 
 
 def _number(point: Mapping[Any, Any], name: str, most: int) -> int:

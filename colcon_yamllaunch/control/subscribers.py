@@ -21,6 +21,7 @@ from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.control.journal import Cursor
 from colcon_yamllaunch.control.journal import Journal
 from colcon_yamllaunch.control.protocol import ProtocolError
+from colcon_yamllaunch.engine import limits
 
 #: Renews the lease of a launch by some seconds; without them, it has none.
 Lease = Callable[[float | None], object]
@@ -98,23 +99,21 @@ class Subscribers:
             raise RefusedError('another client holds this launch')
         if seconds is not None and holder is None:
             raise ProtocolError("a 'lease' is for a 'holder' only")
-        cursor = self._journal.subscribe(
-            message.get('since'),
+        cursor = Cursor(
             wants_events=_flag(message, 'events'),
             wants_output=_flag(message, 'output'),
             labels=_labels(message),
-            behind=behind,
+            behind=limits.JOURNAL if behind is None else behind,
             is_raw=_flag(message, 'raw', default=False),
-            before=before,
+            is_relayed=_flag(message, 'relayed', default=False),
         )
-        cursor.is_relayed = _flag(message, 'relayed', default=False)
         if _flag(message, 'states', default=False):
             # what the client has not read of the state comes after all
-            known = None if before is None else before.version
-            state = self._journal.state
-            if known is None:
-                known = 0 if state is None else state.version
-            cursor.version = known
+            cursor.version = None if before is None else before.version
+            if cursor.version is None:
+                state = self._journal.state
+                cursor.version = 0 if state is None else state.version
+        self._journal.subscribe(cursor, message.get('since'), before)
         if holder is not None:
             self._holder, self._reads = holder, cursor
             self._acknowledge({'events': cursor.events, 'bytes': cursor.bytes})
@@ -211,7 +210,7 @@ class Subscribers:
         :raises ProtocolError: when that is no point of this launch
         """
         self._acknowledged = self._journal.subscribe(
-            point, is_holder=True, before=self._acknowledged
+            Cursor(is_holder=True), point, self._acknowledged
         )
 
 

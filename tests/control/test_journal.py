@@ -7,6 +7,7 @@ import json
 import os
 
 from colcon_yamllaunch.control import protocol
+from colcon_yamllaunch.control.journal import Cursor
 from colcon_yamllaunch.control.journal import Journal
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.events import Output
@@ -33,10 +34,11 @@ class Told:
             one = process or self.process
             self.journal.handle(Output(one, 'stdout', data))
 
-    def cursor(self, since=BEGINNING, events=True, output=True, **more):
-        return self.journal.subscribe(
-            since, wants_events=events, wants_output=output, **more
-        )
+    def cursor(
+        self, since=BEGINNING, events=True, output=True, before=None, **more
+    ):
+        cursor = Cursor(wants_events=events, wants_output=output, **more)
+        return self.journal.subscribe(cursor, since, before)
 
     def read(self, cursor, room=1 << 20):
         lines = self.journal.read(cursor, room).splitlines()
