@@ -175,7 +175,7 @@ class Running:
         return [
             p
             for p in _processes()
-            if b'stopping.guard' in _read(p, 'environ')
+            if b'engine.guard' in _read(p, 'environ')
             and _parent(p) == self.pid
         ]
 

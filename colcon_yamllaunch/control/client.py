@@ -25,7 +25,7 @@ from colcon_yamllaunch.control.subscription import received
 from colcon_yamllaunch.engine.events import Event
 from colcon_yamllaunch.engine.events import StateReceived
 from colcon_yamllaunch.engine.events import Watched
-from colcon_yamllaunch.engine.output.readiness import readable
+from colcon_yamllaunch.engine.loop import readable
 from colcon_yamllaunch.engine.state import from_json
 from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.state import StateError

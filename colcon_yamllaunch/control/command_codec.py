@@ -59,10 +59,10 @@ def response_of(command: Command[Any], answer: Mapping[str, Any]) -> Any:
                 described = description.from_json(answer.get('description'))
                 return commands.Described(described)
             case commands.Tree():
-                from colcon_yamllaunch.engine import plan_tree
+                from colcon_yamllaunch.engine import description
 
                 return commands.PlanTree(
-                    plan_tree.from_json(answer.get('tree'))
+                    description.tree_from_json(answer.get('tree'))
                 )
             case commands.RestartChanged():
                 return _CODEC.from_json(commands.Restarted, answer)

@@ -17,7 +17,7 @@ from typing import Any
 from colcon_yamllaunch.control.socket_folder import FolderError
 from colcon_yamllaunch.control.socket_folder import folders
 from colcon_yamllaunch.control.socket_folder import open_folder
-from colcon_yamllaunch.engine.process.own_files import Place
+from colcon_yamllaunch.engine.own_files import Place
 from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.tasks import Task
 from colcon_yamllaunch.plan.plan import DEFAULT_SIGKILL_TIMEOUT

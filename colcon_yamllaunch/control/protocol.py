@@ -22,12 +22,12 @@ which is :data:`VERSION`, and `request`:
   `description`, see `description.Description`;
 - `tree`: the answer has the launch files, groups and timers of the plan, with
   the processes and components in them, as `tree`, a list of
-  `plan_tree.Branch`;
+  `description.Branch`;
 - `watch`, with `pause` or `resume` as `action`: nothing follows from changes
   of files (`--watch`) until it is resumed, and then what follows from those
   since;
 - `change_state`, with the label or the full name of a lifecycle node as
-  `process`, and one of `transitions.TRANSITIONS` as `transition`: it is
+  `process`, and one of `plan.TRANSITIONS` as `transition`: it is
   answered when the node has done it, or has not;
 - `shutdown`: everything is stopped; the connection ends with the launch;
 - `escalate`: the next step of stopping everything is taken at once, as by a

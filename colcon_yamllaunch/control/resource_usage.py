@@ -13,7 +13,7 @@ import os
 import time
 
 from colcon_yamllaunch.common.process_scan import running_processes
-from colcon_yamllaunch.engine.process import cgroup
+from colcon_yamllaunch.engine import cgroup
 from colcon_yamllaunch.engine.state import ProcessState
 
 #: Seconds between two looks that a share of a processor is computed from.

@@ -22,8 +22,8 @@ from colcon_yamllaunch.engine.events import Ended
 from colcon_yamllaunch.engine.events import Event
 from colcon_yamllaunch.engine.events import Planned
 from colcon_yamllaunch.engine.events import Warned
+from colcon_yamllaunch.engine.guard_link import GuardLink
 from colcon_yamllaunch.engine.loop import Loop
-from colcon_yamllaunch.engine.stopping.guard_link import GuardLink
 from colcon_yamllaunch.plan.plan import Process
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from colcon_yamllaunch.control.socket_folder import folders
 from colcon_yamllaunch.control.socket_folder import inside
 from colcon_yamllaunch.control.socket_folder import open_folder
 from colcon_yamllaunch.control.socket_folder import SUFFIX
-from colcon_yamllaunch.engine.process.own_files import Place
+from colcon_yamllaunch.engine.own_files import Place
 
 # a socket that nobody listens on yet has another name, so that it is not
 # taken for a stale one

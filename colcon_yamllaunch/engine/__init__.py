@@ -8,8 +8,11 @@ Input: a plan, an environment and observers. Output: events, and an exit code.
 Start with :mod:`.engine`, which connects the loop, processes, output and
 signals; a signal such as Ctrl-C arrives in `Engine._stop_by`.
 
+State and decisions, without the system:
+
 - :mod:`.supervisor` decides what is started, restarted (`respawn_delay`) and
-  stopped, and when. It does not touch the system.
+  stopped, and when; :mod:`.tasks` has its processes and stops them.
+  :mod:`.outcome` says how a process ended, and what follows.
 - :mod:`.events` declares what can happen, and :mod:`.event_codec` reads events
   of other machines. :mod:`.state` is the state of the launch, which only
   events change; it has what failed. `run.py` (`_Launch.finish`) decides the
@@ -18,17 +21,37 @@ signals; a signal such as Ctrl-C arrives in `Engine._stop_by`.
   executes it. The second Ctrl-C, or the first one while the launch is being
   stopped already, is the command `Escalate`: `Supervisor.escalate` sends the
   next of SIGINT, SIGTERM and SIGKILL at once, and drops timers.
-- :mod:`.loop` waits for descriptors and timers. :mod:`.limits` has the
-  timeouts and limits.
-- :mod:`.process_starter` and `process/` start programs, `output/` reads what
-  they write, and `stopping/` ends them; its guard does so if the launcher is
-  killed. :mod:`.orphans` finds what a process left running.
-- :mod:`.helper_process` runs our own programs, such as the ROS client of
-  `components/`, which loads components and changes lifecycle states.
+- :mod:`.exit_conditions` ends a launch by itself (`--until`, `--for`), and
+  :mod:`.line_pattern` searches output in bounded time.
 - :mod:`.participants` declares what can take part in a launch beside the
   engine: the watcher, the parts on other machines, Python launch files.
-- :mod:`.launch` is the interface to a running launch, here, in another process
-  or on a machine. :mod:`.outcome` judges how a process ended, and says what
-  follows (`delay_of_respawn`).
-- :mod:`.exit_conditions` ends a launch by itself (`--until`, `--for`).
+
+The system:
+
+- :mod:`.loop` waits for descriptors, timers, signals and children.
+  :mod:`.limits` has the timeouts and limits.
+- :mod:`.process_starter` starts the processes of the plan: :mod:`.spawn` each
+  in its process group, :mod:`.cgroup` in the control group of the launch,
+  :mod:`.line_buffering` so that lines show at once. :mod:`.own_files` has
+  their parameter files.
+- :mod:`.channels` makes their pipes and terminals, :mod:`.relay` reads what
+  they write and cuts it into :mod:`.lines`, :mod:`.terminals` types at them,
+  and :mod:`.writer` writes to the screen without waiting for it.
+- :mod:`.launch_scan` finds the processes of a launch, also those that lost
+  their parent. :mod:`.guard` is a process that stops them if the launcher is
+  killed; :mod:`.guard_link` starts it.
+- :mod:`.debugging` and :mod:`.description` are about one process on request.
+
+ROS, for components, lifecycle nodes and timers on ROS time:
+
+- :mod:`.composition` has the components and their containers, and
+  :mod:`.lifecycles` the lifecycle nodes. They receive calls of the supervisor
+  and messages of the ROS client, and send it :mod:`.ros_requests`.
+- :mod:`.ros_client` is that program, which alone uses ROS; :mod:`.ros_link`
+  runs it, as a :mod:`.helper_process`.
+- A load that its container refuses is not retried. A component is loaded again
+  when its container starts again (`Composition.started`), and when a container
+  came back without it or a new ROS client has started (`_request_open`). The
+  client sends a call again only if the container that got it has ended
+  (`_repeat`).
 """

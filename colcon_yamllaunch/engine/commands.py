@@ -25,8 +25,8 @@ from colcon_yamllaunch.plan.plan import Process
 
 if TYPE_CHECKING:
     # few launches are asked for these
+    from colcon_yamllaunch.engine.description import Branch
     from colcon_yamllaunch.engine.description import Description
-    from colcon_yamllaunch.engine.plan_tree import Branch
 
 
 # -- responses
@@ -162,7 +162,7 @@ class ChangeState(PartCommand[Done]):
 
     The response comes when the node has made it.
 
-    :param transition: The transition; see `transitions.TRANSITIONS`
+    :param transition: The transition; see `plan.TRANSITIONS`
     """
 
     transition: Literal[

@@ -26,14 +26,14 @@ from colcon_yamllaunch.engine.commands import Refused
 from colcon_yamllaunch.engine.commands import Response
 from colcon_yamllaunch.engine.participants import Execute
 from colcon_yamllaunch.engine.participants import Reply
-from colcon_yamllaunch.engine.process.spawn import StartError
+from colcon_yamllaunch.engine.spawn import StartError
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import ParametersOf
 
 if TYPE_CHECKING:
     # most launches have no components, and few are asked for these
-    from colcon_yamllaunch.engine.components.composition import ComponentTask
-    from colcon_yamllaunch.engine.components.composition import Composition
+    from colcon_yamllaunch.engine.composition import ComponentTask
+    from colcon_yamllaunch.engine.composition import Composition
     from colcon_yamllaunch.engine.engine import Engine
 
 Handler = Callable[[Any, Reply], Any]
@@ -145,7 +145,7 @@ class Dispatcher:
         return DONE
 
     def _debug(self, command: commands.Debug, _: Reply) -> Done:
-        from colcon_yamllaunch.engine.debugger import debugged
+        from colcon_yamllaunch.engine.debugging import debugged
 
         self._refuse_component(command.process, 'debugged')
         task = self._supervisor.task(command.process)
@@ -207,7 +207,7 @@ class Dispatcher:
     # -- commands about the whole launch
 
     def _tree(self, _: commands.Tree, _reply: Reply) -> commands.PlanTree:
-        from colcon_yamllaunch.engine.plan_tree import plan_tree
+        from colcon_yamllaunch.engine.description import plan_tree
 
         return commands.PlanTree(
             plan_tree(

@@ -9,48 +9,52 @@ from collections.abc import Iterable
 from collections.abc import Mapping
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import field
 from functools import partial
 import math
 import os
 from pathlib import Path
 import signal
+import time
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
+from colcon_yamllaunch.common.adoption import Adoption
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.escalation import Orphan
 from colcon_yamllaunch.common.escalation import send
 from colcon_yamllaunch.common.escalation import Target
 from colcon_yamllaunch.common.escalation import Timeouts
+from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.process_scan import is_alive
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine.channels import size_of
 from colcon_yamllaunch.engine.exit_conditions import ExitConditions
-from colcon_yamllaunch.engine.launch_settings import Moment
-from colcon_yamllaunch.engine.launch_settings import Settings
+from colcon_yamllaunch.engine.guard_link import GuardLink
+from colcon_yamllaunch.engine.launch_scan import OrphanFinder
+from colcon_yamllaunch.engine.line_buffering import LineBuffering
+from colcon_yamllaunch.engine.line_buffering import SilenceWatch
+from colcon_yamllaunch.engine.loop import ended_children
 from colcon_yamllaunch.engine.loop import Loop
+from colcon_yamllaunch.engine.loop import received
+from colcon_yamllaunch.engine.loop import stop_ourselves
+from colcon_yamllaunch.engine.loop import STOPPING
+from colcon_yamllaunch.engine.loop import suspended_children
 from colcon_yamllaunch.engine.loop import TimerHandle
-from colcon_yamllaunch.engine.orphans import OrphanFinder
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.engine.output.channels import size_of
-from colcon_yamllaunch.engine.output.relay import Recorder
-from colcon_yamllaunch.engine.output.relay import Relay
-from colcon_yamllaunch.engine.output.signals import received
-from colcon_yamllaunch.engine.output.signals import stop_ourselves
-from colcon_yamllaunch.engine.output.signals import STOPPING
-from colcon_yamllaunch.engine.output.terminals import Terminals
-from colcon_yamllaunch.engine.output.terminals import with_terminals
-from colcon_yamllaunch.engine.output.writer import Writer
+from colcon_yamllaunch.engine.own_files import ParameterFiles
 from colcon_yamllaunch.engine.participants import overridden
 from colcon_yamllaunch.engine.participants import Participant
-from colcon_yamllaunch.engine.process.children import ended_children
-from colcon_yamllaunch.engine.process.children import suspended_children
-from colcon_yamllaunch.engine.process.line_buffering import SilenceWatch
-from colcon_yamllaunch.engine.process.parameter_files import ParameterFiles
 from colcon_yamllaunch.engine.process_starter import ProcessStarter
+from colcon_yamllaunch.engine.relay import Recorder
+from colcon_yamllaunch.engine.relay import Relay
+from colcon_yamllaunch.engine.spawn import Spawn
 from colcon_yamllaunch.engine.state import LaunchState
-from colcon_yamllaunch.engine.stopping.guard_link import GuardLink
 from colcon_yamllaunch.engine.supervisor import Supervisor
+from colcon_yamllaunch.engine.terminals import Terminals
+from colcon_yamllaunch.engine.terminals import with_terminals
+from colcon_yamllaunch.engine.writer import Writer
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Entry
 from colcon_yamllaunch.plan.plan import ParametersOf
@@ -61,12 +65,68 @@ if TYPE_CHECKING:
     from colcon_yamllaunch.engine.commands import Command
     from colcon_yamllaunch.engine.commands import Refused
     from colcon_yamllaunch.engine.commands import Response
-    from colcon_yamllaunch.engine.components.composition import Composition
-    from colcon_yamllaunch.engine.components.ros_link import RosLink
+    from colcon_yamllaunch.engine.composition import Composition
     from colcon_yamllaunch.engine.dispatcher import Dispatcher
+    from colcon_yamllaunch.engine.ros_link import RosLink
 
 # how long the guard waits for the ROS client to end by itself
 _CLIENT_TIMEOUTS = Timeouts(0.5, 0.5)
+
+
+class Moment:
+    """
+    The time of the current event.
+
+    An event that another machine kept while the connection was lost arrives
+    late, and has the time at which it happened.
+
+    :param now: Returns the time of day, in seconds
+    """
+
+    def __init__(self, now: Callable[[], float] = time.time) -> None:
+        self._now = now
+        #: When it was; None for now.
+        self.past: float | None = None
+
+    def __call__(self) -> float:
+        """Return the time in seconds since 1970."""
+        return self._now() if self.past is None else self.past
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """
+    What holds for a whole launch.
+
+    :param identity: Its identity, see `launch_scan`
+    :param environment: The environment that processes change for themselves
+    :param screen: The descriptor of the screen, whose size terminals for
+      processes have, or -1
+    :param clock: Returns seconds that never go back
+    :param spawn: Starts a program as :func:`os.posix_spawn` does
+    :param adoption: The children that others started
+    :param buffering: What lets programs show a line when it ends
+    :param client_log: The file for what the process that speaks with ROS
+      writes to standard error, if the launch needs one, or None
+    :param tty: Whether each process gets a terminal
+    :param size: The size of such terminals at first, if the screen has none
+    :param adapt: Adds to an environment what makes output show as the user
+      likes
+    :param moment: When what is told happened, by the time of day
+    """
+
+    identity: str
+    environment: Mapping[str, str]
+    screen: int
+    clock: Callable[[], float]
+    spawn: Spawn
+    adoption: Adoption
+    buffering: LineBuffering
+    client_log: Path | None = None
+    tty: bool = False
+    size: os.terminal_size | None = None
+    adapt: Callable[[Mapping[str, str]], Mapping[str, str]] = dict
+    moment: Moment = field(default_factory=Moment)
 
 
 class Engine:
@@ -490,7 +550,7 @@ class Engine:
 
     def _ros_link(self, plan: Plan) -> 'RosLink':
         # few launches need it
-        from colcon_yamllaunch.engine.components.ros_link import RosLink
+        from colcon_yamllaunch.engine.ros_link import RosLink
 
         def start(argv: list[str], streams: tuple[int, int, int]) -> int:
             environment = dict(self._settings.environment)

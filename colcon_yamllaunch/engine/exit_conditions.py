@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.engine.output.lines import bare
+from colcon_yamllaunch.engine.lines import bare
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.engine.output.line_pattern import LinePattern
+    from colcon_yamllaunch.engine.line_pattern import LinePattern
 
 
 class ExitConditions:
@@ -175,9 +175,7 @@ class ExitConditions:
 
     def _is_in(self, pattern: 'LinePattern', lines: str) -> bool:
         # few launches wait for a line
-        from colcon_yamllaunch.engine.output.line_pattern import (
-            SearchTimeError,
-        )
+        from colcon_yamllaunch.engine.line_pattern import SearchTimeError
 
         try:
             return pattern.is_in(lines)

@@ -14,12 +14,11 @@ import time
 from typing import Any
 
 from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine.loop import has_ended
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.loop import TimerHandle
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.engine.process.children import has_ended
-from colcon_yamllaunch.engine.process.descriptors import open_log
-from colcon_yamllaunch.engine.process.spawn import StartError
+from colcon_yamllaunch.engine.spawn import StartError
 
 #: The longest line of a helper process (bytes).
 MAXIMUM_LINE = 64 * 1024 * 1024
@@ -259,3 +258,37 @@ def _decoded(line: bytes) -> dict[str, Any] | None:
         # somebody else has written it
         return None
     return message if isinstance(message, dict) else None
+
+
+def open_log(path: Path | None) -> int:
+    """
+    Return a descriptor for what a helper of the launch writes.
+
+    :param path: The file; where there is none, or it cannot be written, that
+      goes nowhere
+    """
+    if path is not None:
+        with suppress(OSError):
+            # it may be the first one who writes there
+            path.parent.mkdir(parents=True, exist_ok=True)
+            flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC
+            return os.open(path, flags, 0o666)
+    return os.open(os.devnull, os.O_WRONLY | os.O_CLOEXEC)
+
+
+def pythons(path: str) -> list[str]:
+    """
+    Return the Pythons of an environment; the first one counts most.
+
+    They may have other packages than ours.
+
+    :param path: The folders to search, separated by colons
+    """
+    found: dict[str, str] = {}
+    for folder in path.split(':'):
+        candidate = os.path.join(folder, 'python3')
+        if os.path.isfile(candidate) and os.access(candidate, os.X_OK):
+            # not that of the program: each virtual environment is one
+            found.setdefault(os.path.realpath(folder), candidate)
+    # whose lack is reported when it is started
+    return list(found.values())[: limits.PYTHONS] or ['python3']

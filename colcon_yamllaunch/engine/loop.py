@@ -2,23 +2,51 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-The loop of a launch: descriptors, timers and signals.
+The loop of a launch: descriptors, timers, signals and child processes.
 
 It has the interface of an asyncio event loop, as far as a launch needs it.
 asyncio itself would cost a part on another machine, which imports nothing of
 colcon, 8 MB of memory and 30 ms at its start. It would also pass exceptions to
 a handler instead of the caller, and it has no end of a turn.
+
+Signals arrive as bytes on a pipe, see :func:`caught`. Only the given children
+are reaped: those of other code are left alone. If one of these is reported
+first, ours are checked one by one.
 """
 
 from collections import deque
 from collections.abc import Callable
+from collections.abc import Collection
+from collections.abc import Iterable
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import partial
 import heapq
 from itertools import count
+import os
 import select
+import signal
 import time
 from typing import Any
+from typing import Protocol
+from typing import TypeVar
 
 from colcon_yamllaunch.engine import limits
+
+#: The signals that stop the launch.
+STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+_CAUGHT = (
+    *STOPPING,
+    # with which a shell suspends and continues jobs
+    *(signal.SIGTSTP, signal.SIGCONT),
+    *(signal.SIGCHLD, signal.SIGWINCH),
+)
+# whoever ignores these for us means it, as nohup and a shell without job
+# control do; a SIGINT that is sent all the same is meant, too
+_RESPECTED = frozenset((signal.SIGHUP, signal.SIGTSTP))
+
+_PEEK = os.WNOHANG | os.WNOWAIT
+_SUSPENDED = os.WSTOPPED | os.WCONTINUED
 
 # an error or a hangup is reported to readers and writers, as in `selectors`
 _READABLE = ~select.EPOLLOUT
@@ -119,7 +147,6 @@ class Loop:
         self._masks: dict[int, int] = {}
         self._timers = Timers()
         self._soon: deque[TimerHandle] = deque()
-        self._after_turn: list[Callable[[], object]] = []
         #: The child processes that serve the launch, by process ID: what to
         #: call with the wait status of one that was reaped, and what to call
         #: when one is suspended.
@@ -157,10 +184,6 @@ class Loop:
         # to call `wake` would make another turn follow that one
         return self._timers.add(when, _do_nothing)
 
-    def after_turn(self, callback: Callable[[], object]) -> None:
-        """Call `callback` after all other callbacks of each turn."""
-        self._after_turn.append(callback)
-
     def add_child(
         self,
         pid: int,
@@ -186,7 +209,7 @@ class Loop:
 
         :raises PermissionError: when it is an ordinary file
         """
-        self._readers[descriptor] = _bound(callback, args)
+        self._readers[descriptor] = partial(callback, *args)
         self._update(descriptor)
 
     def remove_reader(self, descriptor: int) -> None:
@@ -202,7 +225,7 @@ class Loop:
 
         :raises PermissionError: when it is an ordinary file
         """
-        self._writers[descriptor] = _bound(callback, args)
+        self._writers[descriptor] = partial(callback, *args)
         self._update(descriptor)
 
     def remove_writer(self, descriptor: int) -> None:
@@ -218,7 +241,7 @@ class Loop:
 
         :raises PermissionError: when it is an ordinary file
         """
-        self._hangups[descriptor] = _bound(callback, args)
+        self._hangups[descriptor] = partial(callback, *args)
         self._update(descriptor)
 
     def remove(self, descriptor: int) -> None:
@@ -244,8 +267,6 @@ class Loop:
         self._timers.run_due(self.time())
         for _ in range(count):
             self._soon.popleft().run()
-        for callback in self._after_turn:
-            callback()
 
     def close(self) -> None:
         """Wait for nothing any more."""
@@ -279,11 +300,151 @@ class Loop:
             self._masks[descriptor] = mask
 
 
-def _bound(
-    callback: Callable[..., object], args: tuple[Any, ...]
-) -> Callable[[], object]:
-    return (lambda: callback(*args)) if args else callback
-
-
 def _do_nothing() -> None:
     """Let the loop run a turn."""
+
+
+def accept_signals() -> None:
+    """
+    Unblock all signals, and notice the end of children.
+
+    A parent may have blocked signals or ignored SIGCHLD; both are inherited.
+    An ignored SIGCHLD hides exit codes. Shells unblock SIGCHLD, too.
+    """
+    signal.pthread_sigmask(signal.SIG_SETMASK, ())
+    if signal.getsignal(signal.SIGCHLD) == signal.SIG_IGN:
+        signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+
+
+@contextmanager
+def caught(
+    numbers: Iterable[signal.Signals] = _CAUGHT,
+) -> Iterator[int]:
+    """
+    Catch signals, and give the descriptor where each arrives as a byte.
+
+    Works in the main thread only, as Python handles signals there.
+    """
+    reader, writer = os.pipe()
+    os.set_blocking(reader, False)
+    os.set_blocking(writer, False)
+    wakeup = signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
+    before = {}
+    try:
+        for number in numbers:
+            handler = signal.getsignal(number)
+            if handler == signal.SIG_IGN and number in _RESPECTED:
+                continue
+            before[number] = handler
+            signal.signal(number, _ignored)
+        yield reader
+    finally:
+        for number, handler in before.items():
+            signal.signal(
+                number, signal.SIG_DFL if handler is None else handler
+            )
+        signal.set_wakeup_fd(wakeup)
+        os.close(reader)
+        os.close(writer)
+
+
+def received(reader: int) -> list[int]:
+    """Return the signals that arrived since the last call."""
+    numbers: list[int] = []
+    try:
+        while data := os.read(reader, 4096):
+            numbers.extend(data)
+    except BlockingIOError:
+        return numbers
+    return numbers
+
+
+def stop_ourselves() -> None:
+    """
+    Do what SIGTSTP does to a program that does not handle it.
+
+    The system does not stop a process whose group is orphaned (POSIX): nobody
+    could continue it, as there is no shell with job control.
+    """
+    handler = signal.signal(signal.SIGTSTP, signal.SIG_DFL)
+    os.kill(os.getpid(), signal.SIGTSTP)
+    signal.signal(signal.SIGTSTP, handler)
+
+
+def _ignored(number: int, frame: object) -> None:
+    """Let the wake-up descriptor do the work."""
+
+
+def ended_children(ours: Collection[int]) -> Iterator[tuple[int, int]]:
+    """Return the children that ended, with what :func:`os.waitpid` says."""
+    for result in _reported(ours, os.WEXITED):
+        yield result.si_pid, os.waitpid(result.si_pid, 0)[1]
+
+
+def suspended_children(
+    ours: Collection[int],
+) -> Iterator[tuple[int, int | None]]:
+    """Return the children that a signal suspended, with it, or that go on."""
+    for result in _reported(ours, _SUSPENDED):
+        # taken note of, it is not reported again
+        os.waitid(os.P_PID, result.si_pid, _SUSPENDED | os.WNOHANG)
+        goes_on = result.si_code == os.CLD_CONTINUED
+        yield result.si_pid, None if goes_on else result.si_status
+
+
+def has_ended(pid: int) -> bool:
+    """Return whether a child has ended; it is reaped if so."""
+    try:
+        return os.waitpid(pid, os.WNOHANG)[0] == pid
+    except ChildProcessError:
+        return True
+
+
+def _reported(ours: Collection[int], what: int) -> Iterator[os.waitid_result]:
+    while True:
+        result = _look(os.P_ALL, 0, what)
+        if result is None:
+            return
+        if result.si_pid not in ours:
+            break
+        yield result
+    for pid in ours:
+        result = _look(os.P_PID, pid, what)
+        if result is not None:
+            yield result
+
+
+def _look(kind: int, pid: int, what: int) -> os.waitid_result | None:
+    try:
+        return os.waitid(kind, pid, what | _PEEK)
+    except ChildProcessError:
+        return None
+
+
+class HasDescriptor(Protocol):
+    """A file, a socket or the like."""
+
+    def fileno(self) -> int:
+        """Return the descriptor."""
+
+
+T = TypeVar('T', bound=int | HasDescriptor)
+
+
+def readable(files: Iterable[T], seconds: float | None = None) -> list[T]:
+    """
+    Wait until there is something to read, and return where.
+
+    The end of a file counts. `select` refuses descriptors from 1024 on, and a
+    shell may hand on that many (select(2), FD_SETSIZE).
+
+    :param seconds: How long to wait at most, None for ever
+    """
+    poll = select.poll()
+    by_descriptor = {}
+    for file in files:
+        number = file if isinstance(file, int) else file.fileno()
+        by_descriptor[number] = file
+        poll.register(number, select.POLLIN)
+    found = poll.poll(None if seconds is None else seconds * 1000)
+    return [by_descriptor[number] for number, _ in found]

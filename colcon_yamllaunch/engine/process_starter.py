@@ -6,24 +6,27 @@
 from collections.abc import Mapping
 import errno
 import os
+from typing import TYPE_CHECKING
 
-from colcon_yamllaunch.engine.launch_settings import Settings
-from colcon_yamllaunch.engine.output.channels import Channel
-from colcon_yamllaunch.engine.output.channels import close
-from colcon_yamllaunch.engine.output.channels import open_channels
-from colcon_yamllaunch.engine.output.channels import writer_link
-from colcon_yamllaunch.engine.output.relay import Relay
-from colcon_yamllaunch.engine.output.terminals import Terminals
-from colcon_yamllaunch.engine.process.cgroup import CGROUP_VARIABLE
-from colcon_yamllaunch.engine.process.cgroup import LaunchCgroup
-from colcon_yamllaunch.engine.process.descriptors import DescriptorLimit
-from colcon_yamllaunch.engine.process.parameter_files import ParameterFiles
-from colcon_yamllaunch.engine.process.spawn import spawn_process
-from colcon_yamllaunch.engine.process.spawn import StartError
-from colcon_yamllaunch.engine.stopping.guard_link import GuardLink
-from colcon_yamllaunch.engine.stopping.launch_scan import LAUNCH_ID_VARIABLE
-from colcon_yamllaunch.engine.stopping.launch_stop import timeouts_of
+from colcon_yamllaunch.engine.cgroup import CGROUP_VARIABLE
+from colcon_yamllaunch.engine.cgroup import LaunchCgroup
+from colcon_yamllaunch.engine.channels import Channel
+from colcon_yamllaunch.engine.channels import close
+from colcon_yamllaunch.engine.channels import open_channels
+from colcon_yamllaunch.engine.channels import writer_link
+from colcon_yamllaunch.engine.guard_link import GuardLink
+from colcon_yamllaunch.engine.launch_scan import LAUNCH_ID_VARIABLE
+from colcon_yamllaunch.engine.own_files import ParameterFiles
+from colcon_yamllaunch.engine.relay import Relay
+from colcon_yamllaunch.engine.spawn import DescriptorLimit
+from colcon_yamllaunch.engine.spawn import spawn_process
+from colcon_yamllaunch.engine.spawn import StartError
+from colcon_yamllaunch.engine.tasks import timeouts_of
+from colcon_yamllaunch.engine.terminals import Terminals
 from colcon_yamllaunch.plan.plan import Process
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.engine.engine import Settings
 
 _STREAMS = ('stdout', 'stderr')
 
@@ -38,7 +41,7 @@ class ProcessStarter:
 
     def __init__(
         self,
-        settings: Settings,
+        settings: 'Settings',
         guard: GuardLink,
         files: ParameterFiles,
         relay: Relay,

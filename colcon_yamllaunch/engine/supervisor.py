@@ -31,9 +31,9 @@ from colcon_yamllaunch.engine.outcome import delay_of_respawn
 from colcon_yamllaunch.engine.outcome import is_failure
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.outcome import signal_name
-from colcon_yamllaunch.engine.process.spawn import StartError
+from colcon_yamllaunch.engine.spawn import StartError
 from colcon_yamllaunch.engine.state import ProcessState
-from colcon_yamllaunch.engine.stopping.launch_stop import Stop
+from colcon_yamllaunch.engine.tasks import Stop
 from colcon_yamllaunch.engine.tasks import Task
 from colcon_yamllaunch.plan.plan import changed_entries
 from colcon_yamllaunch.plan.plan import ChangeState
@@ -48,7 +48,7 @@ from colcon_yamllaunch.plan.plan import SignalProcess
 from colcon_yamllaunch.plan.plan import Timer
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.engine.components.composition import Composition
+    from colcon_yamllaunch.engine.composition import Composition
     from colcon_yamllaunch.engine.engine import Engine
 
 

@@ -1,13 +1,32 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""The processes of a plan, as the supervisor has them."""
+"""The processes of a plan, as the supervisor has them, and their end."""
 
+from collections.abc import Collection
+from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import field
+from dataclasses import replace
+import math
+import signal
+from typing import TYPE_CHECKING
 
+from colcon_yamllaunch.common.escalation import Escalation
+from colcon_yamllaunch.common.escalation import Orphan
+from colcon_yamllaunch.common.escalation import Target
+from colcon_yamllaunch.common.escalation import Targets
+from colcon_yamllaunch.common.escalation import Timeouts
+from colcon_yamllaunch.common.escalation import WHOLE
 from colcon_yamllaunch.common.frozen import mutable
+from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine.loop import Loop
+from colcon_yamllaunch.engine.loop import TimerHandle
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.plan import SignalProcess
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.engine.engine import Engine
 
 
 @mutable
@@ -42,3 +61,127 @@ class Task:
     is_restarting: bool = False
     is_dropped: bool = False
     is_pause_reported: bool = False
+
+
+#: The label of what belongs to a launch, but to no process of it for sure.
+UNATTRIBUTED = 'unknown process'
+
+
+class Stop(Targets):
+    """
+    The end of some processes, with all that they started.
+
+    :param tasks: The processes, all of the launch or some
+    :param engine: Finds processes, sends signals and emits events
+    :param groups: The process groups of the launch, with their numbers
+    :param whole: Whether this is the end of the launch, and so of what is
+      known to belong to it, but not to which process
+    :param first: The signal to begin with
+    """
+
+    def __init__(
+        self,
+        tasks: Sequence[Task],
+        engine: 'Engine',
+        loop: Loop,
+        groups: Mapping[int, int],
+        *,
+        whole: bool = False,
+        first: signal.Signals = signal.SIGINT,
+    ) -> None:
+        self._tasks = {task.number: task for task in tasks}
+        if whole and tasks:
+            # their lines and records need a process
+            nobody = replace(tasks[0].process, label=UNATTRIBUTED)
+            self._tasks[WHOLE] = Task(WHOLE, nobody)
+        self._engine = engine
+        self._loop = loop
+        self._groups = groups
+        self._next: TimerHandle | None = None
+        timeouts = {t.number: timeouts_of(t.process) for t in tasks}
+        self._escalation = Escalation(self, timeouts, loop.time(), first)
+        self.take_steps()
+
+    @property
+    def is_over(self) -> bool:
+        """Whether nothing of them runs, or what does cannot be ended."""
+        return self._escalation.is_over
+
+    @property
+    def has_orphans(self) -> bool:
+        """Whether processes run whose end the system does not report."""
+        return bool(self._escalation.orphans)
+
+    def take_steps(self) -> None:
+        """Check what still runs, and send it the signals that are due."""
+        self._escalation.advance(self._loop.time())
+        self._note_next()
+
+    def escalate(self) -> None:
+        """Take the next step at once."""
+        self._escalation.escalate(self._loop.time())
+        self._note_next()
+
+    def cancel(self) -> None:
+        """Take no further steps."""
+        if self._next is not None:
+            self._next.cancel()
+
+    def alive(self) -> list[Task]:
+        """Return what still runs, in the order of the plan."""
+        return [self._tasks[n] for n in sorted(self._escalation.alive())]
+
+    def latest_signal(self) -> signal.Signals:
+        """Return the furthest step that anything which still runs came to."""
+        return self._escalation.latest_signal()
+
+    def next_signal(self) -> tuple[signal.Signals, float] | None:
+        """Return the signal that is sent next, and when, if one is."""
+        return self._escalation.next_signal()
+
+    def abandon(self) -> None:
+        """Report what still runs, as it cannot be ended."""
+        left = dict(self.groups())
+        left |= {o.pid: o.number for o in self._escalation.orphans}
+        for pid, number in left.items():
+            process = self._tasks[number].process
+            self._engine.tell(events.LeftBehind(process, pid))
+
+    def groups(self) -> dict[int, int]:
+        """Return the groups whose leader runs; see `Targets`."""
+        tasks = self._tasks.values()
+        return {t.group: t.number for t in tasks if t.group is not None}
+
+    def search(self, groups: Collection[int]) -> list[Orphan]:
+        """Find what runs besides the groups; see `Targets`."""
+        found = self._engine.orphans(self._groups, groups)
+        return [o for o in found if o.number in self._tasks]
+
+    def recheck(self, orphans: list[Orphan]) -> list[Orphan]:
+        """Return those that still run; see `Targets`."""
+        return [o for o in orphans if self._engine.is_alive(o)]
+
+    def send(self, target: Target, step: signal.Signals) -> None:
+        """Send a signal, and report it if it arrived; see `Targets`."""
+        if self._engine.send(target, step):
+            if isinstance(target, Orphan):
+                pid, number, is_group = target.pid, target.number, False
+            else:
+                pid, number, is_group = target, self._groups[target], True
+            process = self._tasks[number].process
+            self._engine.tell(events.Signalled(process, pid, step, is_group))
+
+    def kill(self, number: int) -> None:
+        """Kill all of a process of the plan; see `Targets`."""
+        self._engine.kill(number)
+
+    def _note_next(self) -> None:
+        self.cancel()
+        due = self._escalation.due()
+        if due != math.inf:
+            self._next = self._loop.call_at(due, self.take_steps)
+
+
+def timeouts_of(process: Process) -> Timeouts:
+    """Return how long a process may take to stop."""
+    return Timeouts(process.sigterm_timeout, process.sigkill_timeout)

@@ -9,8 +9,8 @@ from collections.abc import Mapping
 import os
 from typing import TextIO
 
-from colcon_yamllaunch.engine.output.writer import TextWriter
-from colcon_yamllaunch.engine.output.writer import Writer
+from colcon_yamllaunch.engine.writer import TextWriter
+from colcon_yamllaunch.engine.writer import Writer
 from colcon_yamllaunch.observers.line_formats import layout_of
 from colcon_yamllaunch.observers.line_formats import SCREEN_FORMAT
 from colcon_yamllaunch.observers.screen import Screen

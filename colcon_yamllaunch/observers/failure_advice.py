@@ -20,12 +20,10 @@ from colcon_yamllaunch.common.suggestions import is_slip
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.events import Exited
-from colcon_yamllaunch.engine.process.line_buffering import (
-    LINE_BUFFERED_VARIABLE,
-)
-from colcon_yamllaunch.engine.process.spawn import find_program
-from colcon_yamllaunch.engine.process.spawn import interpreter_of
-from colcon_yamllaunch.engine.process.spawn import StartError
+from colcon_yamllaunch.engine.line_buffering import LINE_BUFFERED_VARIABLE
+from colcon_yamllaunch.engine.spawn import find_program
+from colcon_yamllaunch.engine.spawn import interpreter_of
+from colcon_yamllaunch.engine.spawn import StartError
 from colcon_yamllaunch.observers.failures import OwnerOf
 from colcon_yamllaunch.plan.plan import ParametersOf
 from colcon_yamllaunch.plan.plan import Process

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.engine.output.lines import bare
+from colcon_yamllaunch.engine.lines import bare
 from colcon_yamllaunch.engine.state import Failure
 from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.plan.plan import Component
@@ -155,9 +155,7 @@ class Failures:
         self._core_dumps[label] = None
         if event.outcome.core_dumped and is_here:
             # few processes crash
-            from colcon_yamllaunch.engine.process.core_dumps import (
-                find_core_dump,
-            )
+            from colcon_yamllaunch.engine.debugging import find_core_dump
 
             self._core_dumps[label] = find_core_dump(
                 event.pid, event.process.cwd, event.seconds

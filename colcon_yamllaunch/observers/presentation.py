@@ -9,8 +9,8 @@ from contextlib import ExitStack
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine.channels import size_of
 from colcon_yamllaunch.engine.outcome import signal_name
-from colcon_yamllaunch.engine.output.channels import size_of
 from colcon_yamllaunch.observers.display import Display
 from colcon_yamllaunch.observers.screen import Screen
 from colcon_yamllaunch.plan.plan import Plan

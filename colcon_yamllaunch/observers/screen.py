@@ -10,11 +10,11 @@ from collections.abc import Iterator
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.engine.output.lines import colourless
-from colcon_yamllaunch.engine.output.lines import legible
-from colcon_yamllaunch.engine.output.lines import normalised
-from colcon_yamllaunch.engine.output.lines import prefixed
-from colcon_yamllaunch.engine.output.writer import Writer
+from colcon_yamllaunch.engine.lines import colourless
+from colcon_yamllaunch.engine.lines import legible
+from colcon_yamllaunch.engine.lines import normalised
+from colcon_yamllaunch.engine.lines import prefixed
+from colcon_yamllaunch.engine.writer import Writer
 from colcon_yamllaunch.observers.line_formats import Layout
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.plan import SHOWN

@@ -6,7 +6,7 @@
 from collections.abc import Mapping
 
 from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine.output.writer import Writer
+from colcon_yamllaunch.engine.writer import Writer
 
 # XTWINOPS 22 and 23: the terminal keeps former titles on a stack
 _SAVE = b'\x1b[22;0t'

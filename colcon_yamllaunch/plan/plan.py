@@ -36,6 +36,37 @@ IN_COMMON_LOG = frozenset(('both', 'log', 'full'))
 #: The output modes that write to log files of the process itself.
 IN_OWN_LOG = frozenset(('both', 'log', 'own_log', 'full'))
 
+
+@dataclass(frozen=True, slots=True)
+class Transition:
+    """
+    A transition of lifecycle nodes (ROS 2 design, "Managed nodes").
+
+    :param starts: The states that have it
+    :param goal: The state that it leads to when it succeeds
+    """
+
+    starts: tuple[str, ...]
+    goal: str
+
+
+#: The transitions that may be requested, by name.
+TRANSITIONS = {
+    'configure': Transition(('unconfigured',), 'inactive'),
+    'activate': Transition(('inactive',), 'active'),
+    'deactivate': Transition(('active',), 'inactive'),
+    'cleanup': Transition(('inactive',), 'unconfigured'),
+    'shutdown': Transition(
+        ('unconfigured', 'inactive', 'active'), 'finalized'
+    ),
+}
+
+
+def transitions_of(state: str | None) -> list[str]:
+    """Return the transitions that a state has."""
+    return [n for n, known in TRANSITIONS.items() if state in known.starts]
+
+
 #: Variables by name, sorted; None where one is unset.
 Variables = tuple[tuple[str, str | None], ...]
 
@@ -260,8 +291,7 @@ class ChangeState:
     A transition of a lifecycle node, asked for when its turn comes.
 
     :param node: The full name of the node
-    :param transition: One of `configure`, `cleanup`, `activate`,
-      `deactivate`, `shutdown`
+    :param transition: One of :data:`TRANSITIONS`
     :param position: Where the launch file says so
     """
 

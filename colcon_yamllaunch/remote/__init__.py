@@ -22,10 +22,10 @@ Only a launch with a deployment file (`--deploy`) imports this.
 - `part_commands` has the commands that only a launcher sends, and
   `part_settings` what a part is given besides its plan.
 
-Output of a process there passes through `engine/output/relay`,
+Output of a process there passes through `engine/relay`,
 `control/journal`, `control/client_connection` and `agent/part_link` on the
 machine, and through `link/machine_link`, `link/remote_part` and
-`engine/output/relay` here.
+`engine/relay` here.
 
 Before a launch, launcher and agent exchange frames (`connection/frames`). A
 part that runs is a launch whose launcher holds it by the control protocol.

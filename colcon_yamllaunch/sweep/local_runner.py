@@ -25,11 +25,11 @@ import sys
 from typing import Literal
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.engine.loop import caught
 from colcon_yamllaunch.engine.loop import Loop
+from colcon_yamllaunch.engine.loop import received
+from colcon_yamllaunch.engine.loop import STOPPING
 from colcon_yamllaunch.engine.outcome import signal_name
-from colcon_yamllaunch.engine.output.signals import caught
-from colcon_yamllaunch.engine.output.signals import received
-from colcon_yamllaunch.engine.output.signals import STOPPING
 from colcon_yamllaunch.sweep.isolation import DomainIds
 from colcon_yamllaunch.sweep.isolation import reason_for_no_network
 from colcon_yamllaunch.sweep.results import failed_run

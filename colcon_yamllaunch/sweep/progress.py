@@ -17,8 +17,8 @@ from typing import TextIO
 
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.common.table import duration
-from colcon_yamllaunch.engine.output.channels import DEFAULT_SIZE
-from colcon_yamllaunch.engine.output.channels import size_of
+from colcon_yamllaunch.engine.channels import DEFAULT_SIZE
+from colcon_yamllaunch.engine.channels import size_of
 from colcon_yamllaunch.sweep.reports import SweepReports
 from colcon_yamllaunch.sweep.results import Code
 from colcon_yamllaunch.sweep.results import ResultsFolder

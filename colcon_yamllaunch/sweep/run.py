@@ -18,11 +18,11 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.exit_conditions import ExitConditions
-from colcon_yamllaunch.engine.output.line_pattern import LinePattern
-from colcon_yamllaunch.engine.output.line_pattern import SearchTimeError
-from colcon_yamllaunch.engine.output.lines import bare
+from colcon_yamllaunch.engine.guard_link import GuardProcess
+from colcon_yamllaunch.engine.line_pattern import LinePattern
+from colcon_yamllaunch.engine.line_pattern import SearchTimeError
+from colcon_yamllaunch.engine.lines import bare
 from colcon_yamllaunch.engine.participants import Participant
-from colcon_yamllaunch.engine.stopping.guard_link import GuardProcess
 from colcon_yamllaunch.observers.failures import OwnerOf
 from colcon_yamllaunch.observers.presentation import Presentation
 from colcon_yamllaunch.plan.plan import Plan

@@ -26,10 +26,10 @@ import time
 import colcon_yamllaunch
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.engine.loop import caught
+from colcon_yamllaunch.engine.loop import received
+from colcon_yamllaunch.engine.loop import STOPPING
 from colcon_yamllaunch.engine.outcome import signal_name
-from colcon_yamllaunch.engine.output.signals import caught
-from colcon_yamllaunch.engine.output.signals import received
-from colcon_yamllaunch.engine.output.signals import STOPPING
 from colcon_yamllaunch.plan.plan_json import plan_to_json
 from colcon_yamllaunch.plan.position import shown_position
 from colcon_yamllaunch.sweep.isolation import VARIABLE

@@ -24,8 +24,8 @@ from typing import Any
 from colcon_yamllaunch.common.codec import to_json
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.prctl import end_with_parent
-from colcon_yamllaunch.engine.process.cgroup import expect_moves
-from colcon_yamllaunch.engine.stopping.guard_link import GuardProcess
+from colcon_yamllaunch.engine.cgroup import expect_moves
+from colcon_yamllaunch.engine.guard_link import GuardProcess
 from colcon_yamllaunch.sweep.isolation import enter_own_network
 from colcon_yamllaunch.sweep.isolation import VARIABLE
 from colcon_yamllaunch.sweep.results import failed_run

@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.exit_conditions import ExitConditions
-from colcon_yamllaunch.engine.output.writer import Writer
+from colcon_yamllaunch.engine.guard_link import GuardLink
 from colcon_yamllaunch.engine.state import LaunchState
-from colcon_yamllaunch.engine.stopping.guard_link import GuardLink
+from colcon_yamllaunch.engine.writer import Writer
 from colcon_yamllaunch.observers.display import Display
 from colcon_yamllaunch.observers.display import is_same_terminal
 from colcon_yamllaunch.observers.screen import Screen

@@ -12,7 +12,7 @@ import re
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine.output.lines import bare
+from colcon_yamllaunch.engine.lines import bare
 from colcon_yamllaunch.observers.log_levels import Level
 from colcon_yamllaunch.observers.log_levels import level_of
 from colcon_yamllaunch.observers.log_levels import may_be_loud

@@ -10,7 +10,7 @@ import re
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.common.process_scan import read_process
-from colcon_yamllaunch.engine.process import cgroup
+from colcon_yamllaunch.engine import cgroup
 from colcon_yamllaunch.engine.state import ComponentState
 from colcon_yamllaunch.engine.state import Condition
 from colcon_yamllaunch.engine.state import LaunchState

@@ -26,7 +26,7 @@ import select
 import time
 from typing import TYPE_CHECKING
 
-from colcon_yamllaunch.engine.output.writer import Writer
+from colcon_yamllaunch.engine.writer import Writer
 from colcon_yamllaunch.terminal.status_block import Block
 
 if TYPE_CHECKING:

@@ -23,14 +23,14 @@ from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine.channels import size_of
 from colcon_yamllaunch.engine.commands import Debug
 from colcon_yamllaunch.engine.commands import Described
 from colcon_yamllaunch.engine.commands import Refused
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.exit_conditions import ExitConditions
-from colcon_yamllaunch.engine.output.channels import size_of
+from colcon_yamllaunch.engine.guard_link import GuardLink
 from colcon_yamllaunch.engine.state import LaunchState
-from colcon_yamllaunch.engine.stopping.guard_link import GuardLink
 from colcon_yamllaunch.observers.display import Display
 from colcon_yamllaunch.observers.log_levels import FORMAT
 from colcon_yamllaunch.observers.screen import Screen

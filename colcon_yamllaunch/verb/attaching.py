@@ -20,12 +20,12 @@ from colcon_yamllaunch.control.orphaned_launches import ONLY_STOPS
 from colcon_yamllaunch.control.process_names import meant_by
 from colcon_yamllaunch.control.process_names import ProcessNames
 from colcon_yamllaunch.control.protocol import ProtocolError
-from colcon_yamllaunch.engine.output.signals import caught
-from colcon_yamllaunch.engine.output.signals import received
-from colcon_yamllaunch.engine.output.signals import STOPPING
-from colcon_yamllaunch.engine.output.terminals import with_terminals
+from colcon_yamllaunch.engine.loop import caught
+from colcon_yamllaunch.engine.loop import received
+from colcon_yamllaunch.engine.loop import STOPPING
 from colcon_yamllaunch.engine.state import ComponentState
 from colcon_yamllaunch.engine.state import Part
+from colcon_yamllaunch.engine.terminals import with_terminals
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.terminal.keyboard import ESCAPE_NAME
 from colcon_yamllaunch.terminal.keyboard import Keyboard

@@ -386,7 +386,7 @@ def _refuse_options(action: str, names: Sequence[str]) -> None:
 def _read_transition(words: Sequence[str]) -> tuple[Sequence[str], str]:
     """Tell the names of nodes from the transition behind them."""
     from colcon_yamllaunch.common.suggestions import one_of
-    from colcon_yamllaunch.engine.components.transitions import TRANSITIONS
+    from colcon_yamllaunch.plan.plan import TRANSITIONS
 
     *names, last = words or ('',)
     if last in TRANSITIONS and names:

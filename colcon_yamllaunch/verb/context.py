@@ -353,7 +353,7 @@ class HostKeeper:
         :raises UserError: when the user's time limit is no number
         """
         # most launch files are not in Python
-        from colcon_yamllaunch.engine.stopping.launch_scan import new_identity
+        from colcon_yamllaunch.engine.launch_scan import new_identity
         from colcon_yamllaunch.python_launch import worker_process
 
         if self._host is not None and (

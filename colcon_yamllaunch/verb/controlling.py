@@ -24,13 +24,13 @@ from colcon_yamllaunch.control.resource_usage import usage_of
 from colcon_yamllaunch.control.resource_usage import use_of
 from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine.commands import ChangeState
-from colcon_yamllaunch.engine.components.transitions import TRANSITIONS
-from colcon_yamllaunch.engine.components.transitions import transitions_of
 from colcon_yamllaunch.engine.state import ComponentState
 from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.state import Part
 from colcon_yamllaunch.engine.state import ProcessState
 from colcon_yamllaunch.engine.state import to_json
+from colcon_yamllaunch.plan.plan import TRANSITIONS
+from colcon_yamllaunch.plan.plan import transitions_of
 from colcon_yamllaunch.verb.messages import say
 from colcon_yamllaunch.verb.messages import say_line
 from colcon_yamllaunch.verb.messages import show

@@ -24,7 +24,7 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.common.printable import printable
 from colcon_yamllaunch.common.printable import printable_json
-from colcon_yamllaunch.engine.output.signals import accept_signals
+from colcon_yamllaunch.engine.loop import accept_signals
 
 #: The exit code after Ctrl-C before anything runs (128 + SIGINT).
 INTERRUPTED = 130

@@ -26,7 +26,7 @@ from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.frozen import mutable
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.engine.output.line_pattern import LinePattern
+    from colcon_yamllaunch.engine.line_pattern import LinePattern
     from colcon_yamllaunch.sweep.run import Metric
 
 
@@ -262,7 +262,7 @@ def read_pattern(option: str, text: str) -> 'LinePattern':
             f'{option} needs a regular expression, and this one is empty'
         )
     # few launches wait for a line
-    from colcon_yamllaunch.engine.output.line_pattern import LinePattern
+    from colcon_yamllaunch.engine.line_pattern import LinePattern
 
     try:
         return LinePattern(text)

@@ -21,7 +21,7 @@ import time
 from typing import BinaryIO
 from typing import TextIO
 
-from colcon_yamllaunch.engine.output.readiness import readable
+from colcon_yamllaunch.engine.loop import readable
 from colcon_yamllaunch.verb.full_screen import launch_of
 from colcon_yamllaunch.verb.full_screen import need_screen
 from colcon_yamllaunch.verb.full_screen import OuterTerminal

@@ -15,12 +15,12 @@ from colcon_yamllaunch.control.client import ControlError
 from colcon_yamllaunch.control.client import running_launches
 from colcon_yamllaunch.control.orphaned_launches import orphaned_launches
 from colcon_yamllaunch.control.process_names import ProcessNames
-from colcon_yamllaunch.engine.components.transitions import TRANSITIONS
-from colcon_yamllaunch.engine.components.transitions import transitions_of
 from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.state import Part
 from colcon_yamllaunch.engine.state import ProcessState
 from colcon_yamllaunch.engine.state import UNKNOWN
+from colcon_yamllaunch.plan.plan import TRANSITIONS
+from colcon_yamllaunch.plan.plan import transitions_of
 from colcon_yamllaunch.verb.candidates import Candidates
 from colcon_yamllaunch.verb.selecting import is_selected
 from colcon_yamllaunch.verb.selecting import matches

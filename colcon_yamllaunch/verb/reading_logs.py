@@ -15,10 +15,10 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.control.client import ControlError
 from colcon_yamllaunch.control.client import LaunchEndedError
-from colcon_yamllaunch.engine.output.lines import legible
-from colcon_yamllaunch.engine.output.lines import LineBuffer
-from colcon_yamllaunch.engine.output.lines import normalised
-from colcon_yamllaunch.engine.output.lines import prefixed
+from colcon_yamllaunch.engine.lines import legible
+from colcon_yamllaunch.engine.lines import LineBuffer
+from colcon_yamllaunch.engine.lines import normalised
+from colcon_yamllaunch.engine.lines import prefixed
 from colcon_yamllaunch.engine.state import ProcessState
 from colcon_yamllaunch.verb.messages import say
 from colcon_yamllaunch.verb.messages import show_bytes

@@ -14,8 +14,8 @@ from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.engine.process.exec_program import exec_program
-from colcon_yamllaunch.engine.process.spawn import StartError
+from colcon_yamllaunch.engine.spawn import exec_program
+from colcon_yamllaunch.engine.spawn import StartError
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import render
 from colcon_yamllaunch.observers.failure_advice import Advisor

@@ -22,8 +22,8 @@ import time
 from typing import NoReturn
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.engine.process.cgroup import CGROUP_VARIABLE
-from colcon_yamllaunch.engine.process.cgroup import expect_moves
+from colcon_yamllaunch.engine.cgroup import CGROUP_VARIABLE
+from colcon_yamllaunch.engine.cgroup import expect_moves
 from colcon_yamllaunch.language.syntax.diagnostics import render
 from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
 from colcon_yamllaunch.plan.labels import MACHINE_SEPARATOR

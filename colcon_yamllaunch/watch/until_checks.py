@@ -9,9 +9,9 @@ import time
 
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.exit_conditions import ExitConditions
-from colcon_yamllaunch.engine.output.line_pattern import LinePattern
-from colcon_yamllaunch.engine.output.line_pattern import SearchTimeError
-from colcon_yamllaunch.engine.output.lines import bare
+from colcon_yamllaunch.engine.line_pattern import LinePattern
+from colcon_yamllaunch.engine.line_pattern import SearchTimeError
+from colcon_yamllaunch.engine.lines import bare
 
 
 class UntilChecks(ExitConditions):

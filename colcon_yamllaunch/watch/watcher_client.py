@@ -13,7 +13,7 @@ from typing import Any
 
 from colcon_yamllaunch.engine.helper_process import HelperProcess
 from colcon_yamllaunch.engine.loop import Loop
-from colcon_yamllaunch.engine.process.spawn import spawn_process
+from colcon_yamllaunch.engine.spawn import spawn_process
 from colcon_yamllaunch.watch.changes import Batch
 from colcon_yamllaunch.watch.changes import Change
 

@@ -38,9 +38,9 @@ from typing import NoReturn
 from colcon_yamllaunch.common.file_sync import catch_up
 from colcon_yamllaunch.common.file_sync import put_off
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.engine.loop import has_ended
 from colcon_yamllaunch.engine.loop import Loop
-from colcon_yamllaunch.engine.output.readiness import readable
-from colcon_yamllaunch.engine.process.children import has_ended
+from colcon_yamllaunch.engine.loop import readable
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.watch.dependencies import Dependencies
 

@@ -13,7 +13,7 @@ from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.control.client_connection import Client
 from colcon_yamllaunch.control.journal import Journal
 from colcon_yamllaunch.control.service import Service
-from colcon_yamllaunch.engine.components.composition import Composition
+from colcon_yamllaunch.engine.composition import Composition
 from colcon_yamllaunch.engine.dispatcher import Dispatcher
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.state import About

@@ -6,7 +6,7 @@
 import sys
 
 from colcon_yamllaunch.common.errors import RefusedError
-from colcon_yamllaunch.engine.debugger import debugged
+from colcon_yamllaunch.engine.debugging import debugged
 import pytest
 
 PDB = ('-m', 'pdb')

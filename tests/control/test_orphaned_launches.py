@@ -11,7 +11,7 @@ from colcon_yamllaunch.control.client import ControlError
 from colcon_yamllaunch.control.client import LaunchEndedError
 from colcon_yamllaunch.control.orphaned_launches import orphaned_launches
 from colcon_yamllaunch.engine import commands
-from colcon_yamllaunch.engine.process.cgroup import process_folder
+from colcon_yamllaunch.engine.cgroup import process_folder
 import pytest
 from support.controlled import ABOUT
 from support.hostile import needs_control_group

@@ -3,7 +3,7 @@
 
 """The tree of a plan that runs, from its parts and what these stand in."""
 
-from colcon_yamllaunch.engine.plan_tree import plan_tree
+from colcon_yamllaunch.engine.description import plan_tree
 from colcon_yamllaunch.plan.plan import Block
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.position import Position

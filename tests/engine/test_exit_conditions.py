@@ -14,8 +14,8 @@ from colcon_yamllaunch.engine.events import ShuttingDown
 from colcon_yamllaunch.engine.events import StartFailed
 from colcon_yamllaunch.engine.events import TransitionFailed
 from colcon_yamllaunch.engine.exit_conditions import ExitConditions
+from colcon_yamllaunch.engine.line_pattern import LinePattern
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.engine.output.line_pattern import LinePattern
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.position import Position
 import pytest

@@ -14,7 +14,7 @@ import re
 import signal
 import time
 
-from colcon_yamllaunch.engine.process.cgroup import process_folder
+from colcon_yamllaunch.engine.cgroup import process_folder
 import pytest
 
 pytestmark = pytest.mark.full

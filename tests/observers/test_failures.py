@@ -245,7 +245,7 @@ def test_no_core_dump_is_looked_for_on_another_machine(
     process, tmp_path, monkeypatch
 ):
     monkeypatch.setattr(
-        'colcon_yamllaunch.engine.process.core_dumps.find_core_dump',
+        'colcon_yamllaunch.engine.debugging.find_core_dump',
         lambda *_: pytest.fail('it is not here'),
     )
     state = planned_state(process('arm│a'))

@@ -4,7 +4,7 @@
 import io
 
 from colcon_yamllaunch.engine.events import Output
-from colcon_yamllaunch.engine.output.writer import TextWriter
+from colcon_yamllaunch.engine.writer import TextWriter
 from colcon_yamllaunch.observers.line_formats import Layout
 from colcon_yamllaunch.observers.line_formats import layout_of
 from colcon_yamllaunch.observers.line_formats import SCREEN_FORMAT

@@ -15,7 +15,7 @@ from colcon_yamllaunch.engine.events import ShuttingDown
 from colcon_yamllaunch.engine.events import Started
 from colcon_yamllaunch.engine.events import StartFailed
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.engine.output.writer import TextWriter
+from colcon_yamllaunch.engine.writer import TextWriter
 from colcon_yamllaunch.observers.screen import Screen
 from colcon_yamllaunch.observers.start_table import Row
 from colcon_yamllaunch.observers.start_table import row_of

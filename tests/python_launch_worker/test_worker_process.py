@@ -15,7 +15,7 @@ import time
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.process_scan import read_process
-from colcon_yamllaunch.engine.stopping.launch_scan import new_identity
+from colcon_yamllaunch.engine.launch_scan import new_identity
 from colcon_yamllaunch.language.evaluation.launch_worker import NoWorkerError
 from colcon_yamllaunch.language.evaluation.launch_worker import WorkerError
 from colcon_yamllaunch.language.evaluation.launch_worker import (
@@ -304,7 +304,9 @@ KILLED = """\
 import os, sys
 from pathlib import Path
 from colcon_yamllaunch.python_launch.worker_process import WorkerProcess
-from colcon_yamllaunch.engine.stopping.launch_scan import new_identity
+from colcon_yamllaunch.engine.launch_scan import new_identity
+from colcon_yamllaunch.python_launch.worker_process import WorkerProcess
+from colcon_yamllaunch.engine.launch_scan import new_identity
 
 log = Path('/dev/null')
 link = WorkerProcess(dict(os.environ), '/', log, new_identity(), 1e3)

@@ -6,11 +6,11 @@
 from itertools import count
 
 from colcon_yamllaunch.common.escalation import Orphan
-from colcon_yamllaunch.engine.components.composition import Composition
+from colcon_yamllaunch.engine.composition import Composition
 from colcon_yamllaunch.engine.events import PartChanged
 from colcon_yamllaunch.engine.events import Started
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.engine.process.spawn import StartError
+from colcon_yamllaunch.engine.spawn import StartError
 from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.supervisor import Supervisor
 from colcon_yamllaunch.plan.plan import Plan
@@ -94,7 +94,7 @@ class History:
             self.composition if plan.needs_ros else None,
         )
         self.loop.is_over = lambda: self.supervisor.done
-        self.loop.after_turn(self.supervisor.end_turn)
+        self.loop.end_turn = self.supervisor.end_turn
 
     @property
     def now(self):

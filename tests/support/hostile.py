@@ -10,7 +10,7 @@ import shlex
 import subprocess
 
 from colcon_yamllaunch.common.process_scan import cgroup_of
-from colcon_yamllaunch.engine.process.cgroup import LaunchCgroup
+from colcon_yamllaunch.engine.cgroup import LaunchCgroup
 import pytest
 
 #: Another user, who owns nothing: `nobody` of Linux.

@@ -118,7 +118,7 @@ class Launch:
             except (OSError, UnicodeDecodeError):
                 continue
             child = int(stat.split()[1]) == self.popen.pid
-            if child and b'stopping.guard' in environment:
+            if child and b'engine.guard' in environment:
                 found.append(int(entry.name))
         return found
 

@@ -14,7 +14,7 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.control import socket_folder
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.exit_conditions import ExitConditions
-from colcon_yamllaunch.engine.output.line_pattern import LinePattern
+from colcon_yamllaunch.engine.line_pattern import LinePattern
 from colcon_yamllaunch.engine.state import About
 from colcon_yamllaunch.observers.presentation import Presentation
 from colcon_yamllaunch.plan.plan import ChangeState
@@ -71,7 +71,7 @@ def main() -> int:
     temporary_folders.SHARED_FOLDERS = ()
     data = json.loads(Path(sys.argv[1]).read_text(encoding='utf-8'))
     if 'FAKE_ROS' in os.environ:
-        from colcon_yamllaunch.engine.components import ros_link
+        from colcon_yamllaunch.engine import ros_link
 
         limits.HELPER_RESTARTS = 2
         ros_link.PROGRAM = Path(__file__).with_name('fake_ros_client.py')

@@ -20,9 +20,9 @@ from colcon_yamllaunch.common.process_scan import running_processes
 from colcon_yamllaunch.control.command_codec import request_of
 from colcon_yamllaunch.engine.commands import Command
 from colcon_yamllaunch.engine.commands import Shutdown
+from colcon_yamllaunch.engine.launch_scan import launcher_of
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.engine.stopping.launch_scan import launcher_of
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine.launch_settings import Moment
+from colcon_yamllaunch.engine.engine import Moment
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.state import LaunchState

@@ -14,7 +14,7 @@ import sys
 import threading
 from typing import Any
 
-from colcon_yamllaunch.engine.components import ros_client
+from colcon_yamllaunch.engine import ros_client
 
 #: Seconds; a loaded machine needs some.
 DEADLINE = 120

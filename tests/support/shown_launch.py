@@ -20,10 +20,10 @@ from colcon_yamllaunch.engine.commands import PlanTree
 from colcon_yamllaunch.engine.commands import Refused
 from colcon_yamllaunch.engine.commands import Tree
 from colcon_yamllaunch.engine.commands import Watch
+from colcon_yamllaunch.engine.description import Branch
 from colcon_yamllaunch.engine.description import Description
 from colcon_yamllaunch.engine.description import Parameter
 from colcon_yamllaunch.engine.description import Surrounding
-from colcon_yamllaunch.engine.plan_tree import Branch
 from colcon_yamllaunch.engine.state import ComponentState
 from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.state import ProcessState

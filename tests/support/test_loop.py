@@ -21,6 +21,12 @@ class TestLoop(Loop):
         self.now = now
         #: Whether :meth:`turn` and :meth:`pass_time` do nothing any more.
         self.is_over = lambda: False
+        #: Is called after all callbacks of each turn.
+        self.end_turn = lambda: None
+
+    def run_once(self):
+        super().run_once()
+        self.end_turn()
 
     def turn(self, turns=20):
         """Run some turns at the time that it is."""

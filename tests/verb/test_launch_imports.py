@@ -30,7 +30,6 @@ IDENTIFYING = {'catkin_pkg.package', 'distlib', 'pyparsing', 'setuptools'}
 BUILDING = 'em'
 #: The sub-packages of features that a plain launch does not use.
 UNUSED = (
-    'engine.components',
     'language.python_files',
     'language.reports',
     'remote',
@@ -44,8 +43,13 @@ UNUSED = (
 #: Modules of such features in sub-packages that it does use.
 UNUSED_MODULES = (
     'control.client_connection',
-    'engine.output.line_pattern',
-    'engine.process.core_dumps',
+    'engine.composition',
+    'engine.debugging',
+    'engine.lifecycles',
+    'engine.line_pattern',
+    'engine.ros_client',
+    'engine.ros_link',
+    'engine.ros_requests',
     'language.actions.component_actions',
     'language.actions.parameter_file_lookup',
     'language.policies.check',

@@ -10,8 +10,8 @@ from colcon_yamllaunch.engine.events import Output
 from colcon_yamllaunch.engine.events import Restarted
 from colcon_yamllaunch.engine.events import Started
 from colcon_yamllaunch.engine.events import Watched
+from colcon_yamllaunch.engine.line_pattern import LinePattern
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.engine.output.line_pattern import LinePattern
 from colcon_yamllaunch.watch.until_checks import UntilChecks
 import pytest
 

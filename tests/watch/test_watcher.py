@@ -16,8 +16,8 @@ import time
 from typing import Any
 
 from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine.loop import ended_children
 from colcon_yamllaunch.engine.loop import Loop
-from colcon_yamllaunch.engine.process.children import ended_children
 from colcon_yamllaunch.watch import watcher
 from colcon_yamllaunch.watch import watcher_client
 from colcon_yamllaunch.watch.changes import Batch

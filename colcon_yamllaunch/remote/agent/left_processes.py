@@ -16,10 +16,10 @@ from colcon_yamllaunch.common.escalation import Targets
 from colcon_yamllaunch.common.escalation import Timeouts
 from colcon_yamllaunch.common.escalation import WHOLE
 from colcon_yamllaunch.common.process_scan import read_process
-from colcon_yamllaunch.engine.process.cgroup import LaunchCgroup
-from colcon_yamllaunch.engine.stopping.launch_scan import find_orphans
-from colcon_yamllaunch.engine.stopping.launch_scan import is_guarded
-from colcon_yamllaunch.engine.stopping.launch_scan import Known
+from colcon_yamllaunch.engine.cgroup import LaunchCgroup
+from colcon_yamllaunch.engine.launch_scan import find_orphans
+from colcon_yamllaunch.engine.launch_scan import is_guarded
+from colcon_yamllaunch.engine.launch_scan import Known
 from colcon_yamllaunch.plan.plan import DEFAULT_SIGKILL_TIMEOUT
 from colcon_yamllaunch.plan.plan import DEFAULT_SIGTERM_TIMEOUT
 

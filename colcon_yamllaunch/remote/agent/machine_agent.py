@@ -28,7 +28,7 @@ import time
 from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.engine.output.signals import accept_signals
+from colcon_yamllaunch.engine.loop import accept_signals
 from colcon_yamllaunch.remote.agent import launcher_channel
 from colcon_yamllaunch.remote.agent.launcher_channel import LauncherChannel
 from colcon_yamllaunch.remote.agent.launcher_channel import LauncherGoneError

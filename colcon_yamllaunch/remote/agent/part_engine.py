@@ -14,8 +14,8 @@ from typing import Any
 from colcon_yamllaunch.common.codec import Codec
 from colcon_yamllaunch.common.codec import CodecError
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.engine.launch_scan import new_identity
 from colcon_yamllaunch.engine.state import About
-from colcon_yamllaunch.engine.stopping.launch_scan import new_identity
 from colcon_yamllaunch.observers.log_store import LogStore
 from colcon_yamllaunch.plan.plan_json import plan_from_json
 from colcon_yamllaunch.plan.plan_json import PlanFormatError

@@ -13,7 +13,7 @@ import time
 from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.engine.stopping.launch_scan import launcher_of
+from colcon_yamllaunch.engine.launch_scan import launcher_of
 from colcon_yamllaunch.remote.agent import launcher_channel
 from colcon_yamllaunch.remote.agent.launcher_channel import LauncherChannel
 from colcon_yamllaunch.remote.agent.left_processes import end_what_is_left

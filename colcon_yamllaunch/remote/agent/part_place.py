@@ -23,7 +23,7 @@ from colcon_yamllaunch.common.temporary_folders import temporary_folders
 from colcon_yamllaunch.control.socket_folder import FolderError
 from colcon_yamllaunch.control.socket_folder import inside
 from colcon_yamllaunch.control.socket_folder import open_folder
-from colcon_yamllaunch.engine.stopping.launch_scan import launcher_of
+from colcon_yamllaunch.engine.launch_scan import launcher_of
 
 _SOCKET, _RECORD, _UNFINISHED = '.link', '.part', '.new'
 _BOOT = '/proc/sys/kernel/random/boot_id'

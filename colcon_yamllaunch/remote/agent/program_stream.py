@@ -12,8 +12,8 @@ from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.escalation import Timeouts
-from colcon_yamllaunch.engine.stopping.launch_scan import LAUNCH_ID_VARIABLE
-from colcon_yamllaunch.engine.stopping.launch_scan import new_identity
+from colcon_yamllaunch.engine.launch_scan import LAUNCH_ID_VARIABLE
+from colcon_yamllaunch.engine.launch_scan import new_identity
 from colcon_yamllaunch.remote.agent import launcher_channel
 from colcon_yamllaunch.remote.agent.launcher_channel import LauncherChannel
 from colcon_yamllaunch.remote.connection import frames

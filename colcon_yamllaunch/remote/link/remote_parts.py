@@ -16,10 +16,10 @@ from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.engine import Engine
-from colcon_yamllaunch.engine.output.terminals import Keyboards
 from colcon_yamllaunch.engine.participants import Execute
 from colcon_yamllaunch.engine.participants import Participant
 from colcon_yamllaunch.engine.participants import Reply
+from colcon_yamllaunch.engine.terminals import Keyboards
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Entry
 from colcon_yamllaunch.plan.plan import Plan
@@ -272,7 +272,7 @@ class RemoteParts(Participant, Keyboards):
         return placed.local.entries
 
     def _tree(self) -> commands.PlanTree:
-        from colcon_yamllaunch.engine.plan_tree import plan_tree
+        from colcon_yamllaunch.engine.description import plan_tree
 
         launch, order = self._launch, self._order
         assert launch is not None

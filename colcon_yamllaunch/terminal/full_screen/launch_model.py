@@ -28,7 +28,7 @@ from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.commands import PlanTree
 from colcon_yamllaunch.engine.commands import Refused
 from colcon_yamllaunch.engine.commands import Tree
-from colcon_yamllaunch.engine.plan_tree import Branch
+from colcon_yamllaunch.engine.description import Branch
 from colcon_yamllaunch.engine.state import ComponentState
 from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.observers.log_levels import Level

@@ -15,7 +15,7 @@ import re
 
 from colcon_yamllaunch.common.printable import SEQUENCE
 from colcon_yamllaunch.control.subscription import Wrote
-from colcon_yamllaunch.engine.output.lines import legible
+from colcon_yamllaunch.engine.lines import legible
 from colcon_yamllaunch.observers.log_levels import Level
 from colcon_yamllaunch.observers.log_levels import level_of
 from colcon_yamllaunch.terminal.line_filter import Filtering

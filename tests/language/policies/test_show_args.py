@@ -12,9 +12,9 @@ from colcon_yamllaunch.language.evaluation.declared_argument import (
     DeclaredArgument,
 )
 from colcon_yamllaunch.language.evaluation.request import Request
+from colcon_yamllaunch.language.evaluation.walk import MAXIMUM_INCLUDE_DEPTH
 from colcon_yamllaunch.language.policies.declared import Declarations
 from colcon_yamllaunch.language.policies.declared import find_declarations
-from colcon_yamllaunch.language.policies.evaluate import MAXIMUM_INCLUDE_DEPTH
 from colcon_yamllaunch.language.policies.show_args import show_arguments
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.vocabulary.actions import ACTIONS

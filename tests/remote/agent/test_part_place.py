@@ -6,7 +6,7 @@
 import os
 from pathlib import Path
 
-from colcon_yamllaunch.engine.stopping.launch_scan import new_identity
+from colcon_yamllaunch.engine.launch_scan import new_identity
 from colcon_yamllaunch.remote.agent import part_place
 from colcon_yamllaunch.remote.agent.part_place import PartPlace
 import pytest

@@ -9,10 +9,10 @@ from typing import Any
 
 from colcon_yamllaunch.control.resource_usage import Usage
 from colcon_yamllaunch.control.subscription import Missed
+from colcon_yamllaunch.engine.description import Branch
 from colcon_yamllaunch.engine.events import Ended
 from colcon_yamllaunch.engine.events import Exited
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.engine.plan_tree import Branch
 from colcon_yamllaunch.observers.log_levels import Level
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position

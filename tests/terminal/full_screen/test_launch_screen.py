@@ -17,8 +17,8 @@ from colcon_yamllaunch.engine.commands import Kill
 from colcon_yamllaunch.engine.commands import Restart
 from colcon_yamllaunch.engine.commands import Stop
 from colcon_yamllaunch.engine.commands import Watch
+from colcon_yamllaunch.engine.description import Branch
 from colcon_yamllaunch.engine.events import Watched
-from colcon_yamllaunch.engine.plan_tree import Branch
 from colcon_yamllaunch.terminal.full_screen.launch_app import LaunchApp
 from colcon_yamllaunch.terminal.full_screen.launch_screen import LaunchScreen
 from colcon_yamllaunch.terminal.full_screen.part_list import PartList

@@ -1,0 +1,173 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Processes under a debugger, and the core dumps of those that crashed."""
+
+from collections.abc import Callable
+from collections.abc import Mapping
+from collections.abc import Sequence
+from dataclasses import replace
+import glob
+import os
+from pathlib import Path
+import re
+import time
+
+from colcon_yamllaunch.common.errors import RefusedError
+from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine.spawn import find_program
+from colcon_yamllaunch.engine.spawn import interpreter_of
+from colcon_yamllaunch.engine.spawn import StartError
+from colcon_yamllaunch.plan.plan import ParameterFile
+from colcon_yamllaunch.plan.plan import Process
+
+_Words = tuple[str | ParameterFile, ...]
+_PYTHON = 'python'
+_GDB = ('gdb', '-q', '--args')
+# What gdb answers goes to standard error, and its prompt to standard output;
+# in two terminals they come in any order.
+_ONE_STREAM = ('sh', '-c', 'exec "$0" "$@" 2>&1')
+# options of Python that have a value in a word of its own (python3 --help)
+_WITH_VALUE = frozenset(('-W', '-X', '--check-hash-based-pycs'))
+# what is run is not a script, or not to be told from the options
+_RUNS_OTHER = re.compile(r'-|-[A-VYZa-z]*[cm].*')
+#: How many interpreters of interpreters are looked up.
+_DEPTH = 4
+
+
+def debugged(process: Process, environment: Mapping[str, str]) -> Process:
+    """
+    Return a process under a debugger, with a terminal.
+
+    It waits for commands before the program begins. That of a program in
+    Python is `pdb`, which each Python has; of any other it is `gdb`, and then
+    all output goes to standard output.
+
+    :param environment: The variables of the process
+    :raises RefusedError: when `gdb` is needed, and there is none
+    """
+    path = environment.get('PATH', os.defpath)
+    try:
+        argv = _under_debugger(process, path)
+    except StartError:
+        # which is said when it is started
+        argv = (*_GDB, *process.argv)
+    if argv[0] == _GDB[0]:
+        try:
+            find_program(_GDB[0], path)
+        except StartError as error:
+            raise RefusedError(
+                f'{process.label} needs gdb to be debugged, which is not '
+                'installed: sudo apt install gdb'
+            ) from error
+        argv = (*_ONE_STREAM, *argv)
+    return replace(process, argv=argv, emulate_tty=True)
+
+
+def _under_debugger(process: Process, path: str) -> _Words:
+    program, *arguments = process.argv
+    found = _found(str(program), process.cwd, path)
+    if _is_python(found):
+        start = _script_index(arguments)
+        if start is not None:
+            options, rest = arguments[:start], arguments[start:]
+            return (program, *options, '-m', 'pdb', *rest)
+    words: _Words = process.argv
+    # gdb takes programs of the machine, and follows a script when it becomes
+    # another program
+    for _ in range(_DEPTH):
+        interpreter = interpreter_of(found, path)
+        if interpreter is None:
+            break
+        if words == process.argv and _is_python(interpreter):
+            return (interpreter, '-m', 'pdb', found, *arguments)
+        words = (interpreter, found, *words[1:])
+        found = interpreter
+    return (*_GDB, *words)
+
+
+def _found(name: str, cwd: str, path: str) -> str:
+    return find_program(os.path.join(cwd, name) if '/' in name else name, path)
+
+
+def _script_index(arguments: Sequence[str | ParameterFile]) -> int | None:
+    """
+    Return which argument of Python pdb takes: a script, or -m and a module.
+
+    None when there is none.
+    """
+    words = iter(enumerate(map(str, arguments)))
+    for index, word in words:
+        if word == '-m' or word[:1] != '-':
+            return index
+        if word in _WITH_VALUE:
+            next(words, None)
+        elif _RUNS_OTHER.fullmatch(word):
+            return None
+    return None
+
+
+def _is_python(program: str) -> bool:
+    return os.path.basename(program).startswith(_PYTHON)
+
+
+#: Where Linux says what it does with core dumps.
+KERNEL = Path('/proc/sys/kernel')
+
+
+def find_core_dump(
+    pid: int,
+    cwd: str,
+    seconds: float,
+    kernel: Path = KERNEL,
+    now: Callable[[], float] = time.time,
+) -> str | None:
+    """
+    Return where the core dump of a process is that has just ended.
+
+    That is a path, a command that opens it, or the program that got it; None
+    if it is not found.
+
+    :param cwd: The working directory that it was started in
+    :param seconds: How long it ran
+    """
+    pattern = _setting(kernel / 'core_pattern') or 'core'
+    if pattern.startswith('|'):
+        program = pattern[1:].split()[0]
+        if program.endswith('systemd-coredump'):
+            return f'coredumpctl debug {pid}'
+        return f'passed to {program}'
+    path = os.path.join(glob.escape(cwd), _as_glob(pattern, pid))
+    if '%p' not in pattern and _setting(kernel / 'core_uses_pid') == '1':
+        path += f'.{pid}'
+    return _newest(path, now() - seconds)
+
+
+def _as_glob(pattern: str, pid: int) -> str:
+    known = {'%%': '%', '%p': str(pid), '%P': str(pid)}
+    return re.sub(
+        r'%.|[\[*?]',
+        lambda m: known.get(m[0], '*' if m[0][0] == '%' else f'[{m[0]}]'),
+        pattern,
+    )
+
+
+def _newest(pattern: str, since: float) -> str | None:
+    """Return the newest file, unless it is older than the process."""
+    times = {}
+    for name in glob.glob(pattern):
+        try:
+            times[name] = Path(name).stat().st_mtime
+        except OSError:
+            continue
+    newest = max(times, key=times.__getitem__, default=None)
+    if newest is None or times[newest] < since - limits.FILE_TIME_STEP:
+        return None
+    return newest
+
+
+def _setting(path: Path) -> str:
+    try:
+        return path.read_text(encoding='utf-8', errors='replace').strip()
+    except OSError:
+        return ''

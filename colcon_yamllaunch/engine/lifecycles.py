@@ -1,0 +1,554 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Lifecycle nodes: their states, and the transitions that a launch makes."""
+
+from collections import deque
+from collections.abc import Callable
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from colcon_yamllaunch.common.errors import RefusedError
+from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine.loop import Loop
+from colcon_yamllaunch.engine.ros_requests import has_ended
+from colcon_yamllaunch.engine.ros_requests import Requests
+from colcon_yamllaunch.engine.ros_requests import WaitWarnings
+from colcon_yamllaunch.plan.plan import ChangeState
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import TRANSITIONS
+
+#: Called with None for success, else with the reason of the failure.
+Reply = Callable[[str | None], None]
+
+# the next transition from a state to a goal
+_STEPS = {
+    ('unconfigured', 'active'): 'configure',
+    ('unconfigured', 'inactive'): 'configure',
+    ('inactive', 'active'): 'activate',
+}
+_GONE = 'it is no part of the launch any more'
+_SUPERSEDED = 'somebody asked for something else'
+# the state during a transition, and that after its success
+_REACHED = {
+    ('configuring', 'inactive'),
+    ('activating', 'active'),
+    ('deactivating', 'inactive'),
+    ('cleaningup', 'unconfigured'),
+    ('shuttingdown', 'finalized'),
+}
+
+
+@dataclass(slots=True)
+class LifecycleTask:
+    """
+    A lifecycle node of the plan, and its state.
+
+    :param owner: Its process or component
+    :param node: Its full name, None where it is not known yet
+    :param state: The label of its state, such as `active`; None while it
+      does not run or its state is unknown
+    :param goal: The state that it is to reach when it starts: that of the
+      launch file, or the state that it had before it was respawned
+    :param is_running: Whether its process runs, or it is loaded
+    :param is_leaving: Whether its process was asked to end
+    :param is_anew: Whether its next goal is that of the launch file
+    :param is_driven: Whether it is on the way to its goal
+    :param request: The number of the transition that is under way
+    :param since: When the latest step to its goal was requested
+    """
+
+    owner: Process | Component
+    node: str | None
+    goal: str | None = None
+    state: str | None = None
+    is_running: bool = False
+    is_leaving: bool = False
+    is_anew: bool = False
+    is_driven: bool = False
+    request: int | None = None
+    since: float = 0.0
+
+    @property
+    def label(self) -> str:
+        """The label of its process or component."""
+        return self.owner.label
+
+
+@dataclass(slots=True)
+class _Planned:
+    """
+    The transitions of the plan for a node.
+
+    :param entries: The first one was requested, or waits for the node
+    :param since: When it became the first one
+    :param request: Its number, if it was requested
+    """
+
+    entries: deque[ChangeState]
+    since: float
+    request: int | None = None
+
+
+class Lifecycles:
+    """
+    The lifecycle nodes of a launch.
+
+    A node reaches its goal step by step, each from the state that it has then,
+    so the death of a client does not matter.
+    """
+
+    def __init__(
+        self,
+        plan: Plan,
+        requests: Requests,
+        emit: events.Listener,
+        loop: Loop,
+    ) -> None:
+        self._requests = requests
+        self._emit = emit
+        self._loop = loop
+        self._given_up: str | None = None
+        self._replies: dict[int, Reply] = {}
+        # requests of users that wait for a client, by the labels of the nodes
+        self._pending: dict[str, tuple[str, Reply]] = {}
+        # by the full names of the nodes
+        self._planned: dict[str, _Planned] = {}
+        self._by_label: dict[str, LifecycleTask] = {}
+        self._warnings = WaitWarnings(loop)
+        self._has_processes = False
+        self.extend(plan)
+
+    @property
+    def tasks(self) -> list[LifecycleTask]:
+        """The nodes, those of processes first, in the order of the plan."""
+        return list(self._by_label.values())
+
+    def extend(self, more: Plan) -> None:
+        """Add processes and components to the plan."""
+        self._has_processes |= any(True for _ in more.processes())
+        owners: list[Process | Component] = [
+            *more.processes(),
+            *more.components(),
+        ]
+        for owner in owners:
+            if owner.is_lifecycle:
+                self._by_label[owner.label] = LifecycleTask(
+                    owner, owner.node_name, _first_goal(owner)
+                )
+
+    def drop(self, label: str) -> None:
+        """Forget a node, if it is one; it does not run."""
+        task = self._by_label.pop(label, None)
+        if task is not None:
+            self._drop(task, _GONE)
+            self._warnings.cancel(label)
+
+    def of_label(self, label: str) -> LifecycleTask | None:
+        """Return the lifecycle node of a process or component, if any."""
+        return self._by_label.get(label)
+
+    @property
+    def is_busy(self) -> bool:
+        """
+        Whether a node still has to reach its goal.
+
+        A node elsewhere may take a while to appear, or any time if nothing was
+        started.
+        """
+        now = self._loop.time()
+        return any(t.is_driven and t.is_running for t in self.tasks) or any(
+            not self._has_processes
+            or now < planned.since + limits.WAIT_WARNING_DELAY
+            for node, planned in self._planned.items()
+            if self._of_node(node) is None
+        )
+
+    def process_started(self, process: Process) -> None:
+        """Follow the node of a process to its goal."""
+        task = self._by_label.get(process.label)
+        if task is not None:
+            self.up(task, task.node)
+
+    def process_ended(
+        self, process: Process, ending: str, *, excused: bool
+    ) -> None:
+        """
+        Handle the end of a process.
+
+        :param excused: Whether its end is no failure to reach the goal
+        """
+        task = self._by_label.get(process.label)
+        if task is None:
+            return
+        missed = task.is_driven and task.is_running and not excused
+        transition = _next_step(task)
+        self.down(task)
+        if missed:
+            self._fail(task, transition, f'it {ending}')
+
+    def up(self, task: LifecycleTask, node: str | None) -> None:
+        """Follow a node that runs now to its goal."""
+        task.node = node
+        task.state = None
+        task.is_running = True
+        task.is_leaving = False
+        # a node that was shut down comes back by a new start only
+        if task.is_anew or task.goal == 'finalized':
+            task.goal = _first_goal(task.owner)
+        task.is_anew = False
+        task.is_driven = task.goal in ('inactive', 'active')
+        task.request = None
+        task.since = self._loop.time()
+        if self._given_up is not None:
+            self._fail_for_good(task, self._given_up)
+        elif self._requests.is_ready:
+            self._follow(task)
+        if node is not None:
+            self._request_planned(node)
+
+    def down(self, task: LifecycleTask) -> None:
+        """Handle that a node does not run any more."""
+        if task.is_running and task.node is not None:
+            self._requests.gone(node=task.node)
+            self._forget_planned(task.node)
+        task.is_running = task.is_driven = False
+        task.state = None
+        self._drop(task, 'it ended')
+        self._warnings.cancel(task.label)
+
+    def leaves(self, label: str) -> None:
+        """
+        Note that the process of a node is asked to end.
+
+        Its states from now on lead to its end, and are not restored.
+        """
+        task = self._by_label.get(label)
+        if task is not None:
+            task.is_leaving = task.is_running
+
+    def begins_anew(self, label: str) -> None:
+        """Start a node with the goal of the launch file next time."""
+        task = self._by_label.get(label)
+        if task is not None:
+            task.is_anew = True
+
+    def changed(self, node: str, state: str, before: str | None) -> None:
+        """Handle a new state of a node."""
+        for task in self.tasks:
+            if task.node == node and task.is_running:
+                self._changed(task, node, state, before)
+
+    def change_state(self, name: str, transition: str, reply: Reply) -> None:
+        """Request a transition; see `Composition.change_state`."""
+        task = self._named(name)
+        if transition not in TRANSITIONS:
+            raise RefusedError(f"there is no transition '{transition}'")
+        if self._given_up is not None:
+            raise RefusedError(self._given_up)
+        if self._requests.is_ready:
+            self._request(task, transition, reply)
+        else:
+            # a client comes soon, and the node may run by then
+            self._drop(task, _SUPERSEDED)
+            self._pending[task.label] = transition, reply
+
+    def change_as_planned(self, entry: ChangeState) -> None:
+        """
+        Make a transition of the plan, after those before it.
+
+        The node may be no part of the launch.
+        """
+        if entry.transition not in TRANSITIONS:
+            task = self._of_node(entry.node)
+            self._report_failure(entry, task, 'there is no such transition')
+            return
+        if entry.node in self._planned:
+            self._planned[entry.node].entries.append(entry)
+        else:
+            self._planned[entry.node] = _Planned(
+                deque([entry]), self._loop.time()
+            )
+            self._request_planned(entry.node)
+
+    def client_is_ready(self) -> None:
+        """Follow the nodes that run."""
+        for task in self.tasks:
+            if task.is_running:
+                self._follow(task)
+        for node in tuple(self._planned):
+            self._request_planned(node)
+        pending, self._pending = self._pending, {}
+        for label, (transition, reply) in pending.items():
+            try:
+                self._request(self._by_label[label], transition, reply)
+            except RefusedError as error:
+                reply(str(error))
+
+    def client_died(self) -> None:
+        """Note that requests have been lost."""
+        for planned in self._planned.values():
+            planned.request = None
+        for task in self.tasks:
+            if task.label not in self._pending:
+                self._drop(task, 'the ROS client ended, and starts again')
+
+    def client_given_up(self, reason: str) -> None:
+        """Give up with the client."""
+        self._given_up = reason
+        for planned in self._planned.values():
+            planned.request = None
+        for task in self.tasks:
+            self._drop(task, reason)
+            self._fail_for_good(task, reason)
+        for node in tuple(self._planned):
+            self._request_planned(node)
+
+    def end_turn(self) -> None:
+        """Warn of nodes that do not reach their goal."""
+        for task in self.tasks:
+            if not (task.is_driven and task.is_running):
+                self._warnings.cancel(task.label)
+            elif self._warnings.is_due(task.label, task.since):
+                text = (
+                    f'{task.label}: waiting for {task.node} to become '
+                    f'{task.goal}'
+                )
+                if task.state is None:
+                    text += (
+                        '; it does not offer the services of a lifecycle node'
+                    )
+                else:
+                    text += f'; it is {task.state}'
+                self._emit(events.Warned(text))
+        for node, planned in self._planned.items():
+            is_elsewhere = self._of_node(node) is None
+            if is_elsewhere and self._warnings.is_due(node, planned.since):
+                transition = planned.entries[0].transition
+                self._emit(
+                    events.Warned(
+                        f'waiting for {node}, to {transition} it; nothing in '
+                        'this launch provides it'
+                    )
+                )
+
+    def _of_node(self, node: str) -> LifecycleTask | None:
+        return next((t for t in self.tasks if t.node == node), None)
+
+    def _named(self, name: str) -> LifecycleTask:
+        for task in self.tasks:
+            if name in (task.label, task.node):
+                return task
+        raise RefusedError(f"there is no lifecycle node '{name}'")
+
+    def _request(
+        self, task: LifecycleTask, transition: str, reply: Reply
+    ) -> None:
+        """
+        Request a transition for a user.
+
+        :raises RefusedError: when it does not run
+        """
+        if not task.is_running or task.node is None:
+            raise RefusedError(f'{task.label} does not run')
+        self._drop(task, _SUPERSEDED)
+        # from now on, the user decides on its states
+        task.is_driven = False
+        self._ask(task, transition, reply)
+
+    def _request_planned(self, node: str) -> None:
+        """Request the next transition of the plan for a node."""
+        planned = self._planned.get(node)
+        if planned is None or planned.request is not None:
+            return
+        task = self._of_node(node)
+        entry = planned.entries[0]
+        if self._given_up is not None:
+            self._forget_planned(node)
+            self._report_failure(entry, task, self._given_up)
+            return
+        if not self._requests.is_ready or not (
+            task is None or task.is_running
+        ):
+            return
+        if task is not None:
+            # the plan decides on its next states
+            self._drop(task, _SUPERSEDED)
+            task.is_driven = False
+            if task.state == TRANSITIONS[entry.transition].goal:
+                self._planned_made(node)
+                return
+
+        def answered(answer: Mapping[str, Any]) -> None:
+            planned.request = None
+            if answer.get('ok'):
+                if task is not None:
+                    goal = TRANSITIONS[entry.transition].goal
+                    self._reach(task, goal, is_requested=True)
+                self._planned_made(node)
+                return
+            self._forget_planned(node)
+            if not has_ended(answer):
+                reason = str(answer.get('reason') or 'it was refused')
+                self._report_failure(entry, task, reason)
+
+        planned.request = self._requests.ask(
+            'change_state', answered, node=node, transition=entry.transition
+        )
+
+    def _reach(
+        self, task: LifecycleTask, state: str, *, is_requested: bool
+    ) -> None:
+        """
+        Handle the success of a transition.
+
+        :param is_requested: Whether a user requested it, not the launch
+        """
+        task.state = state
+        if is_requested:
+            task.goal = state
+        self._emit(events.PartChanged(task.owner, lifecycle=state))
+
+    def _planned_made(self, node: str) -> None:
+        """Go on after a transition of the plan."""
+        planned = self._planned[node]
+        planned.entries.popleft()
+        if planned.entries:
+            planned.since = self._loop.time()
+            self._request_planned(node)
+        else:
+            self._forget_planned(node)
+
+    def _forget_planned(self, node: str) -> None:
+        """Forget the transitions of the plan for a node."""
+        self._warnings.cancel(node)
+        planned = self._planned.pop(node, None)
+        if planned is not None:
+            self._requests.cancel(planned.request)
+
+    def _report_failure(
+        self, entry: ChangeState, task: LifecycleTask | None, reason: str
+    ) -> None:
+        if task is not None:
+            self._fail(task, entry.transition, reason)
+            return
+        place = events.shown(entry.position)
+        self._emit(
+            events.Warned(
+                f"the transition '{entry.transition}' of {entry.node} "
+                f'failed: {reason} (from {place})'
+            )
+        )
+
+    def _follow(self, task: LifecycleTask) -> None:
+        if task.node is not None:
+            self._requests.ask('follow', lambda _: None, node=task.node)
+
+    def _changed(
+        self,
+        task: LifecycleTask,
+        node: str,
+        state: str,
+        before: str | None,
+    ) -> None:
+        if before is None and state == task.state:
+            # it is no news
+            self._drive(task)
+            return
+        task.state = state
+        is_requested = not (task.is_driven or task.is_leaving)
+        if (before, state) in _REACHED and is_requested:
+            # somebody else decided so
+            task.goal = state
+        self._emit(events.StateChanged(task.owner, node, state, before))
+        self._drive(task)
+
+    def _drive(self, task: LifecycleTask) -> None:
+        """Request the next step to the goal, unless one is open."""
+        if not task.is_driven or task.request is not None:
+            return
+        if task.state == task.goal:
+            task.is_driven = False
+            return
+        step = _STEPS.get((task.state or '', task.goal or ''))
+        if step is not None:
+            task.since = self._loop.time()
+            self._ask(task, step, None)
+
+    def _ask(
+        self, task: LifecycleTask, transition: str, reply: Reply | None
+    ) -> None:
+        def answered(answer: Mapping[str, Any]) -> None:
+            task.request = None
+            self._replies.pop(number, None)
+            self._answered(task, transition, reply, answer)
+
+        number = self._requests.ask(
+            'change_state', answered, node=task.node, transition=transition
+        )
+        task.request = number
+        if reply is not None:
+            self._replies[number] = reply
+
+    def _answered(
+        self,
+        task: LifecycleTask,
+        transition: str,
+        reply: Reply | None,
+        answer: Mapping[str, Any],
+    ) -> None:
+        if answer.get('ok'):
+            # the event may come later
+            is_requested = reply is not None
+            goal = TRANSITIONS[transition].goal
+            self._reach(task, goal, is_requested=is_requested)
+            self._drive(task)
+            if reply is not None:
+                reply(None)
+            return
+        reason = str(answer.get('reason') or 'it was refused')
+        if reply is not None:
+            reply(reason)
+        elif not has_ended(answer):
+            # or else its end says more
+            task.is_driven = False
+            self._fail(task, transition, reason)
+
+    def _drop(self, task: LifecycleTask, reason: str) -> None:
+        """Cancel the open transition, if there is one."""
+        number, task.request = task.request, None
+        if number is not None:
+            self._requests.cancel(number)
+            reply = self._replies.pop(number, None)
+            if reply is not None:
+                reply(reason)
+        if task.label in self._pending:
+            _, reply = self._pending.pop(task.label)
+            reply(reason)
+
+    def _fail(self, task: LifecycleTask, transition: str, reason: str) -> None:
+        self._emit(
+            events.TransitionFailed(
+                task.owner, task.node or task.label, transition, reason
+            )
+        )
+
+    def _fail_for_good(self, task: LifecycleTask, reason: str) -> None:
+        if task.is_driven and task.is_running:
+            self._fail(task, _next_step(task), reason)
+        task.is_driven = False
+
+
+def _first_goal(owner: Process | Component) -> str | None:
+    """Return the goal of a node in the launch file."""
+    return 'active' if owner.autostart else None
+
+
+def _next_step(task: LifecycleTask) -> str:
+    """Return the transition that a node on the way to its goal needs."""
+    state = task.state or 'unconfigured'
+    return _STEPS.get((state, task.goal or ''), 'configure')

@@ -1,0 +1,189 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+What a launch made in folders that others may write to, and must remove.
+
+Whoever removes it, be it the guard or another terminal, has it from hearsay.
+So a folder is known by its device and inode, too, is opened without following
+links, and is used through its descriptor; and nothing in it is removed but
+what the launcher makes there. What cannot be proved is left alone.
+
+This module is part of the guard and imports little.
+"""
+
+from collections.abc import Callable
+from contextlib import suppress
+import os
+import re
+import stat
+from typing import TYPE_CHECKING
+
+from colcon_yamllaunch.common.frozen import dataclass
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.plan.plan import ParameterFile
+    from colcon_yamllaunch.plan.plan import Process
+
+#: How the name of a folder for parameter files begins.
+FOLDER_PREFIX = 'colcon_launch_'
+#: What the names of parameter files end with, before it a number.
+FILE_SUFFIX = '.yaml'
+
+_FLAGS = os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """
+    A folder or file, and what tells it from others of that path.
+
+    :param path: An absolute path
+    """
+
+    path: str
+    device: int
+    inode: int
+
+    @staticmethod
+    def of(path: str) -> 'Place':
+        """
+        Return what is at a path.
+
+        :raises OSError: when there is nothing
+        """
+        status = os.stat(path, follow_symlinks=False)
+        return Place(path, status.st_dev, status.st_ino)
+
+    def is_at(self, status: os.stat_result) -> bool:
+        """Return whether a status is that of this place, and ours."""
+        found = status.st_dev, status.st_ino, status.st_uid
+        return found == (self.device, self.inode, os.getuid())
+
+
+def remove_parameter_files(place: Place) -> None:
+    """
+    Remove the folder with the parameter files of a launch.
+
+    What else is in it stays, and then so does the folder.
+    """
+    name = os.path.basename(place.path)
+    with suppress(OSError):
+        descriptor = os.open(place.path, _FLAGS)
+        try:
+            status = os.fstat(descriptor)
+            if (
+                not name.startswith(FOLDER_PREFIX)
+                or not place.is_at(status)
+                or stat.S_IMODE(status.st_mode) & 0o077
+            ):
+                return
+            for entry in os.listdir(descriptor):
+                _remove_parameter_file(descriptor, entry)
+            if place.is_at(os.stat(place.path, follow_symlinks=False)):
+                # one that is not empty cannot be removed so
+                os.rmdir(place.path)
+        finally:
+            os.close(descriptor)
+
+
+def remove_file(place: Place) -> None:
+    """Remove a file or socket if it still is the one that was made."""
+    folder, name = os.path.split(place.path)
+    with suppress(OSError):
+        descriptor = os.open(folder, _FLAGS)
+        try:
+            status = os.stat(name, dir_fd=descriptor, follow_symlinks=False)
+            if place.is_at(status) and not stat.S_ISDIR(status.st_mode):
+                os.unlink(name, dir_fd=descriptor)
+        finally:
+            os.close(descriptor)
+
+
+def _remove_parameter_file(folder: int, name: str) -> None:
+    # LABEL-NUMBER-INDEX.yaml
+    stem = name.removesuffix(FILE_SUFFIX)
+    numbers = stem.rsplit('-', 2)[1:]
+    if stem == name or len(numbers) != 2:
+        return
+    status = os.stat(name, dir_fd=folder, follow_symlinks=False)
+    if stat.S_ISREG(status.st_mode) and all(map(str.isdecimal, numbers)):
+        os.unlink(name, dir_fd=folder)
+
+
+class ParameterFiles:
+    """
+    Parameter files in one private folder, made when the first is needed.
+
+    :param made: Is told the folder when it is made
+    """
+
+    def __init__(self, made: Callable[[Place], None]) -> None:
+        self._made = made
+        self._folder: Place | None = None
+        # what each of them has now
+        self._contents: dict[str, str] = {}
+
+    def command_line(self, number: int, process: 'Process') -> list[str]:
+        """
+        Return the arguments of a process with paths for parameter files.
+
+        :param number: The number of the process in the plan
+        :raises OSError: when a file cannot be written
+        """
+        return [
+            argument
+            if isinstance(argument, str)
+            else self._path(number, index, process.label, argument)
+            for index, argument in enumerate(process.argv)
+        ]
+
+    def remove(self) -> None:
+        """Remove the folder, if there is one."""
+        if self._folder is not None:
+            remove_parameter_files(self._folder)
+            self._folder = None
+            self._contents.clear()
+
+    def _path(
+        self, number: int, index: int, label: str, argument: 'ParameterFile'
+    ) -> str:
+        name = re.sub(r'[^A-Za-z0-9_.-]', '_', label)[:100]
+        file = f'{name}-{number}-{index}{FILE_SUFFIX}'
+        if self._folder is None:
+            self._folder = _make_folder(file, argument.content)
+            self._made(self._folder)
+        elif self._contents.get(file) != argument.content:
+            _write(self._folder.path, file, argument.content)
+        self._contents[file] = argument.content
+        return os.path.join(self._folder.path, file)
+
+
+def _make_folder(file: str, content: str) -> Place:
+    """Make a folder, with a first file, where there is room for it."""
+    # few launches need one, and the guard never does
+    import tempfile
+
+    from colcon_yamllaunch.common.temporary_folders import temporary_folders
+
+    problem: OSError | None = None
+    for temporary in temporary_folders(os.environ):
+        place = None
+        try:
+            path = tempfile.mkdtemp(prefix=FOLDER_PREFIX, dir=temporary)
+            place = Place.of(os.path.abspath(path))
+            _write(place.path, file, content)
+        except OSError as error:
+            problem = problem or error
+            if place is not None:
+                remove_parameter_files(place)
+        else:
+            return place
+    assert problem is not None
+    raise problem
+
+
+def _write(folder: str, file: str, content: str) -> None:
+    path = os.path.join(folder, file)
+    with open(path, 'w', encoding='utf-8') as stream:
+        stream.write(content)

@@ -1,0 +1,213 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Requests to the ROS client, warnings of long waits, and ROS timers."""
+
+from collections.abc import Callable
+from collections.abc import Mapping
+from itertools import count
+from typing import Any
+
+from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine.loop import Loop
+from colcon_yamllaunch.engine.loop import TimerHandle
+from colcon_yamllaunch.engine.loop import Timers
+
+#: Called with an answer: `ok`, and `reason` if that is false.
+Answered = Callable[[Mapping[str, Any]], None]
+
+
+def has_ended(answer: Mapping[str, Any]) -> bool:
+    """Return whether there is no answer, as the node has ended."""
+    return str(answer.get('reason')).endswith('has ended')
+
+
+class Requests:
+    """
+    The requests that have no answer yet.
+
+    :param send: Sends a request to the client
+    """
+
+    def __init__(self, send: Callable[[Mapping[str, Any]], None]) -> None:
+        self._send = send
+        self._open: dict[int, Answered] = {}
+        self._count = count(1)
+        #: Whether there is a client that is ready.
+        self.is_ready = False
+
+    def ask(self, do: str, answered: Answered, **fields: Any) -> int:
+        """Send a request, and return its number."""
+        number = next(self._count)
+        self._open[number] = answered
+        self._send({'id': number, 'do': do, **fields})
+        return number
+
+    def cancel(self, number: int | None) -> None:
+        """Cancel a request if it has no answer yet."""
+        if number is not None and self._open.pop(number, None) is not None:
+            self._send(
+                {'id': next(self._count), 'do': 'cancel', 'request': number}
+            )
+
+    def handle(self, answer: Mapping[str, Any]) -> None:
+        """Pass an answer to the function that waits for it, if any."""
+        answered = self._open.pop(answer['id'], None)
+        if answered is not None:
+            answered(answer)
+
+    def gone(self, **who: str) -> None:
+        """
+        Report that the process of a container or node has ended.
+
+        One that crashed stays visible in ROS for a while.
+        """
+        if self.is_ready:
+            self.ask('gone', lambda _: None, **who)
+
+    def reset(self) -> None:
+        """Forget the requests to a client that is gone."""
+        self.is_ready = False
+        self._open.clear()
+
+
+class WaitWarnings:
+    """
+    When to warn of a wait: after a while, then rarely.
+
+    The loop begins a turn when :meth:`is_due` would return True.
+    """
+
+    def __init__(self, loop: Loop) -> None:
+        self._loop = loop
+        self._alarms: dict[str, TimerHandle] = {}
+        # the beginning of each wait, and the seconds until the next warning
+        self._next: dict[str, tuple[float, float]] = {}
+
+    def is_due(self, key: str, since: float) -> bool:
+        """
+        Return whether to warn now.
+
+        :param since: The beginning of the wait; a later one is another wait
+        """
+        seconds = self._after(key, since)
+        now = self._loop.time()
+        if now < since + seconds:
+            self._wake_at(key, since + seconds)
+            return False
+        pause = min(2 * seconds, limits.LONGEST_WARNING_PAUSE)
+        after = max(seconds, now - since) + pause
+        self._next[key] = since, after
+        self._wake_at(key, since + after)
+        return True
+
+    def cancel(self, key: str) -> None:
+        """End a wait."""
+        self._next.pop(key, None)
+        alarm = self._alarms.pop(key, None)
+        if alarm is not None:
+            alarm.cancel()
+
+    def _wake_at(self, key: str, due: float) -> None:
+        alarm = self._alarms.get(key)
+        if alarm is None or alarm.when() != due:
+            if alarm is not None:
+                alarm.cancel()
+            self._alarms[key] = self._loop.call_at(due, self._loop.wake)
+
+    def _after(self, key: str, since: float) -> float:
+        begun, seconds = self._next.get(
+            key, (since, limits.WAIT_WARNING_DELAY)
+        )
+        return seconds if begun == since else limits.WAIT_WARNING_DELAY
+
+
+_CLOCK = '/clock'
+
+
+class RosTimers:
+    """
+    Timers on ROS time.
+
+    Seconds count from the first time that arrives after a timer was set, if
+    none arrived before. A clock that is set back, as when a simulation starts
+    again, does not undo the time that has passed.
+    """
+
+    def __init__(
+        self,
+        requests: Requests,
+        emit: events.Listener,
+        loop: Loop,
+    ) -> None:
+        self._requests = requests
+        self._emit = emit
+        self._loop = loop
+        self._timers = Timers()
+        # the last time of /clock, and the seconds that have passed
+        self._last: float | None = None
+        self._passed = 0.0
+        self._is_followed = False
+        self._is_over = False
+        self._since = 0.0
+        self._warnings = WaitWarnings(loop)
+
+    def add(self, seconds: float, action: Callable[[], None]) -> TimerHandle:
+        """Call `action` in so many seconds."""
+        if not self._timers.pending():
+            self._since = self._loop.time()
+        handle = self._timers.add(self._passed + seconds, action)
+        if seconds <= 0.0:
+            self._loop.wake()
+        if self._is_over:
+            handle.cancel()
+        self._follow()
+        return handle
+
+    def clock(self, seconds: float) -> None:
+        """Handle a new time."""
+        if self._last is not None:
+            self._passed += max(0.0, seconds - self._last)
+        self._last = seconds
+        self._timers.run_due(self._passed)
+
+    def client_is_ready(self) -> None:
+        """Follow the clock if there is a timer."""
+        self._follow()
+
+    def client_died(self) -> None:
+        """Note that no client follows the clock."""
+        self._is_followed = False
+
+    def cancel(self) -> None:
+        """Cancel all timers, as no time arrives any more."""
+        self._is_over = True
+        for handle in self._timers.pending():
+            handle.cancel()
+
+    def end_turn(self) -> None:
+        """Call due timers, and warn if no time arrives."""
+        self._timers.run_due(self._passed)
+        pending = self._timers.pending()
+        if not pending:
+            self._warnings.cancel(_CLOCK)
+        elif self._last is None and self._warnings.is_due(_CLOCK, self._since):
+            number = f'{len(pending)} timers wait'
+            who = number if len(pending) > 1 else 'a timer waits'
+            self._emit(
+                events.Warned(
+                    f'{who} for ROS time, but nothing comes on the topic '
+                    f'{_CLOCK}: does the simulation, or ros2 bag play with '
+                    '--clock, run?'
+                )
+            )
+
+    def _follow(self) -> None:
+        if (
+            self._requests.is_ready
+            and not self._is_followed
+            and self._timers.pending()
+        ):
+            self._is_followed = True
+            self._requests.ask('clock', lambda _: None)

@@ -1,0 +1,65 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+import os
+import signal
+import subprocess
+
+from colcon_yamllaunch.engine.loop import ended_children
+from colcon_yamllaunch.engine.loop import suspended_children
+import pytest
+
+
+@pytest.fixture
+def start():
+    """Return a function that starts a child that does nothing long."""
+    children = []
+
+    def begin():
+        children.append(subprocess.Popen(['sleep', '99']))
+        return children[-1]
+
+    yield begin
+    for child in children:
+        child.kill()
+        child.wait()
+
+
+def test_children_of_others_are_left_alone(start, wait_until):
+    foreign, ours = start(), start()
+    for child in (foreign, ours):
+        child.kill()
+    ended = wait_until(lambda: list(ended_children({ours.pid})))
+    assert ended == [(ours.pid, signal.SIGKILL)]
+    assert foreign.wait() == -signal.SIGKILL
+
+
+def test_each_child_is_told_once(start, wait_until):
+    ours = [start(), start()]
+    for child in ours:
+        child.terminate()
+    pids = {child.pid for child in ours}
+    seen = []
+
+    def all_ended():
+        seen.extend(ended_children(pids))
+        return len(seen) == 2
+
+    wait_until(all_ended)
+    assert {pid for pid, _ in seen} == pids
+    assert list(ended_children(pids)) == []
+
+
+def test_a_child_is_suspended_and_goes_on(start, wait_until):
+    foreign, ours = start(), start()
+    foreign.send_signal(signal.SIGSTOP)
+    flags = os.WSTOPPED | os.WNOHANG | os.WNOWAIT
+    wait_until(lambda: os.waitid(os.P_PID, foreign.pid, flags))
+    ours.send_signal(signal.SIGSTOP)
+    held = wait_until(lambda: list(suspended_children({ours.pid})))
+    assert held == [(ours.pid, signal.SIGSTOP)]
+    assert list(suspended_children({ours.pid})) == []
+    ours.send_signal(signal.SIGCONT)
+    held = wait_until(lambda: list(suspended_children({ours.pid})))
+    assert held == [(ours.pid, None)]
+    assert os.waitid(os.P_PID, foreign.pid, flags) is not None

@@ -1,0 +1,88 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+import os
+from pathlib import Path
+import resource
+
+from colcon_yamllaunch.engine.debugging import find_core_dump
+from colcon_yamllaunch.engine.debugging import KERNEL
+import pytest
+
+NOW = 1732000000.0
+
+
+@pytest.fixture
+def find(tmp_path):
+    """Return a function that looks in a folder with some files."""
+
+    def look(pattern, *names, uses_pid='0', age=0.5, cwd='here'):
+        (tmp_path / 'core_pattern').write_text(f'{pattern}\n')
+        (tmp_path / 'core_uses_pid').write_text(f'{uses_pid}\n')
+        folder = tmp_path / cwd
+        folder.mkdir()
+        for index, name in enumerate(names):
+            (folder / name).write_text('')
+            time = NOW - age - index
+            os.utime(folder / name, (time, time))
+        found = find_core_dump(12, str(folder), 1.5, tmp_path, lambda: NOW)
+        return found and found.removeprefix(f'{folder}/')
+
+    return look
+
+
+def test_a_core_dump_lies_in_the_working_directory(find):
+    assert find('core', 'core', 'core.12', cwd='a [1]') == 'core'
+
+
+def test_a_process_id_is_added_where_the_system_does(find):
+    assert find('core', 'core', 'core.12', uses_pid='1') == 'core.12'
+
+
+def test_what_is_not_known_matches_anything(find):
+    names = ('core-talker.12.1732', 'core-talker.12.1731', 'core-x.13.1732')
+    assert find('core-%e.%p.%t', *names, uses_pid='1') == names[0]
+
+
+def test_a_pattern_may_hold_what_is_special_to_others(find):
+    assert find('100%%[a]%p', '100%a12', '100%[a]12') == '100%[a]12'
+
+
+def test_a_file_that_is_older_than_the_process_is_another_ones(find):
+    assert find('core', 'core', age=60) is None
+
+
+def test_there_may_be_none(find):
+    assert find('core') is None
+
+
+def test_a_program_may_take_it(find, tmp_path):
+    command = '|/lib/systemd/systemd-coredump %P %u'
+    assert find(command) == 'coredumpctl debug 12'
+    (tmp_path / 'core_pattern').write_text('|/usr/share/apport/apport -p%p')
+    assert find_core_dump(12, '/', 1.0, tmp_path) == (
+        'passed to /usr/share/apport/apport'
+    )
+
+
+@pytest.mark.skipif(
+    (KERNEL / 'core_pattern').read_text()[:1] in '|/'
+    or resource.getrlimit(resource.RLIMIT_CORE)[1] == 0,
+    reason='core dumps do not stay in the working directory here',
+)
+def test_the_closing_lines_name_the_core_dump(launch, sh, tmp_path):
+    one = launch(
+        sh('bad', 'kill -SEGV $$', cwd=str(tmp_path)),
+        popen={'preexec_fn': _allow_core_dumps},
+    )
+    assert one.ends() == 1
+    assert 'core dumped' in one.screen
+    line = next(t for t in one.screen.splitlines() if 'core dump:' in t)
+    path = Path(line.partition('core dump: ')[2])
+    assert path.parent == tmp_path
+    path.unlink()
+
+
+def _allow_core_dumps():
+    _, hard = resource.getrlimit(resource.RLIMIT_CORE)
+    resource.setrlimit(resource.RLIMIT_CORE, (hard, hard))

@@ -1,0 +1,124 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Becoming another program: what it inherits, and why it may fail."""
+
+from collections.abc import Callable
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+
+from colcon_yamllaunch.engine.spawn import exec_program
+from colcon_yamllaunch.engine.spawn import StartError
+import pytest
+
+#: Those that the C library keeps for itself; nobody else can change them.
+LIBRARY_SIGNALS = 3 << 31
+CODE = """\
+import os, sys
+from colcon_yamllaunch.engine.spawn import exec_program
+log = open(os.devnull)
+exec_program(sys.argv[1:], os.environ)
+"""
+
+Script = Callable[..., Path]
+
+
+@pytest.fixture
+def script(tmp_path: Path) -> Script:
+    def write(text: str, mode: int = 0o755) -> Path:
+        path = tmp_path / 'node'
+        path.write_bytes(text.encode())
+        path.chmod(mode)
+        return path
+
+    return write
+
+
+def run(*argv: str, **settings: object) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, '-c', CODE, *argv]
+    settings = {'capture_output': True, 'text': True} | settings
+    return subprocess.run(command, check=False, timeout=60, **settings)  # type: ignore[call-overload,no-any-return]
+
+
+def refusal(argv: list[str], path: str = '/usr/bin:/bin') -> str:
+    with pytest.raises(StartError) as caught:
+        exec_program(argv, {'PATH': path})
+    return str(caught.value)
+
+
+def test_exit_code_is_that_of_the_program() -> None:
+    assert run('sh', '-c', 'exit 7').returncode == 7
+
+
+def test_end_by_a_signal_is_that_of_the_program() -> None:
+    done = run('sh', '-c', 'kill -INT $$')
+    assert done.returncode == -signal.SIGINT
+
+
+def test_signals_are_as_a_shell_gives_them() -> None:
+    status = run('cat', '/proc/self/status').stdout
+    ignored = next(
+        line.split()[1]
+        for line in status.splitlines()
+        if line.startswith('SigIgn')
+    )
+    assert int(ignored, 16) & ~LIBRARY_SIGNALS == 0
+
+
+def test_signals_that_the_user_ignores_stay_ignored() -> None:
+    code = (
+        f'trap \'\' HUP; exec {sys.executable} -c "$0" cat /proc/self/status'
+    )
+    done = subprocess.run(
+        ['sh', '-c', code, CODE], capture_output=True, text=True, check=True
+    )
+    ignored = done.stdout.partition('SigIgn:')[2].split()[0]
+    masked = int(ignored, 16) & ~LIBRARY_SIGNALS
+    assert masked == 1 << signal.SIGHUP - 1
+
+
+def test_descriptors_are_those_of_the_user(tmp_path: Path) -> None:
+    with (tmp_path / 'file').open('w') as file:
+        number = file.fileno()
+        done = run('ls', '/proc/self/fd', pass_fds=[number])
+    # one more is that of the folder which ls lists
+    kept = set(map(int, done.stdout.split())) - {0, 1, 2}
+    assert number in kept
+    assert len(kept) == 2
+
+
+def test_arguments_and_input_arrive() -> None:
+    done = run('sh', '-c', 'cat; printf "<%s>" "$@"', 'x', '', '-', input='in')
+    assert done.stdout == 'in<><->'
+
+
+def test_python_of_the_script_is_missing(script: Script) -> None:
+    path = script('#!/usr/bin/env python9\n')
+    message = refusal([str(path)])
+    assert "the interpreter 'python9', which is not" in message
+    assert str(path) in message
+
+
+def test_env_with_options_is_left_to_env(script: Script) -> None:
+    path = script('#!/usr/bin/env -S sh -e\nexit 3\n')
+    assert run(str(path)).returncode == 3
+
+
+def test_first_line_that_names_nothing(script: Script) -> None:
+    assert refusal([str(script('#!\nexit 3\n'))])
+
+
+def test_environment_is_the_given_one() -> None:
+    code = CODE.replace('os.environ', "{'PATH': os.environ['PATH'], 'A': 'b'}")
+    done = subprocess.run(
+        [sys.executable, '-c', code, 'env'],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert f'PATH={os.environ["PATH"]}' in done.stdout
+    assert 'A=b' in done.stdout
+    assert 'HOME=' not in done.stdout

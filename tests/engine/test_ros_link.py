@@ -1,0 +1,62 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What launches need of the ROS environment."""
+
+from colcon_yamllaunch.engine.ros_link import are_beside
+from colcon_yamllaunch.engine.ros_link import missing_packages
+from colcon_yamllaunch.engine.ros_link import needed_packages
+from colcon_yamllaunch.plan.plan import ChangeState
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.plan.position import Position
+
+COMPONENT = Component('a', 'p', 'P', '/box', Position('/ws/demo.yaml', 1, 1))
+
+
+def test_only_used_packages_are_needed(process):
+    plain = process('plain')
+    assert not Plan((plain, Timer(1.0, (plain,)))).needs_ros
+    node = process('lc', is_lifecycle=True)
+    change = ChangeState('/lc', 'cleanup', node.position)
+    for entry, name in (
+        (COMPONENT, 'composition_interfaces'),
+        (node, 'lifecycle_msgs'),
+        (change, 'lifecycle_msgs'),
+        (Timer(1.0, (), on_ros_time=True), 'rosgraph_msgs'),
+    ):
+        for entries in ((entry,), (plain, Timer(1.0, (entry,)))):
+            plan = Plan(entries)
+            assert plan.needs_ros
+            needed = needed_packages(plan)
+            assert needed[:2] == ['rclpy', name]
+            assert set(needed[2:]) <= {'rcl_interfaces'}
+
+
+def test_fix_for_missing_packages_fits_the_installation():
+    missing = ['lifecycle_msgs']
+    text = missing_packages(missing, '/py', {'ROS_DISTRO': 'jazzy'})
+    assert 'sudo apt install ros-jazzy-lifecycle-msgs' in text
+    assert '<exec_depend>lifecycle_msgs</exec_depend>' in text
+    assert '/py' in text
+    text = missing_packages(missing, '/py', {})
+    assert 'pip install ros-lifecycle-msgs' in text
+    text = missing_packages(['composition_interfaces'], '/py', {})
+    assert 'build composition_interfaces in the workspace' in text
+    assert 'pip' not in text
+
+
+def test_packages_found_by_files(tmp_path):
+    python = str(tmp_path / 'venv/bin/python3')
+    own = tmp_path / 'venv/lib/python3.12/site-packages'
+    (sourced := tmp_path / 'ros').mkdir()
+    environment = {'PYTHONPATH': f':{sourced}'}
+    for folder, name in ((own, 'rclpy'), (sourced, 'lifecycle_msgs')):
+        assert not are_beside(['rclpy', 'lifecycle_msgs'], python, environment)
+        (folder / name).mkdir(parents=True)
+        (folder / name / '__init__.py').touch()
+    assert are_beside(['rclpy', 'lifecycle_msgs'], python, environment)
+    assert not are_beside(['rclpy', 'lifecycle_msgs'], python, {})
+    (tmp_path / 'venv/lib/python3.11/site-packages').mkdir(parents=True)
+    assert not are_beside(['rclpy'], python, {})

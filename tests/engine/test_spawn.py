@@ -1,0 +1,238 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+import errno
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+
+from colcon_yamllaunch.engine.spawn import find_program
+from colcon_yamllaunch.engine.spawn import keep_to_ourselves
+from colcon_yamllaunch.engine.spawn import spawn_process
+from colcon_yamllaunch.engine.spawn import StartError
+import pytest
+
+
+@pytest.fixture
+def start(tmp_path):
+    """Return a function that runs a program and returns its output."""
+
+    def run(argv, environment=None, cwd=tmp_path):
+        output = tmp_path / 'output'
+        null = os.open(os.devnull, os.O_RDONLY)
+        file = os.open(output, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+        try:
+            pid = spawn_process(
+                argv,
+                {'PATH': os.environ['PATH'], **(environment or {})},
+                str(cwd),
+                (null, file, file),
+            )
+        finally:
+            os.close(null)
+            os.close(file)
+        assert os.waitpid(pid, 0)[1] == 0
+        return output.read_text()
+
+    return run
+
+
+@pytest.fixture
+def script(tmp_path):
+    """Return a function that writes an executable file."""
+
+    def write(content, mode=0o755, name='script'):
+        path = tmp_path / name
+        path.write_bytes(content)
+        path.chmod(mode)
+        return path
+
+    return write
+
+
+def test_a_process_leads_a_group_of_its_own(start):
+    own, group, *_ = start(['sh', '-c', 'cat /proc/$$/stat']).split()[0::4]
+    assert own == group
+
+
+def test_a_process_inherits_nothing_but_its_three_streams(start):
+    reader, writer = os.pipe()
+    try:
+        os.set_inheritable(writer, True)
+        keep_to_ourselves()
+        listing = start(['ls', '/proc/self/fd']).split()
+    finally:
+        os.close(reader)
+        os.close(writer)
+    # the last one is the folder that ls reads
+    assert sorted(listing) == ['0', '1', '2', '3']
+
+
+def test_signals_have_their_default_effect(start):
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGUSR1])
+    try:
+        text = start(['cat', '/proc/self/status'])
+    finally:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGUSR1])
+        signal.signal(signal.SIGINT, before)
+    masks = dict(
+        line.split(':\t') for line in text.splitlines() if 'Sig' in line
+    )
+    # 32 and 33 are the C library's own
+    assert int(masks['SigIgn'], 16) & ~(3 << 31) == 0
+    assert int(masks['SigBlk'], 16) == 0
+
+
+def test_the_working_directory_is_that_of_the_process_alone(start, tmp_path):
+    before = Path.cwd()
+    folder = tmp_path / 'here'
+    folder.mkdir()
+    assert start(['pwd'], cwd=folder) == f'{folder}\n'
+    assert Path.cwd() == before
+
+
+def test_a_program_is_looked_up_in_the_path_of_the_process(start, script):
+    path = script(b'#!/bin/sh\necho found\n', name='only_there')
+    assert start([path.name], {'PATH': f'/nowhere:{path.parent}:/bin'}) == (
+        'found\n'
+    )
+
+
+def test_a_relative_program_is_relative_to_the_working_directory(
+    start, script, tmp_path
+):
+    (tmp_path / 'sub').mkdir()
+    script(b'#!/bin/sh\necho "$0"\n', name='sub/tool')
+    assert start(['sub/tool']) == 'sub/tool\n'
+
+
+def test_a_file_that_is_not_executable_does_not_hide_one_that_is(
+    script, tmp_path
+):
+    for name in ('a', 'b'):
+        (tmp_path / name).mkdir()
+    script(b'', 0o644, 'a/tool')
+    good = script(b'', 0o755, 'b/tool')
+    path = f'{tmp_path}/a:{tmp_path}/b'
+    assert find_program('tool', path) == str(good)
+
+
+def refusal(start, *arguments, **more):
+    with pytest.raises(StartError) as caught:
+        start(*arguments, **more)
+    text = str(caught.value)
+    assert '\n' not in text
+    return text
+
+
+def test_a_program_that_does_not_exist(start):
+    text = refusal(start, ['no_such_program'])
+    assert 'no_such_program' in text
+    assert 'PATH' in text
+    assert '/no/such' in refusal(start, ['/no/such'])
+    assert 'empty' in refusal(start, [''])
+
+
+def test_a_script_that_is_not_executable(start, script):
+    path = script(b'#!/bin/sh\n', 0o644)
+    assert f'chmod +x {path}' in refusal(start, [str(path)])
+    assert f'chmod +x {path}' in refusal(
+        start, [path.name], {'PATH': str(path.parent)}
+    )
+
+
+def test_a_script_whose_interpreter_does_not_exist(start, script):
+    path = script(b'#!/no/such/python3 -u\n')
+    text = refusal(start, [str(path)])
+    assert "'/no/such/python3'" in text
+    assert 'first line' in text
+
+
+@pytest.mark.parametrize('program', [b'/bin/sh', b'/usr/bin/env sh'])
+def test_a_script_with_windows_line_ends(start, script, program):
+    path = script(b'#!' + program + b'\r\necho\r\n')
+    link = path.with_name('link')
+    link.symlink_to(path)
+    message = refusal(start, [str(link)])
+    assert 'Windows' in message
+    assert message.endswith(f"convert it: sed -i 's/\\r$//' {path}")
+
+
+def test_a_script_whose_interpreter_is_not_in_the_path(start, script):
+    path = script(b'#!/usr/bin/env python9\n')
+    text = refusal(start, [str(path)])
+    assert f"first line of '{path}'" in text
+    assert "'python9', which is not in the folders of PATH" in text
+    # what is installed may be a link to what is edited
+    installed = path.with_name('installed')
+    installed.symlink_to(path)
+    assert f"first line of '{path}'" in refusal(start, [str(installed)])
+
+
+def test_a_script_without_a_first_line_for_its_interpreter(start, script):
+    path = script(b'print("hello")\n')
+    assert '#!/usr/bin/env python3' in refusal(start, [str(path)])
+    assert 'is empty' in refusal(start, [str(script(b''))])
+
+
+def test_a_program_for_another_machine(start, script):
+    path = script(b'\x7fELF' + b'\0' * 60)
+    assert 'another kind of machine' in refusal(start, [str(path)])
+
+
+def test_a_program_without_its_loader(start, script, tmp_path):
+    data = Path(sys.executable).resolve().read_bytes()
+    loader = data[data.index(b'/lib') :].partition(b'\0')[0]
+    broken = data.replace(loader, b'/nix' + loader[4:], 1)
+    path = script(broken)
+    assert 'loader' in refusal(start, [str(path)])
+
+
+def test_a_dangling_link(start, tmp_path):
+    (tmp_path / 'link').symlink_to('/no/such/target')
+    assert 'a link' in refusal(start, ['./link'])
+
+
+def test_a_folder_is_no_program(start, tmp_path):
+    assert 'folder' in refusal(start, [str(tmp_path)])
+
+
+def test_a_working_directory_that_does_not_exist(start):
+    text = refusal(start, ['true'], cwd='/no/such/folder')
+    assert '/no/such/folder' in text
+    assert 'working directory' in text
+    assert Path.cwd().exists()
+
+
+def test_arguments_that_no_program_can_get(start):
+    assert 'arguments' in refusal(start, ['echo', 'a\0b'])
+    assert 'environment' in refusal(start, ['echo'], {'A=B': 'x'})
+
+
+def test_other_errors_are_named_as_the_system_does(tmp_path):
+    def spawn(*_, **__):
+        raise OSError(errno.EAGAIN, 'Resource temporarily unavailable')
+
+    with pytest.raises(StartError, match='temporarily unavailable'):
+        spawn_process(['true'], {}, '/', (0, 1, 2), spawn)
+
+
+def test_a_closed_standard_stream_does_not_confuse_anything(tmp_path):
+    code = (
+        'import os\n'
+        'from colcon_yamllaunch.engine.spawn import '
+        'keep_to_ourselves\n'
+        'os.close(0); os.close(1)\n'
+        'keep_to_ourselves()\n'
+        'assert min(os.pipe()) > 2\n'
+        'assert os.get_inheritable(0) and os.get_inheritable(1)\n'
+    )
+    root = Path(__file__).parents[3]
+    subprocess.run(
+        [sys.executable, '-c', code],
+        check=True,
+        env={'PYTHONPATH': str(root)},
+    )
