@@ -171,8 +171,6 @@ class Composition:
         self._lifecycles = Lifecycles(Plan(()), self._requests, emit, loop)
         self._timers = RosTimers(self._requests, emit, loop)
         self._warnings = WaitWarnings(loop)
-        # why there is no client any more
-        self._given_up: str | None = None
         self._has_processes = False
         self._by_label: dict[str, ComponentTask] = {}
         self._containers: dict[str, _Container] = {}
@@ -286,7 +284,7 @@ class Composition:
             if task.label not in labels or is_left or not task.is_due:
                 continue
             if not any(p.label in processes for p in container.providers):
-                if container.is_gone or self._given_up is not None:
+                if container.is_gone or self._requests.given_up is not None:
                     continue
                 self._emit(events.Requested(task.component, 'change'))
                 self._reload(task)
@@ -359,8 +357,8 @@ class Composition:
                 f'its container {container.name} does not run; '
                 f'to start it again: --restart {first}'
             )
-        if self._given_up is not None:
-            raise RefusedError(self._given_up)
+        if self._requests.given_up is not None:
+            raise RefusedError(self._requests.given_up)
         self._emit(events.Requested(task.component, 'restart'))
         self._lifecycles.begins_anew(label)
         self._reload(task)
@@ -546,7 +544,7 @@ class Composition:
         if self.is_stopping:
             return
         self._emit(events.RosLost(reason))
-        self._given_up = reason
+        self._requests.given_up = reason
         self._fail_open(reason)
         self._lifecycles.client_given_up(reason)
         self._timers.cancel()
@@ -659,8 +657,8 @@ class Composition:
         self._enter(task, 'waiting')
         if container.is_gone:
             self._fail(task, f'its container {container.ending}')
-        elif self._given_up is not None:
-            self._fail(task, self._given_up)
+        elif self._requests.given_up is not None:
+            self._fail(task, self._requests.given_up)
         elif self._requests.is_ready and not container.must_list:
             self._load(container, task)
 
@@ -738,8 +736,8 @@ class Composition:
     def _ask_to_unload(self, task: ComponentTask) -> None:
         container = self._container_of(task)
         self._enter(task, 'unloading')
-        if self._given_up is not None:
-            self._unload_failed(task, self._given_up)
+        if self._requests.given_up is not None:
+            self._unload_failed(task, self._requests.given_up)
             return
         if not self._requests.is_ready or container.must_list:
             return

@@ -21,7 +21,6 @@ from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine.commands import Command
 from colcon_yamllaunch.engine.commands import DONE
-from colcon_yamllaunch.engine.commands import Done
 from colcon_yamllaunch.engine.commands import Refused
 from colcon_yamllaunch.engine.commands import Response
 from colcon_yamllaunch.engine.participants import Execute
@@ -60,25 +59,29 @@ class Dispatcher:
         self._supervisor = engine.supervisor
         self._log_files = log_files
         self._parameters_of = parameters_of
-        self._handlers: dict[type[Command[Any]], Handler] = {
+        supervisor = engine.supervisor
+        effects: dict[type[Command[Any]], Callable[[Any], object]] = {
             commands.Stop: self._stop,
-            commands.Restart: self._stop,
+            commands.Restart: self._restart,
             commands.Kill: self._kill,
             commands.Debug: self._debug,
-            commands.Describe: self._describe,
-            commands.ChangeState: self._change_state,
-            commands.Type: self._type,
-            commands.Tree: self._tree,
+            commands.Type: lambda c: engine.terminals.type(c.process, c.keys),
             commands.Watch: self._watch,
             commands.Shutdown: self._shut_down,
-            commands.Escalate: self._escalate,
-            commands.Hold: self._hold,
+            commands.Escalate: lambda _: supervisor.escalate(),
+            commands.Hold: lambda c: engine.hold(is_held=c.is_held),
             commands.Resize: self._resize,
             commands.Extend: self._extend,
             commands.Revise: self._revise,
-            commands.RestartChanged: self._restart_changed,
             commands.Drop: self._drop,
-            commands.Forget: self._forget,
+            commands.Forget: lambda c: supervisor.forget(c.entries),
+        }
+        self._handlers: dict[type[Command[Any]], Handler] = {
+            commands.Describe: self._describe,
+            commands.ChangeState: self._change_state,
+            commands.Tree: self._tree,
+            commands.RestartChanged: self._restart_changed,
+            **{kind: _at_once(effect) for kind, effect in effects.items()},
         }
         self._execute: Execute = self._handle
         for participant in reversed(engine.participants):
@@ -124,27 +127,25 @@ class Dispatcher:
 
     # -- commands about one process or component
 
-    def _stop(
-        self, command: commands.Stop | commands.Restart, _: Reply
-    ) -> Done:
-        name = command.process
-        is_restart = isinstance(command, commands.Restart)
-        if found := self._component(name):
+    def _stop(self, command: commands.Stop) -> None:
+        if found := self._component(command.process):
             composition, task = found
-            act = composition.reload if is_restart else composition.unload
-            act(task.label)
-        elif is_restart:
-            self._supervisor.restart_process(name)
+            composition.unload(task.label)
         else:
-            self._supervisor.stop_process(name)
-        return DONE
+            self._supervisor.stop_process(command.process)
 
-    def _kill(self, command: commands.Kill, _: Reply) -> Done:
+    def _restart(self, command: commands.Restart) -> None:
+        if found := self._component(command.process):
+            composition, task = found
+            composition.reload(task.label)
+        else:
+            self._supervisor.restart_process(command.process)
+
+    def _kill(self, command: commands.Kill) -> None:
         self._refuse_component(command.process, 'killed')
         self._supervisor.kill_process(command.process)
-        return DONE
 
-    def _debug(self, command: commands.Debug, _: Reply) -> Done:
+    def _debug(self, command: commands.Debug) -> None:
         from colcon_yamllaunch.engine.debugging import debugged
 
         self._refuse_component(command.process, 'debugged')
@@ -153,7 +154,6 @@ class Dispatcher:
         environment = self._engine.starter.environment_of(process)
         once = debugged(process, environment)
         self._supervisor.restart_process(command.process, once)
-        return DONE
 
     def _describe(
         self, command: commands.Describe, _: Reply
@@ -200,10 +200,6 @@ class Dispatcher:
 
         composition.change_state(command.process, command.transition, done)
 
-    def _type(self, command: commands.Type, _: Reply) -> Done:
-        self._engine.terminals.type(command.process, command.keys)
-        return DONE
-
     # -- commands about the whole launch
 
     def _tree(self, _: commands.Tree, _reply: Reply) -> commands.PlanTree:
@@ -217,33 +213,23 @@ class Dispatcher:
             )
         )
 
-    def _watch(self, _: commands.Watch, _reply: Reply) -> Done:
+    def _watch(self, _: commands.Watch) -> None:
         raise RefusedError('no files are watched; that is --watch')
 
-    def _shut_down(self, command: commands.Shutdown, _: Reply) -> Done:
+    def _shut_down(self, command: commands.Shutdown) -> None:
         self._supervisor.stop(
             command.reason,
             interactive=command.interactive,
             drop_timers=command.drop_timers,
         )
-        return DONE
 
-    def _escalate(self, _: commands.Escalate, _reply: Reply) -> Done:
-        self._supervisor.escalate()
-        return DONE
-
-    def _hold(self, command: commands.Hold, _: Reply) -> Done:
-        self._engine.hold(is_held=command.is_held)
-        return DONE
-
-    def _resize(self, command: commands.Resize, _: Reply) -> Done:
+    def _resize(self, command: commands.Resize) -> None:
         size = os.terminal_size((command.columns, command.lines))
         self._engine.resize(size)
-        return DONE
 
     # -- changes of the plan
 
-    def _extend(self, command: commands.Extend, _: Reply) -> Done:
+    def _extend(self, command: commands.Extend) -> None:
         more = self._engine.planned(command.entries)
         if not self._supervisor.is_stopping:
             self._engine.expect(more)
@@ -251,16 +237,14 @@ class Dispatcher:
             self._supervisor.extend(more)
         except ValueError as error:
             raise RefusedError(str(error)) from error
-        return DONE
 
-    def _revise(self, command: commands.Revise, _: Reply) -> Done:
+    def _revise(self, command: commands.Revise) -> None:
         part = command.part
         if isinstance(part, Component):
             self._composition_of(part.label).revise(part)
         else:
             for process in self._engine.planned((part,)).processes():
                 self._supervisor.revise(process, at_once=command.at_once)
-        return DONE
 
     def _restart_changed(
         self, command: commands.RestartChanged, _: Reply
@@ -274,17 +258,12 @@ class Dispatcher:
         reloaded = composition.reload_changed(labels, restarted)
         return commands.Restarted((*restarted, *reloaded))
 
-    def _drop(self, command: commands.Drop, _: Reply) -> Done:
+    def _drop(self, command: commands.Drop) -> None:
         label = command.label
         if any(t.process.label == label for t in self._supervisor.tasks):
             self._supervisor.drop(label)
         else:
             self._composition_of(label).drop(label)
-        return DONE
-
-    def _forget(self, command: commands.Forget, _: Reply) -> Done:
-        self._supervisor.forget(command.entries)
-        return DONE
 
     # -- components
 
@@ -317,3 +296,13 @@ class Dispatcher:
                 'alone; its container is '
                 f'{where if container is None else container.label}'
             )
+
+
+def _at_once(effect: Callable[[Any], object]) -> Handler:
+    """Return a handler that calls `effect`, and responds that it is done."""
+
+    def handle(command: Any, _: Reply) -> Any:
+        effect(command)
+        return DONE
+
+    return handle

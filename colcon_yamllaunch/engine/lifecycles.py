@@ -59,6 +59,8 @@ class LifecycleTask:
     :param is_anew: Whether its next goal is that of the launch file
     :param is_driven: Whether it is on the way to its goal
     :param request: The number of the transition that is under way
+    :param requested: The transition that a user requested, and how to reply;
+      without a number, it waits for a client
     :param since: When the latest step to its goal was requested
     """
 
@@ -71,12 +73,18 @@ class LifecycleTask:
     is_anew: bool = False
     is_driven: bool = False
     request: int | None = None
+    requested: tuple[str, Reply] | None = None
     since: float = 0.0
 
     @property
     def label(self) -> str:
         """The label of its process or component."""
         return self.owner.label
+
+    @property
+    def is_reachable(self) -> bool:
+        """Whether transitions can be requested."""
+        return self.is_running and self.node is not None
 
 
 @dataclass(slots=True)
@@ -112,10 +120,6 @@ class Lifecycles:
         self._requests = requests
         self._emit = emit
         self._loop = loop
-        self._given_up: str | None = None
-        self._replies: dict[int, Reply] = {}
-        # requests of users that wait for a client, by the labels of the nodes
-        self._pending: dict[str, tuple[str, Reply]] = {}
         # by the full names of the nodes
         self._planned: dict[str, _Planned] = {}
         self._by_label: dict[str, LifecycleTask] = {}
@@ -204,8 +208,8 @@ class Lifecycles:
         task.is_driven = task.goal in ('inactive', 'active')
         task.request = None
         task.since = self._loop.time()
-        if self._given_up is not None:
-            self._fail_for_good(task, self._given_up)
+        if self._requests.given_up is not None:
+            self._fail_for_good(task, self._requests.given_up)
         elif self._requests.is_ready:
             self._follow(task)
         if node is not None:
@@ -248,14 +252,15 @@ class Lifecycles:
         task = self._named(name)
         if transition not in TRANSITIONS:
             raise RefusedError(f"there is no transition '{transition}'")
-        if self._given_up is not None:
-            raise RefusedError(self._given_up)
+        if self._requests.given_up is not None:
+            raise RefusedError(self._requests.given_up)
+        if self._requests.is_ready and not task.is_reachable:
+            raise RefusedError(f'{task.label} does not run')
+        self._drop(task, _SUPERSEDED)
+        task.requested = transition, reply
+        # else a client comes soon, and the node may run by then
         if self._requests.is_ready:
-            self._request(task, transition, reply)
-        else:
-            # a client comes soon, and the node may run by then
-            self._drop(task, _SUPERSEDED)
-            self._pending[task.label] = transition, reply
+            self._request(task)
 
     def change_as_planned(self, entry: ChangeState) -> None:
         """
@@ -282,24 +287,22 @@ class Lifecycles:
                 self._follow(task)
         for node in tuple(self._planned):
             self._request_planned(node)
-        pending, self._pending = self._pending, {}
-        for label, (transition, reply) in pending.items():
-            try:
-                self._request(self._by_label[label], transition, reply)
-            except RefusedError as error:
-                reply(str(error))
+        for task in self.tasks:
+            if not task.is_reachable:
+                self._drop(task, f'{task.label} does not run')
+            elif task.requested is not None:
+                self._request(task)
 
     def client_died(self) -> None:
         """Note that requests have been lost."""
         for planned in self._planned.values():
             planned.request = None
         for task in self.tasks:
-            if task.label not in self._pending:
+            if task.request is not None:
                 self._drop(task, 'the ROS client ended, and starts again')
 
     def client_given_up(self, reason: str) -> None:
         """Give up with the client."""
-        self._given_up = reason
         for planned in self._planned.values():
             planned.request = None
         for task in self.tasks:
@@ -345,20 +348,12 @@ class Lifecycles:
                 return task
         raise RefusedError(f"there is no lifecycle node '{name}'")
 
-    def _request(
-        self, task: LifecycleTask, transition: str, reply: Reply
-    ) -> None:
-        """
-        Request a transition for a user.
-
-        :raises RefusedError: when it does not run
-        """
-        if not task.is_running or task.node is None:
-            raise RefusedError(f'{task.label} does not run')
-        self._drop(task, _SUPERSEDED)
+    def _request(self, task: LifecycleTask) -> None:
+        """Request the transition that a user requested."""
+        assert task.requested is not None
         # from now on, the user decides on its states
         task.is_driven = False
-        self._ask(task, transition, reply)
+        self._ask(task, task.requested[0])
 
     def _request_planned(self, node: str) -> None:
         """Request the next transition of the plan for a node."""
@@ -367,9 +362,9 @@ class Lifecycles:
             return
         task = self._of_node(node)
         entry = planned.entries[0]
-        if self._given_up is not None:
+        if self._requests.given_up is not None:
             self._forget_planned(node)
-            self._report_failure(entry, task, self._given_up)
+            self._report_failure(entry, task, self._requests.given_up)
             return
         if not self._requests.is_ready or not (
             task is None or task.is_running
@@ -477,42 +472,32 @@ class Lifecycles:
         step = _STEPS.get((task.state or '', task.goal or ''))
         if step is not None:
             task.since = self._loop.time()
-            self._ask(task, step, None)
+            self._ask(task, step)
 
-    def _ask(
-        self, task: LifecycleTask, transition: str, reply: Reply | None
-    ) -> None:
+    def _ask(self, task: LifecycleTask, transition: str) -> None:
         def answered(answer: Mapping[str, Any]) -> None:
             task.request = None
-            self._replies.pop(number, None)
-            self._answered(task, transition, reply, answer)
+            self._answered(task, transition, answer)
 
-        number = self._requests.ask(
+        task.request = self._requests.ask(
             'change_state', answered, node=task.node, transition=transition
         )
-        task.request = number
-        if reply is not None:
-            self._replies[number] = reply
 
     def _answered(
-        self,
-        task: LifecycleTask,
-        transition: str,
-        reply: Reply | None,
-        answer: Mapping[str, Any],
+        self, task: LifecycleTask, transition: str, answer: Mapping[str, Any]
     ) -> None:
+        requested, task.requested = task.requested, None
         if answer.get('ok'):
             # the event may come later
-            is_requested = reply is not None
             goal = TRANSITIONS[transition].goal
-            self._reach(task, goal, is_requested=is_requested)
+            self._reach(task, goal, is_requested=requested is not None)
             self._drive(task)
-            if reply is not None:
-                reply(None)
+            if requested is not None:
+                requested[1](None)
             return
         reason = str(answer.get('reason') or 'it was refused')
-        if reply is not None:
-            reply(reason)
+        if requested is not None:
+            requested[1](reason)
         elif not has_ended(answer):
             # or else its end says more
             task.is_driven = False
@@ -520,15 +505,11 @@ class Lifecycles:
 
     def _drop(self, task: LifecycleTask, reason: str) -> None:
         """Cancel the open transition, if there is one."""
-        number, task.request = task.request, None
-        if number is not None:
-            self._requests.cancel(number)
-            reply = self._replies.pop(number, None)
-            if reply is not None:
-                reply(reason)
-        if task.label in self._pending:
-            _, reply = self._pending.pop(task.label)
-            reply(reason)
+        self._requests.cancel(task.request)
+        task.request = None
+        requested, task.requested = task.requested, None
+        if requested is not None:
+            requested[1](reason)
 
     def _fail(self, task: LifecycleTask, transition: str, reason: str) -> None:
         self._emit(

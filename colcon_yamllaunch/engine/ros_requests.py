@@ -36,6 +36,8 @@ class Requests:
         self._count = count(1)
         #: Whether there is a client that is ready.
         self.is_ready = False
+        #: Why there will be no client any more.
+        self.given_up: str | None = None
 
     def ask(self, do: str, answered: Answered, **fields: Any) -> int:
         """Send a request, and return its number."""
