@@ -939,47 +939,31 @@ def parameters(pairs: list[tuple[str, Any]]) -> list[Any]:
 
     :raises Refused: if there is no type for a value
     """
-    messages = importlib.import_module('rcl_interfaces.msg')
-    made = []
-    for name, value in pairs:
-        field, number = _parameter_type(name, value)
-        message = messages.Parameter(name=name)
-        message.value.type = number
-        setattr(message.value, field, _parameter_value(value, field))
-        made.append(message)
-    return made
+    return [_parameter(name, value) for name, value in pairs]
 
 
-def _parameter_type(name: str, value: Any) -> tuple[str, int]:
-    """Return the field and the number (rcl_interfaces/msg/ParameterType)."""
-    types = {
-        bool: ('bool', 1),
-        int: ('integer', 2),
-        float: ('double', 3),
-        dict: ('double', 3),
-        str: ('string', 4),
-    }
-    if not isinstance(value, list):
-        if type(value) in types:
-            field, number = types[type(value)]
-            return f'{field}_value', number
-        raise Refused(f'the parameter {name!r} cannot be {value!r}')
-    kinds = {float if type(v) is dict else type(v) for v in value}
-    if kinds == {int, float}:
-        kinds = {float}
-    kind = kinds.pop() if len(kinds) == 1 else None
-    if kind not in types:
-        raise Refused(f'the parameter {name!r} cannot be {value!r}')
-    field, number = types[kind]
-    return f'{field}_array_value', number + 5
+def _parameter(name: str, value: Any) -> Any:
+    kind = importlib.import_module('rclpy.parameter').Parameter
+    refused = Refused(f'the parameter {name!r} cannot be {value!r}')
+    kinds = {*map(type, value)} if isinstance(value, list) else {type(value)}
+    # rclpy takes a truth value for a number, and no list for one of bytes
+    if not kinds or {bool, int} <= kinds or value is None:
+        raise refused
+    try:
+        return kind(name, value=_parameter_value(value)).to_parameter_msg()
+    except TypeError:
+        raise refused from None
 
 
-def _parameter_value(value: Any, field: str) -> Any:
-    if isinstance(value, list):
-        return [_parameter_value(one, field) for one in value]
+def _parameter_value(value: Any) -> Any:
     if isinstance(value, dict):
         return float(value['double'])
-    return float(value) if field.startswith('double') else value
+    if isinstance(value, list):
+        items = [_parameter_value(one) for one in value]
+        if {type(one) for one in items} == {int, float}:
+            return [float(one) for one in items]
+        return items
+    return value
 
 
 def _fields(response: Any) -> Json:
