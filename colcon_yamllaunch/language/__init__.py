@@ -13,8 +13,8 @@ problems with their positions.
 - `tree/` makes the tree of actions of a file (`launch_tree`).
 - `evaluation/` walks through the actions (`walk`) with their scope, and
   collects the plan (`plan_draft`). `actions/` has the handler of each action.
-- `policies/` has the three ways to walk: `evaluate` makes a plan, `check`
-  looks at every branch, and `declared` lists launch arguments.
+- `policies/` has the two ways to walk: `evaluate` makes a plan, and `check`
+  looks at every branch, also to list launch arguments.
 - `python_files/` asks the worker that visits Python launch files (see
   `python_launch/`).
 - `reports/` writes what a check found.

@@ -15,7 +15,7 @@ from colcon_yamllaunch.language.evaluation.declared_argument import (
     DeclaredArgument,
 )
 from colcon_yamllaunch.language.evaluation.request import Request
-from colcon_yamllaunch.language.policies.declared import find_declarations
+from colcon_yamllaunch.language.policies.check import find_declarations
 from colcon_yamllaunch.verb.target import package_target
 from colcon_yamllaunch.verb.target import path_target
 from colcon_yamllaunch.verb.workspace_session import exposed_by_packages

@@ -12,7 +12,7 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.language.evaluation.findings import Checked
 from colcon_yamllaunch.language.evaluation.findings import together
 from colcon_yamllaunch.language.policies.check import check
-from colcon_yamllaunch.language.policies.declared import find_declarations
+from colcon_yamllaunch.language.policies.check import find_declarations
 from colcon_yamllaunch.language.policies.evaluate import evaluate
 from colcon_yamllaunch.language.policies.show_args import show_arguments
 from colcon_yamllaunch.language.reports.reports import as_github

@@ -231,11 +231,15 @@ class Findings:
         message: str,
         hint: str,
         origins: tuple[Position, ...] = (),
+        *,
+        is_certain: bool = True,
     ) -> None:
         """Note an error at a place in a launch file that may be closed."""
         problem = error(message, place, hint=hint, origins=origins)
         for include in place.includes:
             problem = problem.included_from(include)
+        if not is_certain:
+            problem = problem.as_warning()
         self.diagnostics.extend(problem.diagnostics)
 
     def warn_at(self, place: Place, message: str, hint: str | None) -> None:

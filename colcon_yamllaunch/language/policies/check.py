@@ -2,23 +2,30 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-Looking a launch file over without running it.
+The policy of a check, which runs nothing.
 
-This is the policy that explores: values may be unknown, every action is looked
-at, whatever its condition comes to, and every launch file that is included.
+Values may be unknown. Every action is visited, whatever its condition comes
+to, and every launch file that is included. Listing launch arguments is a use
+of it.
 """
 
 from collections.abc import Iterable
+from collections.abc import Mapping
 from collections.abc import Sequence
 from collections.abc import Set
+from dataclasses import replace
 from itertools import islice
 import os
 import re
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.actions.handlers import HANDLERS
+from colcon_yamllaunch.language.actions.handlers import PASSIVE
 from colcon_yamllaunch.language.actions.substitution_makers import MAKERS
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
+from colcon_yamllaunch.language.evaluation.declared_argument import (
+    DeclaredArgument,
+)
 from colcon_yamllaunch.language.evaluation.findings import Checked
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.evaluation.scope import Guard
@@ -60,6 +67,50 @@ MAXIMUM_ROUNDS = 50
 
 # where a package's programs are (ament, REP 122): PREFIX/lib/PACKAGE/PROGRAM
 _PROGRAM_PATH = re.compile(r'(.+)/lib/([^/]+)/([^/]+)')
+# stands for any condition, which other launch arguments may change
+_ANY_CONDITION = Guard('condition', True, frozenset(('condition',)), None)
+
+
+@dataclass(frozen=True, slots=True)
+class Declarations:
+    """
+    The launch arguments that launch files declare.
+
+    :param arguments: The launch arguments, in the order of the files
+    :param not_followed: Where includes are that may declare more of them, and
+      why these could not be followed
+    :param mistakes: What is wrong with single entries of the files that are
+      used in any case; they may declare more of them, too
+    """
+
+    arguments: tuple[DeclaredArgument, ...]
+    not_followed: Mapping[Position, str]
+    mistakes: tuple[Diagnostic, ...] = ()
+
+
+def find_declarations(request: Request) -> Declarations:
+    """
+    Find the launch arguments of a launch file with everything it includes.
+
+    As in ROS 2 (`LaunchDescription.get_launch_arguments`), the first
+    declaration of a name counts, and what stands behind a `reset` does not,
+    since the command line does not reach there.
+
+    :param request: The launch file; the launch arguments matter only for the
+      paths of includes
+    :raises LaunchError: when a launch file that is used in any case cannot be
+      read
+    """
+    walk = _Listing(request)
+    walk.launch(request.name, request.path)
+    errors = [d for d in walk.diagnostics if d.severity == 'error']
+    if errors:
+        raise LaunchError(*errors)
+    return Declarations(
+        tuple(walk.arguments.values()),
+        walk.not_followed,
+        tuple(walk.mistakes.values()),
+    )
 
 
 def check(
@@ -112,8 +163,10 @@ class _Check(Walk):
     """Goes through all that launches may do."""
 
     has_environment = False
+    #: Whether the worker is asked to run actions of other packages.
+    runs_exposed = True
 
-    def __init__(self, request: Request, *, portable: bool) -> None:
+    def __init__(self, request: Request, *, portable: bool = False) -> None:
         super().__init__(request, HANDLERS, MAKERS)
         self.log_folder = None
         self._portable = portable
@@ -122,6 +175,8 @@ class _Check(Walk):
         self._files: list[_OpenFile] = []
         # how many conditions there are around, of any kind
         self._conditions = 0
+        # how many timers and loops there are around
+        self._timers_and_loops = 0
         # the launch file that was included last in the one that is open
         self._included: str | None = None
         # what is set only where no launch comes
@@ -150,7 +205,7 @@ class _Check(Walk):
         is_sure = not guard.sources
         is_never = is_sure and not guard.taken
         masked: frozenset[str] = frozenset()
-        if guard.taken is None:
+        if guard.taken is None and guard is not _ANY_CONDITION:
             masked = _read_by_condition(entity)
         inner = self.scope.inner(hides=guard.taken is False, masked=masked)
         self._conditions += 1
@@ -249,6 +304,7 @@ class _Check(Walk):
         use.is_open = True
         if (
             self.never
+            or not self.runs_exposed
             or read.is_open
             or any(value is None or value.text is None for value in values)
             or not self._do_exposed(attributes)
@@ -281,7 +337,7 @@ class _Check(Walk):
         # most launch files have none
         from colcon_yamllaunch.language.python_files import exposed_actions
 
-        if self.never:
+        if self.never or not self.runs_exposed:
             return None
         try:
             return exposed_actions.make(self, name, texts, at)
@@ -338,7 +394,7 @@ class _Check(Walk):
         if self.depth >= MAXIMUM_INCLUDE_DEPTH:
             # to look at it again would only find the same
             self._visits[path] = MAXIMUM_INCLUDE_DEPTH
-            self.report(too_deep(file.position))
+            self.fail(too_deep(file.position))
             return False
         if conditions:
             return self._visits[path] < MAXIMUM_INCLUDE_DEPTH
@@ -367,16 +423,13 @@ class _Check(Walk):
         if text is None or is_open or self.never:
             return
         is_certain = include.conditions == self._conditions
-        problem = Diagnostic(
-            'error' if is_certain else 'warning',
+        self.fail_at(
+            Place(text.position, text.length, self.includes[1:]),
             f"'{os.path.basename(include.path)}' requires the launch argument "
             f"'{name}', which is not passed",
-            text.position,
             f'pass it: arg: [{{name: {name}, value: …}}]',
-            text.length,
-            self.includes[1:],
+            is_certain=is_certain,
         )
-        self.diagnostics.append(problem)
 
     def configuration(
         self, value: Value, position: Position, text: Text
@@ -405,7 +458,14 @@ class _Check(Walk):
         otherwise: dict[str, Value],
     ) -> None:
         first = list(islice(rounds, MAXIMUM_ROUNDS))
+        self._timers_and_loops += 1
         super().visit_rounds(children, first or [otherwise], otherwise)
+        self._timers_and_loops -= 1
+
+    def visit_later(self, children: tuple[Entity, ...]) -> None:
+        self._timers_and_loops += 1
+        super().visit_later(children)
+        self._timers_and_loops -= 1
 
     def is_program(self, path: str) -> bool:
         packages = self.packages
@@ -460,3 +520,158 @@ def _read_by_condition(entity: Entity) -> frozenset[str]:
         if name in entity.item.texts:
             use.add_text(entity.item.texts[name].template)
     return frozenset(use.read)
+
+
+class _Listing(_Check):
+    """A check that only finds launch arguments."""
+
+    has_environment = True
+    runs_exposed = False
+
+    def __init__(self, request: Request) -> None:
+        super().__init__(request)
+        self.arguments: dict[str, DeclaredArgument] = {}
+        self.not_followed: dict[Position, str] = {}
+        # what is wrong where, as a file may be included twice
+        self.mistakes: dict[tuple[str, Position | None], Diagnostic] = {}
+        # why an include cannot be followed
+        self._problem: LaunchError | None = None
+
+    @property
+    def _is_conditional(self) -> bool:
+        # behind a conditional reset all depends on its condition
+        return (
+            self._conditions + self._timers_and_loops > 0
+            or self.scope.configurations.is_given is None
+        )
+
+    def fail(self, problem: LaunchError, *, is_certain: bool = True) -> None:
+        # the launch reports it
+        self._problem = self._problem or problem
+
+    def fail_at(
+        self,
+        place: Place,
+        message: str,
+        hint: str,
+        origins: tuple[Position, ...] = (),
+        *,
+        is_certain: bool = True,
+    ) -> None:
+        pass
+
+    def visit(self, entity: Entity) -> None:
+        # behind a reset the command line does not count
+        if self.scope.configurations.is_given is not False:
+            super().visit(entity)
+
+    def act(self, entity: Entity) -> None:
+        if entity.action.name not in PASSIVE:
+            self._problem = None
+            super().act(entity)
+
+    def guard(self, entity: Entity) -> Guard | None:
+        texts = entity.item.texts
+        return _ANY_CONDITION if 'if' in texts or 'unless' in texts else None
+
+    def declare(
+        self, attributes: Attributes, name: str, choices: tuple[str, ...]
+    ) -> None:
+        texts = attributes.item.texts
+        self._add(
+            DeclaredArgument(
+                name,
+                attributes.position,
+                texts['description'].plain if 'description' in texts else None,
+                texts['default'].plain if 'default' in texts else None,
+                choices,
+            )
+        )
+
+    def _add(self, argument: DeclaredArgument) -> None:
+        """Add an argument, and where the launch files set it themselves."""
+        value = self.scope.configurations.get(argument.name)
+        is_set = value is not None and value.text is not None
+        self.arguments.setdefault(
+            argument.name,
+            replace(
+                argument,
+                is_conditional=argument.is_conditional or self._is_conditional,
+                set_at=next(iter(value.origins), None)
+                if value is not None and is_set
+                else None,
+            ),
+        )
+
+    def configuration(
+        self, value: Value, position: Position, text: Text
+    ) -> Value:
+        return value._replace(origins=(position,))
+
+    def launch_python(self, name: str, path: str, origin: Span) -> None:
+        # most launch files are not in Python
+        from colcon_yamllaunch.language.python_files import python_declarations
+
+        is_first = not self.depth
+        # before the package is built, only the file in its source is there
+        file = name if os.path.isfile(name) else path
+        found = None
+        try:
+            found = python_declarations.declared_arguments(self, file, origin)
+        except LaunchError as e:
+            if is_first:
+                raise
+            self.read_failed(e, origin)
+        except AlreadyReportedError:
+            pass
+        for argument in found or ():
+            self._add(argument)
+        if found is None and is_first:
+            raise error(
+                'the launch arguments of a launch file in Python show only '
+                'when it runs',
+                hint='source a ROS 2 that has launch_ros; where it is, '
+                f"'ros2 launch -s {path}' shows them too",
+            )
+        if found is None:
+            self._note('it is written in Python', origin.position)
+
+    def read_in_part(self, problem: LaunchError, origin: Span | None) -> None:
+        if origin is not None and self._is_conditional:
+            self.read_failed(problem, origin)
+            return
+        for mistake in self.located(problem).diagnostics:
+            if mistake.severity == 'error':
+                where = (mistake.message, mistake.position)
+                self.mistakes.setdefault(where, mistake)
+
+    def read_failed(self, problem: LaunchError, origin: Span | None) -> None:
+        if origin is None or not self._is_conditional:
+            self.report(problem)
+            return
+        first = problem.diagnostics[0]
+        place = '' if first.position is None else f'{first.position}: '
+        self._note(f'{place}{first.message}', origin.position)
+
+    def locate(self, attributes: Attributes) -> tuple[str, str] | None:
+        located = super().locate(attributes)
+        if located is None:
+            reason = self._problem or 'its path shows only when it is launched'
+            self._note(str(reason), attributes.item.texts['file'].position)
+        return located
+
+    def _may_follow(self, path: str, file: Text) -> bool:
+        if self.is_open(path):
+            # all arguments of a file that includes itself are known already
+            return False
+        if path.endswith(PYTHON_SUFFIX):
+            return True
+        self._problem = None
+        is_followed = super()._may_follow(path, file)
+        if self._problem is not None:
+            self._note(str(self._problem), file.position)
+        return is_followed
+
+    def _note(self, reason: str, position: Position) -> None:
+        """Note why an include is not followed."""
+        self.not_followed.setdefault(position, reason)

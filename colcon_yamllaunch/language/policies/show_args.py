@@ -9,7 +9,7 @@ from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.language.evaluation.declared_argument import (
     DeclaredArgument,
 )
-from colcon_yamllaunch.language.policies.declared import Declarations
+from colcon_yamllaunch.language.policies.check import Declarations
 from colcon_yamllaunch.plan.position import shown_position
 
 _INDENT = ' ' * 8

@@ -19,7 +19,7 @@ from colcon_yamllaunch.language.actions.substitution_makers import MAKERS
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.policies.check import check
-from colcon_yamllaunch.language.policies.declared import find_declarations
+from colcon_yamllaunch.language.policies.check import find_declarations
 from colcon_yamllaunch.language.policies.evaluate import evaluate
 from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
 from colcon_yamllaunch.language.vocabulary.actions import COMPONENTS

@@ -8,8 +8,8 @@ from dataclasses import replace
 
 from colcon_yamllaunch.language.evaluation.findings import Checked
 from colcon_yamllaunch.language.policies.check import check
-from colcon_yamllaunch.language.policies.declared import Declarations
-from colcon_yamllaunch.language.policies.declared import find_declarations
+from colcon_yamllaunch.language.policies.check import Declarations
+from colcon_yamllaunch.language.policies.check import find_declarations
 from colcon_yamllaunch.language.policies.evaluate import evaluate
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
 import pytest

@@ -9,7 +9,7 @@ from colcon_yamllaunch.language.evaluation.declared_argument import (
     DeclaredArgument,
 )
 from colcon_yamllaunch.language.evaluation.launch_worker import NoWorkerError
-from colcon_yamllaunch.language.policies.declared import find_declarations
+from colcon_yamllaunch.language.policies.check import find_declarations
 from colcon_yamllaunch.language.python_files.python_source import (
     named_packages,
 )
