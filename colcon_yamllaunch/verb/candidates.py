@@ -11,9 +11,7 @@ import os
 from pathlib import Path
 
 from colcon_yamllaunch.language.actions.scope_actions import BOOLEAN_CHOICES
-from colcon_yamllaunch.language.evaluation.declared_argument import (
-    DeclaredArgument,
-)
+from colcon_yamllaunch.language.evaluation.findings import DeclaredArgument
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.policies.check import find_declarations
 from colcon_yamllaunch.verb.target import package_target

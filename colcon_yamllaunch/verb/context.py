@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.control.socket_folder import has_sockets
 from colcon_yamllaunch.engine.state import About
+from colcon_yamllaunch.language.evaluation.request import FindExposed
+from colcon_yamllaunch.language.evaluation.request import NothingExposed
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import render
-from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
-from colcon_yamllaunch.language.vocabulary.package_lookup import FindExposed
-from colcon_yamllaunch.language.vocabulary.package_lookup import NothingExposed
+from colcon_yamllaunch.language.syntax.launch_tree import LaunchFile
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.verb.log_folders import ros_log_folder
 from colcon_yamllaunch.verb.messages import say

@@ -73,8 +73,6 @@ def control(options: ControlOptions, environment: Mapping[str, str]) -> int:
         if ends:
             return _end_in(chosen, options)
         if options.action == 'lifecycle':
-            from colcon_yamllaunch.verb.controlling import change_states
-
             return change_states(chosen, options.names, options.transition)
         if options.action == 'attach':
             from colcon_yamllaunch.verb.attaching import attach

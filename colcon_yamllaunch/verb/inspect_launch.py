@@ -14,14 +14,14 @@ from colcon_yamllaunch.language.evaluation.findings import together
 from colcon_yamllaunch.language.policies.check import check
 from colcon_yamllaunch.language.policies.check import find_declarations
 from colcon_yamllaunch.language.policies.evaluate import evaluate
-from colcon_yamllaunch.language.policies.show_args import show_arguments
-from colcon_yamllaunch.language.reports.reports import as_github
-from colcon_yamllaunch.language.reports.reports import as_json
-from colcon_yamllaunch.language.reports.reports import as_sarif
-from colcon_yamllaunch.language.reports.reports import as_text
+from colcon_yamllaunch.language.reports import as_github
+from colcon_yamllaunch.language.reports import as_json
+from colcon_yamllaunch.language.reports import as_sarif
+from colcon_yamllaunch.language.reports import as_text
+from colcon_yamllaunch.language.reports import show_arguments
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.vocabulary.process_parameters import (
+from colcon_yamllaunch.language.vocabulary.parameter_sections import (
     parameters_of,
 )
 from colcon_yamllaunch.plan.plan import Plan

@@ -157,11 +157,11 @@ class LaunchPreparation(LaunchBasis):
 
     def _refuse_undeclared(self, evaluation: Evaluation) -> None:
         """Refuse arguments that the launch would warn of."""
-        from colcon_yamllaunch.language.policies import launch_arguments
+        from colcon_yamllaunch.language.policies import cross_checks
 
         told = {d.message: d.hint for d in evaluation.diagnostics}
         for name in self._options.arguments:
-            problem = launch_arguments.undeclared_argument(name, '')
+            problem = cross_checks.undeclared_argument(name, '')
             message = problem.diagnostics[0].message
             if message in told:
                 raise UserError(message, told[message])

@@ -30,7 +30,7 @@ from colcon_yamllaunch.engine.events import Verbosity
 from colcon_yamllaunch.engine.exit_conditions import ExitConditions
 from colcon_yamllaunch.engine.participants import Participant
 from colcon_yamllaunch.engine.state import About
-from colcon_yamllaunch.language.reports.github_annotations import annotation
+from colcon_yamllaunch.language.reports import annotation
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.observers.failures import OwnerOf
 from colcon_yamllaunch.observers.presentation import Presentation
@@ -237,11 +237,11 @@ class PlanRun:
                 self._write_report(self._report.document(seconds))
 
     def _describe(self, process: Process) -> Iterable[str]:
-        from colcon_yamllaunch.language.vocabulary import process_parameters
+        from colcon_yamllaunch.language.vocabulary import parameter_sections
         from colcon_yamllaunch.plan.plan_text import process_as_text
 
         return process_as_text(
-            process, str(self._cwd), process_parameters.parameters_of
+            process, str(self._cwd), parameter_sections.parameters_of
         )
 
     def _handle(self, event: Event) -> None:
@@ -266,10 +266,10 @@ class PlanRun:
 
 
 def _parameters_of(process: Process) -> Iterable[SetParameter]:
-    from colcon_yamllaunch.language.vocabulary import process_parameters
+    from colcon_yamllaunch.language.vocabulary import parameter_sections
 
     # all else waits meanwhile
-    return process_parameters.parameters_of(process, limits.PARAMETERS)
+    return parameter_sections.parameters_of(process, limits.PARAMETERS)
 
 
 def annotate(

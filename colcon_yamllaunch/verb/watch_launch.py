@@ -25,7 +25,7 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.engine.cgroup import CGROUP_VARIABLE
 from colcon_yamllaunch.engine.cgroup import expect_moves
 from colcon_yamllaunch.language.syntax.diagnostics import render
-from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
+from colcon_yamllaunch.language.syntax.launch_tree import LaunchFile
 from colcon_yamllaunch.plan.labels import MACHINE_SEPARATOR
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.verb.context import GiveUpError

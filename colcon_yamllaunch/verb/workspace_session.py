@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import WorkspaceError
-from colcon_yamllaunch.language.vocabulary.package_lookup import Exposed
-from colcon_yamllaunch.language.vocabulary.package_lookup import FindExposed
+from colcon_yamllaunch.language.evaluation.request import Exposed
+from colcon_yamllaunch.language.evaluation.request import FindExposed
 from colcon_yamllaunch.workspace.building.build_lock import build_lock
 from colcon_yamllaunch.workspace.building.build_lock import is_taken
 from colcon_yamllaunch.workspace.building.build_lock import WorkspaceLock

@@ -8,7 +8,7 @@ import re
 import subprocess
 import sys
 
-from colcon_yamllaunch.language.tree.launch_tree import read_launch_file
+from colcon_yamllaunch.language.syntax.launch_tree import read_launch_file
 from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
 from colcon_yamllaunch.language.vocabulary.actions import ALIASES
 from colcon_yamllaunch.language.vocabulary.actions import COMPONENTS

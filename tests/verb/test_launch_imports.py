@@ -55,7 +55,7 @@ UNUSED_MODULES = (
     'language.policies.check',
     'language.syntax.xml_reader',
     'language.syntax.errors',
-    'language.tree.xml_to_yaml',
+    'language.syntax.xml_to_yaml',
     'observers.failure_advice',
     'observers.junit',
     'observers.start_table',

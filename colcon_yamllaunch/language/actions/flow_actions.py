@@ -18,8 +18,8 @@ from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import Handler
 from colcon_yamllaunch.language.evaluation.walk import MAXIMUM_ACTIONS
 from colcon_yamllaunch.language.evaluation.walk import Walk
-from colcon_yamllaunch.language.syntax.yaml_values import load_yaml
-from colcon_yamllaunch.language.syntax.yaml_values import UnusableYamlError
+from colcon_yamllaunch.language.syntax.yaml_reader import load_yaml
+from colcon_yamllaunch.language.syntax.yaml_reader import UnusableYamlError
 from colcon_yamllaunch.plan.plan import Message
 from colcon_yamllaunch.plan.plan import Shutdown
 from colcon_yamllaunch.plan.plan import Timer

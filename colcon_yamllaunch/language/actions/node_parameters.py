@@ -10,8 +10,8 @@ from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.tree.launch_tree import ParameterValue
-from colcon_yamllaunch.language.tree.text import Text
+from colcon_yamllaunch.language.syntax.launch_tree import ParameterValue
+from colcon_yamllaunch.language.syntax.text import Text
 from colcon_yamllaunch.language.vocabulary.parameter import coerce
 from colcon_yamllaunch.language.vocabulary.parameter import infer
 from colcon_yamllaunch.language.vocabulary.parameter import is_of_type

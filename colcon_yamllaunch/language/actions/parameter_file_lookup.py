@@ -8,17 +8,17 @@ import os
 from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.findings import SectionUse
+from colcon_yamllaunch.language.evaluation.request import FindExposed
 from colcon_yamllaunch.language.evaluation.values import Place
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.source_text import read_source
+from colcon_yamllaunch.language.syntax.text import Text
+from colcon_yamllaunch.language.syntax.yaml_reader import load_yaml
 from colcon_yamllaunch.language.syntax.yaml_reader import Scalar
-from colcon_yamllaunch.language.syntax.yaml_values import load_yaml
-from colcon_yamllaunch.language.syntax.yaml_values import UnusableYamlError
-from colcon_yamllaunch.language.tree.text import Text
-from colcon_yamllaunch.language.vocabulary.package_lookup import FindExposed
+from colcon_yamllaunch.language.syntax.yaml_reader import UnusableYamlError
 from colcon_yamllaunch.language.vocabulary.parameter_sections import (
     ParameterSections,
 )

@@ -20,6 +20,7 @@ from colcon_yamllaunch.language.actions.node_parameters import (
 )
 from colcon_yamllaunch.language.actions.scope_actions import check_variable
 from colcon_yamllaunch.language.actions.scope_actions import inner_namespace
+from colcon_yamllaunch.language.actions.scope_actions import node_name_problem
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.attributes import parse_seconds
 from colcon_yamllaunch.language.evaluation.attributes import Word
@@ -32,9 +33,8 @@ from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import Handler
 from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.syntax.diagnostics import error
-from colcon_yamllaunch.language.syntax.ros_names import node_name_problem
 from colcon_yamllaunch.language.syntax.template import Substitution
-from colcon_yamllaunch.language.tree.text import Text
+from colcon_yamllaunch.language.syntax.text import Text
 from colcon_yamllaunch.language.vocabulary.parameter import parse_boolean
 from colcon_yamllaunch.plan.plan import OUTPUT_MODES
 from colcon_yamllaunch.plan.plan import ParameterFile

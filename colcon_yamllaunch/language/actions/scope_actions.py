@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from collections.abc import Mapping
 from contextlib import contextmanager
 import os
+import re
 
 from colcon_yamllaunch.language.actions.node_parameters import parameter_value
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
@@ -20,9 +21,50 @@ from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import Handler
 from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.syntax.ros_names import join_namespace
-from colcon_yamllaunch.language.syntax.ros_names import namespace_problem
 from colcon_yamllaunch.language.vocabulary.parameter import Parameter
+
+_NODE_NAME = re.compile(r'[A-Za-z_][A-Za-z0-9_]*')
+_NAMESPACE = re.compile(r'/|(/[A-Za-z_~{}][A-Za-z0-9_~{}]*)+')
+
+
+def node_name_problem(name: str) -> str | None:
+    """Say why a name is none for a node, or None if it is one."""
+    if _NODE_NAME.fullmatch(name):
+        return None
+    if not name:
+        return 'a node name cannot be empty'
+    if name[0].isdigit():
+        return f"the node name '{name}' starts with a digit"
+    return (
+        f"the node name '{name}' may only have letters, digits and underscores"
+    )
+
+
+def namespace_problem(namespace: str) -> str | None:
+    """Say why a text is no absolute namespace, or None if it is one."""
+    if _NAMESPACE.fullmatch(namespace):
+        return None
+    if '//' in namespace:
+        return f"the namespace '{namespace}' has an empty part"
+    if re.search('/[0-9]', namespace):
+        return f"a part of the namespace '{namespace}' starts with a digit"
+    return (
+        f"the namespace '{namespace}' may only have letters, digits, "
+        'underscores and slashes'
+    )
+
+
+def join_namespace(base: str | None, namespace: str) -> str:
+    """
+    Return the namespace that results from one within another.
+
+    :param base: The outer namespace, absolute, if there is one
+    :param namespace: The inner one; an absolute one replaces the outer one
+    """
+    if not namespace.startswith('/'):
+        namespace = f'{(base or "").rstrip("/")}/{namespace}'
+    return namespace.rstrip('/') or '/'
+
 
 #: The values of a `bool_arg`, as ROS 2 lists them.
 BOOLEAN_CHOICES = ('true', 'false', 'True', 'False', 'TRUE', 'FALSE')

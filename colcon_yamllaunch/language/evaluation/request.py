@@ -4,20 +4,111 @@
 """What is to be launched, and all that the result depends on."""
 
 from collections.abc import Callable
+from collections.abc import Iterable
 from collections.abc import Mapping
 from dataclasses import field
+from typing import Protocol
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
-from colcon_yamllaunch.language.vocabulary.package_lookup import FindExposed
-from colcon_yamllaunch.language.vocabulary.package_lookup import NothingExposed
-from colcon_yamllaunch.language.vocabulary.package_lookup import Packages
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.language.evaluation.launch_worker import (
         LaunchWorker,
     )
+    from colcon_yamllaunch.language.syntax.launch_tree import LaunchFile
+
+
+class Packages(Protocol):
+    """The packages that a launch file may name."""
+
+    def prefix(self, name: str) -> str | None:
+        """
+        Return the install prefix of a package, or None when there is none.
+
+        The prefix of a package that is yet to be built is where it will be.
+        """
+
+    def names(self) -> Iterable[str]:
+        """Return the names of all packages."""
+
+    def own_names(self) -> Iterable[str]:
+        """Return the names of the packages of the workspace."""
+
+    def executable(self, package: str, name: str) -> str | None:
+        """
+        Return the path of a package's program, or None when there is none.
+
+        The program of a package that is yet to be built may not exist.
+        """
+
+    def explain_executable(self, package: str, name: str) -> str:
+        """Say why a package has no such program, and the way out."""
+
+    def locate(self, path: str) -> tuple[str, str] | None:
+        """
+        Return the path that a launch file goes by and the path to read.
+
+        It may not be installed yet; None when there is no such file.
+
+        :param path: The absolute path as a launch file writes it
+        """
+
+    def may_appear(self, path: str) -> bool:
+        """Say whether a build may bring a path that is not there."""
+
+    def rule_for(self, path: str) -> str | None:
+        """Say how to install a file that only a source has, None if none."""
+
+    def similar(self, path: str) -> Iterable[str]:
+        """Return files that could be meant by a path that is not there."""
+
+
+class Exposed(Protocol):
+    """The actions and substitutions that packages bring (`expose_action`)."""
+
+    def action(self, name: str) -> str | None:
+        """Return the package that has an action, None when none has."""
+
+    def substitution(self, name: str) -> str | None:
+        """Return the package that has a substitution, None when none has."""
+
+    def actions(self) -> Mapping[str, str]:
+        """Return all such actions, with their packages; this is slow."""
+
+    def substitutions(self) -> Mapping[str, str]:
+        """Return all such substitutions, with their packages."""
+
+    def is_installed(self, package: str) -> bool:
+        """Say whether a package that has something is there already."""
+
+
+class NothingExposed:
+    """No package brings anything."""
+
+    def action(self, _name: str) -> str | None:
+        """Return None."""
+        return None
+
+    def substitution(self, _name: str) -> str | None:
+        """Return None."""
+        return None
+
+    def actions(self) -> Mapping[str, str]:
+        """Return nothing."""
+        return {}
+
+    def substitutions(self) -> Mapping[str, str]:
+        """Return nothing."""
+        return {}
+
+    def is_installed(self, _package: str) -> bool:
+        """Say that it is not there."""
+        return False
+
+
+#: Gives what packages bring, when first a name is met that is not known.
+FindExposed = Callable[[], Exposed]
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,4 +139,4 @@ class Request:
     log_folder: str = ''
     exposed: FindExposed = NothingExposed
     host: 'Callable[[], LaunchWorker] | None' = None
-    trees: dict[str, LaunchFile] = field(default_factory=dict, compare=False)
+    trees: 'dict[str, LaunchFile]' = field(default_factory=dict, compare=False)

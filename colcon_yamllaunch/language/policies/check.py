@@ -11,7 +11,6 @@ of it.
 
 from collections.abc import Iterable
 from collections.abc import Mapping
-from collections.abc import Sequence
 from collections.abc import Set
 from dataclasses import replace
 from itertools import islice
@@ -23,10 +22,8 @@ from colcon_yamllaunch.language.actions.handlers import HANDLERS
 from colcon_yamllaunch.language.actions.handlers import PASSIVE
 from colcon_yamllaunch.language.actions.substitution_makers import MAKERS
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
-from colcon_yamllaunch.language.evaluation.declared_argument import (
-    DeclaredArgument,
-)
 from colcon_yamllaunch.language.evaluation.findings import Checked
+from colcon_yamllaunch.language.evaluation.findings import DeclaredArgument
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.evaluation.scope import Guard
 from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
@@ -38,25 +35,25 @@ from colcon_yamllaunch.language.evaluation.walk import MAXIMUM_INCLUDE_DEPTH
 from colcon_yamllaunch.language.evaluation.walk import PYTHON_SUFFIX
 from colcon_yamllaunch.language.evaluation.walk import too_deep
 from colcon_yamllaunch.language.evaluation.walk import Walk
-from colcon_yamllaunch.language.policies.argument_use import ArgumentUse
-from colcon_yamllaunch.language.policies.argument_use import FileUse
-from colcon_yamllaunch.language.policies.expression import compute
-from colcon_yamllaunch.language.policies.expression import ExpressionError
-from colcon_yamllaunch.language.policies.node_checks import (
+from colcon_yamllaunch.language.policies.cross_checks import ArgumentUse
+from colcon_yamllaunch.language.policies.cross_checks import FileUse
+from colcon_yamllaunch.language.policies.cross_checks import shell_variables
+from colcon_yamllaunch.language.policies.cross_checks import (
     warn_of_missing_containers,
 )
-from colcon_yamllaunch.language.policies.node_checks import (
+from colcon_yamllaunch.language.policies.cross_checks import (
     warn_of_useless_sections,
 )
+from colcon_yamllaunch.language.policies.expression import compute
+from colcon_yamllaunch.language.policies.expression import ExpressionError
 from colcon_yamllaunch.language.policies.portability import not_portable
-from colcon_yamllaunch.language.policies.shell_variables import shell_variables
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.language.syntax.launch_tree import Entity
+from colcon_yamllaunch.language.syntax.launch_tree import LaunchFile
 from colcon_yamllaunch.language.syntax.template import Template
-from colcon_yamllaunch.language.tree.launch_tree import Entity
-from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
-from colcon_yamllaunch.language.tree.text import Text
+from colcon_yamllaunch.language.syntax.text import Text
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.plan.position import Span
 
@@ -332,7 +329,7 @@ class _Check(Walk):
         return False
 
     def make_exposed(
-        self, name: str, texts: Sequence[str], at: Span
+        self, name: str, texts: tuple[str, ...], at: Span
     ) -> str | None:
         # most launch files have none
         from colcon_yamllaunch.language.python_files import exposed_actions
@@ -610,14 +607,14 @@ class _Listing(_Check):
 
     def launch_python(self, name: str, path: str, origin: Span) -> None:
         # most launch files are not in Python
-        from colcon_yamllaunch.language.python_files import python_declarations
+        from colcon_yamllaunch.language.python_files import python_visit
 
         is_first = not self.depth
         # before the package is built, only the file in its source is there
         file = name if os.path.isfile(name) else path
         found = None
         try:
-            found = python_declarations.declared_arguments(self, file, origin)
+            found = python_visit.declared_arguments(self, file, origin)
         except LaunchError as e:
             if is_first:
                 raise

@@ -9,7 +9,6 @@ action whose condition does not hold is passed over.
 """
 
 from collections.abc import Mapping
-from collections.abc import Sequence
 from dataclasses import field
 from dataclasses import replace
 import importlib
@@ -35,8 +34,8 @@ from colcon_yamllaunch.language.evaluation.walk import too_deep
 from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.tree.launch_tree import Entity
-from colcon_yamllaunch.language.tree.text import Text
+from colcon_yamllaunch.language.syntax.launch_tree import Entity
+from colcon_yamllaunch.language.syntax.text import Text
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.plan.position import Span
@@ -180,10 +179,10 @@ class _Launch(Walk):
         self.has_python = True
         self.inputs[file] = None
         # most launch files are not in Python
-        from colcon_yamllaunch.language.actions import python_launch
+        from colcon_yamllaunch.language.python_files import python_visit
 
         with self.draft.within_block('file', path, origin.position):
-            if not python_launch.launch_in_python(self, file, origin):
+            if not python_visit.launch_in_python(self, file, origin):
                 self.has_opaque = True
 
     def do_exposed(self, attributes: Attributes) -> None:
@@ -193,7 +192,7 @@ class _Launch(Walk):
         exposed_actions.do(self, attributes)
 
     def make_exposed(
-        self, name: str, texts: Sequence[str], at: Span
+        self, name: str, texts: tuple[str, ...], at: Span
     ) -> str | None:
         from colcon_yamllaunch.language.python_files import exposed_actions
 
@@ -262,7 +261,7 @@ class _Launch(Walk):
     def _compute_apart(
         self, expression: str, variables: Mapping[str, object]
     ) -> str:
-        from colcon_yamllaunch.language.policies.expression_child import (
+        from colcon_yamllaunch.language.policies.expression import (
             compute_in_child,
         )
 
@@ -276,41 +275,42 @@ class _Launch(Walk):
         """Warn of launch arguments that are written as in a shell."""
         if any('${' in source.text for source in self.sources):
             # most launch files have none
-            from colcon_yamllaunch.language.policies import shell_variables
+            from colcon_yamllaunch.language.policies.cross_checks import (
+                shell_variables,
+            )
 
-            found = shell_variables.shell_variables(self.files.values())
-            for problem in found:
+            for problem in shell_variables(self.files.values()):
                 self.report(problem)
 
     def warn_of_nodes(self) -> None:
         """Warn of names that no node of the launch has."""
         # only launches with components need it
-        from colcon_yamllaunch.language.policies import node_checks
+        from colcon_yamllaunch.language.policies import cross_checks
 
         if all(d.severity != 'error' for d in self.diagnostics):
             # an action with an error is none of the launch's nodes
-            node_checks.warn_of_missing_containers(self)
-        node_checks.warn_of_useless_sections(self, in_full=False)
+            cross_checks.warn_of_missing_containers(self)
+        cross_checks.warn_of_useless_sections(self, in_full=False)
 
     def warn_of_unknown_arguments(self, given: Mapping[str, str]) -> None:
         """Warn of arguments that no launch file declares or reads."""
         # most launches are given none
-        from colcon_yamllaunch.language.policies import launch_arguments
+        from colcon_yamllaunch.language.policies import cross_checks
 
-        known = {*self.read, *launch_arguments.PROCESS_ARGUMENTS}
+        known = {*self.read, *cross_checks.PROCESS_ARGUMENTS}
         files = [file for file in self.files.values() if file is not None]
-        declared = launch_arguments.declared_arguments(files)
+        declared = cross_checks.declared_arguments(files)
         if self.dialogue is not None:
             declared |= self.dialogue.declared.keys()
-            declared |= launch_arguments.written_in_python(self.python_files)
-            in_python = launch_arguments.in_python(self.python_files, given)
+            declared |= cross_checks.written_in_python(self.python_files)
+            in_python = cross_checks.in_python(self.python_files, given)
             known |= in_python
             # they may have been read before they were set
             self.given_read |= in_python
         for name in given:
             if name not in declared | known:
-                hint = launch_arguments.undeclared_hint(name, declared)
-                self.report(launch_arguments.undeclared_argument(name, hint))
+                hint = cross_checks.undeclared_hint(name, declared)
+                self.report(cross_checks.undeclared_argument(name, hint))
 
 
 def _harmless(expression: str, modules: str) -> str | None:

@@ -15,11 +15,11 @@ import shlex
 
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.language.syntax.launch_tree import Entity
+from colcon_yamllaunch.language.syntax.launch_tree import Item
+from colcon_yamllaunch.language.syntax.launch_tree import LaunchFile
+from colcon_yamllaunch.language.syntax.text import Text
 from colcon_yamllaunch.language.syntax.xml_scalar import is_xml
-from colcon_yamllaunch.language.tree.launch_tree import Entity
-from colcon_yamllaunch.language.tree.launch_tree import Item
-from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
-from colcon_yamllaunch.language.tree.text import Text
 from colcon_yamllaunch.language.vocabulary.actions import Attribute
 from colcon_yamllaunch.language.vocabulary.actions import by_name
 from colcon_yamllaunch.language.vocabulary.actions import items_of

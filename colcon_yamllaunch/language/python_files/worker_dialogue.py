@@ -25,18 +25,18 @@ from colcon_yamllaunch.language.evaluation.findings import PluginUse
 from colcon_yamllaunch.language.evaluation.findings import Wanted
 from colcon_yamllaunch.language.evaluation.launch_worker import LaunchWorker
 from colcon_yamllaunch.language.evaluation.launch_worker import WorkerMessage
+from colcon_yamllaunch.language.evaluation.scope import Names
 from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
+from colcon_yamllaunch.language.evaluation.values import known
+from colcon_yamllaunch.language.evaluation.values import UNSET
+from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import EndlessError
 from colcon_yamllaunch.language.evaluation.walk import Walk
-from colcon_yamllaunch.language.python_files.scope_messages import content
-from colcon_yamllaunch.language.python_files.scope_messages import (
-    scope_as_json,
-)
-from colcon_yamllaunch.language.python_files.scope_messages import take_scope
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.source_text import Source
 from colcon_yamllaunch.language.vocabulary.parameter import Parameter
+from colcon_yamllaunch.language.vocabulary.parameter import ParameterContent
 from colcon_yamllaunch.plan.plan import ChangeState
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Condition
@@ -53,6 +53,139 @@ from colcon_yamllaunch.plan.plan import SignalProcess
 from colcon_yamllaunch.plan.plan import Timer
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.plan.position import Span
+
+
+def scope_as_json(walk: Walk) -> dict[str, Any]:
+    """Return the scope of a walk as far as it is known."""
+    scope = walk.scope
+    variables = scope.environment.all().items()
+    return {
+        'configurations': {
+            name: value.text
+            for name, value in scope.configurations.all().items()
+            if value.text is not None
+        },
+        'environment': {
+            name: value.text
+            for name, value in variables
+            if (value is UNSET or value.text is not None)
+            and value.text != walk.environment.get(name)
+        },
+        'namespace': scope.namespace and scope.namespace.text,
+        'parameters': [
+            {'file': parameter}
+            if isinstance(parameter, str)
+            else {'name': parameter.name, 'value': parameter.value}
+            for parameter in scope.parameters
+            if isinstance(parameter, str) or parameter.value is not None
+        ],
+        'remaps': [list(pair) for pair in scope.remaps],
+        'uses_sim_time': scope.uses_sim_time,
+        'processes': walk.draft.process_count,
+    }
+
+
+def take_scope(walk: Walk, said: WorkerMessage, origin: Span) -> None:
+    """
+    Have the scope of a walk as the host says; what is as before stays so.
+
+    :param said: The whole scope
+    :param origin: What has changed it
+    """
+    scope = walk.scope
+    _take_names(walk, scope.configurations, said['configurations'], origin)
+    _take_environment(walk, said['environment'], origin)
+    namespace = said['namespace']
+    if (scope.namespace and scope.namespace.text) != namespace:
+        scope.namespace = namespace and _changed(walk, namespace, origin)
+    scope.parameters = tuple(
+        _parameters(walk, said.get('parameters', ()), origin)
+    )
+    scope.remaps = tuple((str(a), str(b)) for a, b in said.get('remaps', ()))
+    scope.uses_sim_time = said.get('uses_sim_time') is True
+
+
+def content(value: object) -> ParameterContent | None:
+    """Return a value of the host as that of a parameter, None if it is no."""
+    if isinstance(value, list):
+        items = tuple(v for v in value if isinstance(v, _SCALARS))
+        return items if len(items) == len(value) else None
+    return value if isinstance(value, _SCALARS) else None
+
+
+_SCALARS = (str, bool, int, float)
+
+
+def _changed(walk: Walk, text: str, origin: Span) -> Value:
+    if walk.is_launch:
+        return known(text)._replace(origins=(origin.position,))
+    # another launch may come to something else
+    source = str(origin.position)
+    return Value(text, text, frozenset((source,)))
+
+
+def _take_names(
+    walk: Walk, names: Names, said: Mapping[str, str], origin: Span
+) -> None:
+    before = {n: v for n, v in names.all().items() if v.text is not None}
+    kept = {n: v for n, v in before.items() if n in said}
+    if len(kept) < len(before):
+        names.clear()
+        for name, value in kept.items():
+            names.set(name, value)
+    for name, text in said.items():
+        if name not in kept or kept[name].text != text:
+            names.set(name, _changed(walk, text, origin))
+
+
+def _take_environment(
+    walk: Walk, said: Mapping[str, str | None], origin: Span
+) -> None:
+    names = walk.scope.environment
+    before = names.all()
+    changes = dict(said)
+    for name, value in before.items():
+        if value is UNSET or value.text is not None:
+            # what differs no more is as it was before the launch
+            changes.setdefault(name, walk.environment.get(name))
+    for name, text in changes.items():
+        old = before.get(name)
+        if text is None:
+            if old is not UNSET and (old or name in walk.environment):
+                names.set(name, UNSET)
+        elif text != (walk.environment.get(name) if old is None else old.text):
+            names.set(name, _changed(walk, text, origin))
+
+
+def _parameters(
+    walk: Walk, said: list[WorkerMessage], origin: Span
+) -> list[Parameter | str]:
+    before = list(walk.scope.parameters)
+    found: list[Parameter | str] = []
+    for one in said:
+        new: Parameter | str
+        if 'file' in one:
+            new = os.path.join(walk.cwd, str(one['file']))
+            walk.file_places.setdefault(new, walk.place_of(origin))
+        else:
+            value = content(one['value'])
+            if value is None:
+                continue
+            new = Parameter(str(one['name']), value, origin.position)
+        old = next((p for p in before if _is_same(p, new)), new)
+        found.append(old)
+    return found
+
+
+def _is_same(one: Parameter | str, other: Parameter | str) -> bool:
+    if isinstance(one, str) or isinstance(other, str):
+        return one == other
+    return (one.name, one.value, type(one.value)) == (
+        other.name,
+        other.value,
+        type(other.value),
+    )
+
 
 #: How many lines of a call are searched for a text.
 MAXIMUM_CALL_LINES = 40

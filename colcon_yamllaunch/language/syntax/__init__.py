@@ -1,4 +1,4 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""From bytes to values with positions: YAML, XML, text, diagnostics."""
+"""From the bytes of a launch file to the tree of its actions."""

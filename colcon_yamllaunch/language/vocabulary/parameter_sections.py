@@ -9,21 +9,29 @@ A node reads such a file itself; for a component, whoever loads it does.
 
 from collections.abc import Iterable
 from collections.abc import Iterator
+import math
+import os
+import stat
+import sys
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.language.syntax.source_text import read_source
 from colcon_yamllaunch.language.syntax.source_text import Source
+from colcon_yamllaunch.language.syntax.yaml_reader import load_yaml
 from colcon_yamllaunch.language.syntax.yaml_reader import Mapping
 from colcon_yamllaunch.language.syntax.yaml_reader import read_yaml
 from colcon_yamllaunch.language.syntax.yaml_reader import Scalar
 from colcon_yamllaunch.language.syntax.yaml_reader import Sequence
-from colcon_yamllaunch.language.syntax.yaml_values import load_yaml
-from colcon_yamllaunch.language.syntax.yaml_values import UnusableYamlError
+from colcon_yamllaunch.language.syntax.yaml_reader import UnusableYamlError
 from colcon_yamllaunch.language.vocabulary.parameter import Parameter
 from colcon_yamllaunch.language.vocabulary.parameter import ParameterContent
 from colcon_yamllaunch.language.vocabulary.parameter import ScalarValue
+from colcon_yamllaunch.plan.plan import ParameterFile
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import SetParameter
 from colcon_yamllaunch.plan.position import Position
 
 #: What stands above the parameters of a section.
@@ -216,3 +224,69 @@ def _scalar(value: object, name: str, at: Position) -> ScalarValue:
         at,
         hint='quote it if it is a text',
     )
+
+
+def parameters_of(
+    process: Process, limit: float = math.inf
+) -> Iterator[SetParameter]:
+    """
+    Iterate over all parameters in the order of the command line.
+
+    :param limit: Bytes of files that are read at most. Larger ones, and what
+      is no ordinary file, are passed over
+    """
+    given = {f'{p.name}:={p.value}': p for p in process.parameters}
+    arguments = zip(process.argv, process.argv[1:], strict=False)
+    for option, value in arguments:
+        if option == '-p' and isinstance(value, str) and value in given:
+            yield given[value]
+        elif option == '--params-file' and isinstance(value, str):
+            size = _size_of(os.path.join(process.cwd, value))
+            if size <= limit:
+                limit -= size
+                yield from _parameters_in_file(value, process.cwd)
+        elif isinstance(value, ParameterFile):
+            yield from value.parameters
+
+
+def _size_of(path: str) -> int:
+    """Return the bytes of a file, very many for what may have no end."""
+    try:
+        status = os.stat(path)
+    except (OSError, ValueError):
+        return 0
+    return status.st_size if stat.S_ISREG(status.st_mode) else sys.maxsize
+
+
+def _parameters_in_file(path: str, cwd: str) -> Iterator[SetParameter]:
+    """
+    Iterate over the parameters in a file, none if it is no parameter file.
+
+    :param cwd: The folder that a relative path starts from
+    """
+    absolute = path if path.startswith('/') else f'{cwd}/{path}'
+    try:
+        document = read_yaml(read_source(absolute, absolute))
+    except LaunchError:
+        return
+    start = Position(absolute, 1, 1)
+    for _, at, body in _pairs(document, start):
+        for name, _, values in _pairs(body, at):
+            if name == PARAMETERS:
+                yield from _as_written(values, '', at)
+
+
+def _as_written(
+    value: object, prefix: str, at: Position
+) -> Iterator[SetParameter]:
+    for name, position, inner in _pairs(value, at):
+        if isinstance(inner, Mapping):
+            yield from _as_written(inner, f'{prefix}{name}.', position)
+        else:
+            yield SetParameter(prefix + name, _shown(inner), position)
+
+
+def _shown(value: object) -> str:
+    if isinstance(value, Sequence):
+        return f'[{", ".join(_shown(item) for item in value.items)}]'
+    return value.text if isinstance(value, Scalar) else '{…}'

@@ -9,7 +9,7 @@ import resource
 import signal
 
 from colcon_yamllaunch.language.actions import substitution_makers
-from colcon_yamllaunch.language.policies import expression_child
+from colcon_yamllaunch.language.policies import expression as expressions
 from colcon_yamllaunch.language.policies.check import check
 import pytest
 from support.time_limits import within
@@ -78,7 +78,7 @@ def nested(levels, inner):
     ],
 )
 def test_an_expression(launcher, expression, monkeypatch):
-    monkeypatch.setattr(expression_child, 'MAXIMUM_TIME', 0.05)
+    monkeypatch.setattr(expressions, 'MAXIMUM_TIME', 0.05)
     expression = expression.replace("'", "\\'")
     (error,) = launcher.evaluate(message(f"$(eval '{expression}')")).errors
     assert 'expression' in error.message
@@ -115,9 +115,9 @@ def test_what_is_computed_apart(launcher, expression, expected):
 
 def test_what_is_computed_apart_again_is_known(launcher, monkeypatch):
     computed = []
-    apart = expression_child.compute_in_child
+    apart = expressions.compute_in_child
     monkeypatch.setattr(
-        expression_child,
+        expressions,
         'compute_in_child',
         lambda *words: computed.append(words) or apart(*words),
     )

@@ -11,10 +11,10 @@ import json
 from pathlib import Path
 
 from colcon_yamllaunch.language.evaluation.findings import Checked
-from colcon_yamllaunch.language.reports.reports import as_github
-from colcon_yamllaunch.language.reports.reports import as_json
-from colcon_yamllaunch.language.reports.reports import as_sarif
-from colcon_yamllaunch.language.reports.reports import as_text
+from colcon_yamllaunch.language.reports import as_github
+from colcon_yamllaunch.language.reports import as_json
+from colcon_yamllaunch.language.reports import as_sarif
+from colcon_yamllaunch.language.reports import as_text
 from colcon_yamllaunch.language.vocabulary.substitutions import Kind
 from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
 from hypothesis import given

@@ -8,14 +8,12 @@ from pathlib import Path
 from textwrap import dedent
 from typing import Any
 
-from colcon_yamllaunch.language.evaluation.declared_argument import (
-    DeclaredArgument,
-)
+from colcon_yamllaunch.language.evaluation.findings import DeclaredArgument
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.evaluation.walk import MAXIMUM_INCLUDE_DEPTH
 from colcon_yamllaunch.language.policies.check import Declarations
 from colcon_yamllaunch.language.policies.check import find_declarations
-from colcon_yamllaunch.language.policies.show_args import show_arguments
+from colcon_yamllaunch.language.reports import show_arguments
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
 from colcon_yamllaunch.language.vocabulary.actions import Attribute

@@ -6,11 +6,11 @@
 import shlex
 import time
 
-from colcon_yamllaunch.language.syntax.command_line import split_command_line
-from colcon_yamllaunch.language.syntax.command_line import UnclosedQuoteError
 from colcon_yamllaunch.language.syntax.template import parse_template
+from colcon_yamllaunch.language.syntax.template import split_command_line
 from colcon_yamllaunch.language.syntax.template import Substitution
 from colcon_yamllaunch.language.syntax.template import Template
+from colcon_yamllaunch.language.syntax.template import UnclosedQuoteError
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest

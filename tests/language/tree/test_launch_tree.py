@@ -4,8 +4,8 @@
 """Mistakes in what a launch file says, each where it is and with a way out."""
 
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.language.syntax.launch_tree import read_launch_file
 from colcon_yamllaunch.language.syntax.source_text import Source
-from colcon_yamllaunch.language.tree.launch_tree import read_launch_file
 from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
 import pytest
 from support.language_fixtures import Marked

@@ -4,8 +4,8 @@
 """The caret stands under the very token, however the text is written."""
 
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.language.syntax.text import Text
 from colcon_yamllaunch.language.syntax.yaml_reader import read_yaml
-from colcon_yamllaunch.language.tree.text import Text
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest

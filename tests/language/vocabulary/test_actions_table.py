@@ -6,10 +6,10 @@
 from collections.abc import Iterator
 import re
 
-from colcon_yamllaunch.language.syntax.ros_names import join_namespace
-from colcon_yamllaunch.language.syntax.ros_names import namespace_problem
-from colcon_yamllaunch.language.syntax.ros_names import node_name_problem
-from colcon_yamllaunch.language.tree.launch_tree import read_launch_file
+from colcon_yamllaunch.language.actions.scope_actions import join_namespace
+from colcon_yamllaunch.language.actions.scope_actions import namespace_problem
+from colcon_yamllaunch.language.actions.scope_actions import node_name_problem
+from colcon_yamllaunch.language.syntax.launch_tree import read_launch_file
 from colcon_yamllaunch.language.vocabulary.actions import Action
 from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
 from colcon_yamllaunch.language.vocabulary.actions import Attribute

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.tree.launch_tree import read_launch_file
+from colcon_yamllaunch.language.syntax.launch_tree import read_launch_file
 from colcon_yamllaunch.language.vocabulary.actions import Action
 from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
 from colcon_yamllaunch.language.vocabulary.actions import ALIASES

@@ -5,7 +5,7 @@
 
 import os
 
-from colcon_yamllaunch.language.vocabulary.process_parameters import (
+from colcon_yamllaunch.language.vocabulary.parameter_sections import (
     parameters_of,
 )
 from colcon_yamllaunch.plan.plan import Process

@@ -7,6 +7,8 @@ import re
 
 from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.common.suggestions import listing
+from colcon_yamllaunch.language.evaluation.request import FindExposed
+from colcon_yamllaunch.language.evaluation.request import NothingExposed
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.template import parse_template
 from colcon_yamllaunch.language.syntax.template import Substitution
@@ -16,12 +18,11 @@ from colcon_yamllaunch.language.syntax.template import unescape
 from colcon_yamllaunch.language.syntax.xml_scalar import XmlScalar
 from colcon_yamllaunch.language.syntax.yaml_reader import Kind
 from colcon_yamllaunch.language.syntax.yaml_reader import Scalar
-from colcon_yamllaunch.language.vocabulary import names_elsewhere
-from colcon_yamllaunch.language.vocabulary.package_lookup import FindExposed
-from colcon_yamllaunch.language.vocabulary.package_lookup import NothingExposed
 from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
 from colcon_yamllaunch.plan.position import Position
 
+# substitutions, by their names in ROS 1
+_NAMES_ELSEWHERE = {'arg': 'var', 'find': 'find-pkg-share', 'optenv': 'env'}
 _PROPERTIES = re.compile(r'(?:[&!]\S*\s+)*')
 _BLOCK_HEADER = re.compile(r'[|>][^\n]*\n')
 # what one or more characters of a text in double quotes are written as
@@ -135,7 +136,7 @@ class Text:
 def _meant(substitution: Substitution, exposed: FindExposed) -> str:
     """Return what may be meant by a substitution that does not exist."""
     name = substitution.name
-    known = names_elsewhere.SUBSTITUTIONS.get(name)
+    known = _NAMES_ELSEWHERE.get(name)
     if known is not None:
         return f'$({name} …) of ROS 1 is {KINDS[known].usage} in ROS 2'
     near = did_you_mean(name, [*KINDS, *exposed().substitutions()])

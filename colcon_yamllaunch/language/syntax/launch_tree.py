@@ -14,18 +14,19 @@ from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.common.suggestions import listing
 from colcon_yamllaunch.common.suggestions import nearest
 from colcon_yamllaunch.common.suggestions import nearest_first
+from colcon_yamllaunch.language.evaluation.request import FindExposed
+from colcon_yamllaunch.language.evaluation.request import NothingExposed
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.source_text import Source
+from colcon_yamllaunch.language.syntax.text import Text
 from colcon_yamllaunch.language.syntax.xml_scalar import is_xml
 from colcon_yamllaunch.language.syntax.yaml_reader import Mapping
 from colcon_yamllaunch.language.syntax.yaml_reader import read_yaml
 from colcon_yamllaunch.language.syntax.yaml_reader import Scalar
 from colcon_yamllaunch.language.syntax.yaml_reader import Sequence
 from colcon_yamllaunch.language.syntax.yaml_reader import Value
-from colcon_yamllaunch.language.tree.text import Text
-from colcon_yamllaunch.language.vocabulary import names_elsewhere
 from colcon_yamllaunch.language.vocabulary.actions import Action
 from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
 from colcon_yamllaunch.language.vocabulary.actions import ALIASES
@@ -37,18 +38,35 @@ from colcon_yamllaunch.language.vocabulary.actions import items_of
 from colcon_yamllaunch.language.vocabulary.actions import PARAMETER
 from colcon_yamllaunch.language.vocabulary.actions import required_of
 from colcon_yamllaunch.language.vocabulary.actions import Type
-from colcon_yamllaunch.language.vocabulary.package_lookup import FindExposed
-from colcon_yamllaunch.language.vocabulary.package_lookup import NothingExposed
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.plan.position import Span
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.language.tree.raw_entity import RawEntity
+    from colcon_yamllaunch.language.python_files.exposed_actions import (
+        RawEntity,
+    )
 
 #: How many actions are listed for one that does not exist.
 NEAREST = 5
 
 _RENAMING = 'from', 'to'
+# attributes, by their names in ROS 1 and in ROS 2's Python launch files
+_NAMES_ELSEWHERE = {
+    'additional_env': 'env',
+    'arguments': 'args',
+    'composable_node_descriptions': 'composable_node',
+    'environment': 'env',
+    'executable': 'exec',
+    'extra_arguments': 'extra_arg',
+    'ns': 'namespace',
+    'package': 'pkg',
+    'parameters': 'param',
+    'prefix': 'launch-prefix',
+    'remappings': 'remap',
+    'rosparam': 'param',
+    'target_container': 'target',
+    'type': 'exec',
+}
 _PYTHON = (
     r'^(from[ \t]+[\w.]+[ \t]+import\b|import[ \t]+[\w.]+|def[ \t]+\w+\()'
 )
@@ -192,7 +210,7 @@ class _TreeReader:
     def read(self) -> LaunchFile:
         if is_xml(self._source):
             # most launch files are in YAML
-            from colcon_yamllaunch.language.tree.xml_to_yaml import (
+            from colcon_yamllaunch.language.syntax.xml_to_yaml import (
                 read_xml_document,
             )
 
@@ -328,7 +346,9 @@ class _TreeReader:
     def _read_exposed(self, package: str, key: Scalar, value: Value) -> Entity:
         """Read an action that another package has."""
         # most launch files have none
-        from colcon_yamllaunch.language.tree.raw_entity import RawReader
+        from colcon_yamllaunch.language.python_files.exposed_actions import (
+            RawReader,
+        )
 
         name, known = key.text, len(self._problems)
         conditions = Mapping(self._source, key.line, key.column)
@@ -616,7 +636,7 @@ def _unreadable(
 
 def _meant(name: str, known: Iterable[str]) -> str | None:
     """Return the attribute that is meant by one that does not exist."""
-    elsewhere = names_elsewhere.ATTRIBUTES.get(name, name)
+    elsewhere = _NAMES_ELSEWHERE.get(name, name)
     return elsewhere if elsewhere in known else nearest(name, known)
 
 

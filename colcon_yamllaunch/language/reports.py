@@ -5,26 +5,71 @@
 The problems that a check found, for people and for programs.
 
 `as_github` is for the log of a GitHub workflow, `as_sarif` for what reads
-SARIF 2.1.0 (code scanning, editors), `as_json` for everything else.
+SARIF 2.1.0 (code scanning, editors), `as_json` for everything else, and
+`show_arguments` for the launch arguments that it found.
 """
 
+from collections.abc import Iterator
 from collections.abc import Mapping
 from collections.abc import Sequence
 import json
 import os
 from pathlib import Path
 from typing import Any
+from typing import TYPE_CHECKING
 from urllib.parse import quote
 
 from colcon_yamllaunch import __version__
+from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.language.evaluation.findings import Checked
-from colcon_yamllaunch.language.reports.github_annotations import annotation
-from colcon_yamllaunch.language.reports.github_annotations import with_hint
+from colcon_yamllaunch.language.evaluation.findings import DeclaredArgument
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import render
 from colcon_yamllaunch.language.syntax.diagnostics import Severity
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.plan.position import shown_path
+from colcon_yamllaunch.plan.position import shown_position
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.language.policies.check import Declarations
+
+
+def annotation(diagnostic: Diagnostic, root: str) -> str:
+    """
+    Return the line that makes GitHub show a problem beside its source.
+
+    :param diagnostic: The problem
+    :param root: The root of the repository, which paths are relative to
+    """
+    properties = []
+    position = diagnostic.position
+    if position is not None:
+        path = shown_path(position.path, root)
+        properties = [
+            f'file={_escape_property(path)}',
+            f'line={position.line}',
+            f'col={position.column}',
+            f'endColumn={position.column + diagnostic.length}',
+        ]
+    command = f'{diagnostic.severity} {",".join(properties)}'.rstrip()
+    return f'::{command}::{_escape_data(with_hint(diagnostic))}'
+
+
+def with_hint(diagnostic: Diagnostic) -> str:
+    """Return what is wrong and, in a second line, the way out."""
+    if diagnostic.hint is None:
+        return diagnostic.message
+    return f'{diagnostic.message}\nhelp: {diagnostic.hint}'
+
+
+def _escape_data(text: str) -> str:
+    # as the toolkit of GitHub Actions does (escapeData in its command.ts)
+    return text.replace('%', '%25').replace('\r', '%0D').replace('\n', '%0A')
+
+
+def _escape_property(text: str) -> str:
+    return _escape_data(text).replace(':', '%3A').replace(',', '%2C')
+
 
 #: The version of what `as_json` returns: greater when a member is renamed or
 #: removed or means something else; new members do not change it.
@@ -179,3 +224,72 @@ def _sarif_place(
 
 def _uri(path: str) -> str:
     return Path(path).as_uri()
+
+
+_INDENT = ' ' * 8
+
+
+def show_arguments(declarations: 'Declarations', cwd: str) -> str:
+    """
+    Lay the launch arguments of a launch file out.
+
+    The layout is that of `ros2 launch --show-args`, with more lines in it:
+    where each argument is declared, and which includes could not be followed.
+    There is no line end after the last line.
+
+    :param cwd: The folder that paths are shown relative to
+    """
+    return '\n'.join(_lines(declarations, cwd))
+
+
+def _lines(declarations: 'Declarations', cwd: str) -> Iterator[str]:
+    arguments = declarations.arguments
+    yield "Arguments (pass arguments as '<name>:=<value>'):"
+    for argument in arguments:
+        yield ''
+        yield from _argument(argument, cwd)
+    if not arguments:
+        yield ''
+        yield '  No arguments.'
+    if any(argument.is_conditional for argument in arguments):
+        yield ''
+        yield (
+            '* argument(s) which are only used if specific conditions occur'
+        )
+    if declarations.not_followed:
+        yield ''
+        yield 'Includes that may have more arguments:'
+        for position, reason in declarations.not_followed.items():
+            yield ''
+            yield f'    {shown_position(position, cwd)}:'
+            yield _indented(reason)
+
+
+def _argument(argument: DeclaredArgument, cwd: str) -> Iterator[str]:
+    mark = '*' if argument.is_conditional else ''
+    yield f"    '{one_line(argument.name)}':{mark}"
+    yield _indented(_description(argument))
+    if argument.default is None:
+        yield f'{_INDENT}(required)'
+    else:
+        yield _indented(f"(default: '{argument.default}')")
+    yield f'{_INDENT}(declared at {shown_position(argument.position, cwd)})'
+    if argument.set_at is not None:
+        place = shown_position(argument.set_at, cwd)
+        yield f'{_INDENT}(always set at {place})'
+
+
+def _description(argument: DeclaredArgument) -> str:
+    # the words are ROS 2's (DeclareLaunchArgument)
+    choices = ', '.join(f"'{choice}'" for choice in argument.choices)
+    if argument.description is None:
+        return f'One of: [{choices}]' if choices else 'no description given'
+    if not choices:
+        return argument.description
+    stop = '' if argument.description.endswith('.') else '.'
+    return f'{argument.description}{stop} Valid choices are: [{choices}]'
+
+
+def _indented(text: str) -> str:
+    lines = text.rstrip('\n').split('\n')
+    return '\n'.join(f'{_INDENT}{line}'.rstrip() for line in lines)

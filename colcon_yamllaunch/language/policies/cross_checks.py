@@ -1,0 +1,319 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What fits together only once all is read: launch arguments, node names."""
+
+from collections.abc import Collection
+from collections.abc import Iterable
+from collections.abc import Iterator
+from collections.abc import Mapping
+from dataclasses import dataclass
+from dataclasses import field
+import os
+from pathlib import Path
+import re
+
+from colcon_yamllaunch.common.suggestions import did_you_mean
+from colcon_yamllaunch.common.suggestions import listing
+from colcon_yamllaunch.common.text_files import text_of
+from colcon_yamllaunch.language.evaluation.findings import Findings
+from colcon_yamllaunch.language.evaluation.findings import SectionUse
+from colcon_yamllaunch.language.syntax.diagnostics import error
+from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.language.syntax.launch_tree import LaunchFile
+from colcon_yamllaunch.language.syntax.launch_tree import UNREADABLE
+from colcon_yamllaunch.language.syntax.template import Template
+from colcon_yamllaunch.language.syntax.text import Text
+from colcon_yamllaunch.language.vocabulary.parameter_sections import Section
+
+#: The actions that declare one.
+ARGUMENT_ACTIONS = ('arg', 'bool_arg')
+#: Those that every process heeds, as in ROS 2.
+PROCESS_ARGUMENTS = (
+    'launch-prefix',
+    'launch-prefix-filter',
+    'emulate_tty',
+    'sigterm_timeout',
+    'sigkill_timeout',
+)
+
+
+def declared_arguments(files: Iterable[LaunchFile]) -> set[str]:
+    """Return the launch arguments that some launch files declare."""
+    return {
+        entity.item.texts['name'].plain
+        for file in files
+        for entity in file.walk()
+        if entity.action.name in ARGUMENT_ACTIONS
+    }
+
+
+def written_in_python(paths: Iterable[str]) -> set[str]:
+    """Return the launch arguments that launch files in Python declare."""
+    from colcon_yamllaunch.language.python_files.python_errors import (
+        written_arguments,
+    )
+
+    return {a.name for path in paths for a in written_arguments(path)}
+
+
+def in_python(paths: Iterable[str], names: Iterable[str]) -> set[str]:
+    """Return those of some names that launch files in Python have."""
+    texts = [text_of(Path(path)) for path in paths]
+    return {
+        name
+        for name in names
+        if any(f"'{name}'" in t or f'"{name}"' in t for t in texts)
+    }
+
+
+def undeclared_argument(name: str, hint: str) -> LaunchError:
+    """Return the warning of a given argument that no launch file knows."""
+    message = f"no launch file declares the launch argument '{name}'"
+    return error(message, hint=hint).as_warning()
+
+
+def undeclared_hint(name: str, declared: Collection[str]) -> str:
+    """Return what may be meant by an argument that is not declared."""
+    listed = ', '.join(sorted(declared)) or 'none'
+    return did_you_mean(name, declared) or f'it declares {listed}'
+
+
+# the actions that do nothing but set launch configurations
+_SETTING = (*ARGUMENT_ACTIONS, 'let')
+
+
+@dataclass(slots=True)
+class FileUse:
+    """
+    What one launch file does with launch arguments.
+
+    :param declared: Those that it declares, and where first
+    :param read: The launch configurations that it reads
+    :param includes: The launch files that it includes
+    :param is_open: Whether it may read others, as when it includes a file that
+      cannot be looked into
+    :param is_for_others: Whether all that it does is to declare and set what
+      the launch files that include it may use
+    """
+
+    declared: dict[str, Text] = field(default_factory=dict)
+    read: set[str] = field(default_factory=set)
+    includes: set[str] = field(default_factory=set)
+    is_open: bool = False
+    is_for_others: bool = False
+
+    def add_text(self, template: Template) -> None:
+        """Note what a text reads."""
+        for substitution in template.substitutions():
+            if substitution.name != 'var':
+                continue
+            name = substitution.arguments[0].literal
+            if name is None:
+                self.is_open = True
+            else:
+                self.read.add(name)
+
+
+class ArgumentUse:
+    """The launch arguments of all launch files that are reached."""
+
+    def __init__(self) -> None:
+        self._files: dict[str, FileUse] = {}
+
+    def __getitem__(self, path: str) -> FileUse:
+        return self._files[path]
+
+    def add(self, path: str, file: LaunchFile) -> None:
+        """Note what a launch file does."""
+        use = self._files[path] = FileUse()
+        use.is_for_others = all(
+            entity.action.name in _SETTING for entity in file.entities
+        )
+        for entity in file.walk():
+            if entity.action is UNREADABLE:
+                # it may declare or read any
+                use.is_open = True
+            elif entity.action.name in ARGUMENT_ACTIONS:
+                text = entity.item.texts['name']
+                use.declared.setdefault(text.plain, text)
+            for written in entity.item.every_text():
+                if written.literal is None:
+                    use.add_text(written.template)
+
+    def reached(self, path: str) -> dict[str, FileUse]:
+        """Return a launch file and all that it includes, directly or not."""
+        found: dict[str, FileUse] = {}
+        pending = [path]
+        while pending:
+            path = pending.pop()
+            if path not in found and path in self._files:
+                found[path] = self._files[path]
+                pending.extend(found[path].includes)
+        return found
+
+    def unknown_argument(self, path: str, name: str) -> str | None:
+        """Return a hint when a launch file does not use an argument."""
+        if name in PROCESS_ARGUMENTS or path not in self._files:
+            return None
+        declared: set[str] = set()
+        for use in self.reached(path).values():
+            if use.is_open or name in use.declared or name in use.read:
+                return None
+            declared.update(use.declared)
+        return undeclared_hint(name, declared)
+
+    def unknown_given(
+        self, path: str, arguments: Mapping[str, str]
+    ) -> Iterator[LaunchError]:
+        """Report the given arguments that no launch file has a use for."""
+        for name in arguments:
+            hint = self.unknown_argument(path, name)
+            if hint is not None:
+                yield undeclared_argument(name, hint)
+
+    def unused(self) -> Iterator[LaunchError]:
+        """Report the arguments that are declared and not used."""
+        users = self._readers_without_declaration()
+        for path, use in self._files.items():
+            reached = self.reached(path) if use.declared else {}
+            if use.is_for_others or any(
+                other.is_open for other in reached.values()
+            ):
+                continue
+            for name, text in use.declared.items():
+                if name in users or name in PROCESS_ARGUMENTS:
+                    continue
+                if not _is_used(name, path, reached):
+                    yield error(
+                        f"the launch argument '{name}' is never used",
+                        text,
+                        hint=f'use it as $(var {name}), or remove it',
+                    ).as_warning()
+
+    def _readers_without_declaration(self) -> set[str]:
+        # what an include sets, the file that includes it sees too
+        return {
+            name
+            for use in self._files.values()
+            for name in use.read - use.declared.keys()
+        }
+
+
+def _is_used(name: str, path: str, reached: Mapping[str, FileUse]) -> bool:
+    return any(
+        name in use.read or (other != path and name in use.declared)
+        for other, use in reached.items()
+    )
+
+
+_VARIABLE = re.compile(r'\$\{(\w+)\}')
+
+
+def shell_variables(
+    files: Iterable[LaunchFile | None],
+) -> Iterator[LaunchError]:
+    """
+    Report where `${name}` is written for a launch argument.
+
+    What a shell is to run may have variables of its own.
+    """
+    read = [file for file in files if file is not None]
+    suspects = [file for file in read if '${' in file.source.text]
+    if not suspects:
+        return
+    declared = declared_arguments(read)
+    for file in suspects:
+        for entity in file.walk():
+            if 'shell' in entity.item.texts:
+                continue
+            for text in entity.item.every_text():
+                for written in _VARIABLE.finditer(text.plain):
+                    if written[1] in declared:
+                        yield error(
+                            f"'{written[0]}' is no substitution and stays as "
+                            'it is',
+                            text,
+                            hint=f'write $(var {written[1]})',
+                        ).as_warning()
+
+
+def warn_of_missing_containers(findings: Findings) -> None:
+    """Warn of components whose container no node of the launch is."""
+    if findings.may_have_others:
+        return
+    for wanted in findings.targets:
+        if wanted.name in findings.nodes:
+            continue
+        last = wanted.name.rpartition('/')[2]
+        same = [n for n in findings.nodes if n.rpartition('/')[2] == last]
+        hint = did_you_mean(wanted.name, same or findings.nodes)
+        if same:
+            hint = f"did you mean '{same[0]}'?"
+        findings.warn_at(
+            wanted.place,
+            f"nothing in this launch is the container '{wanted.name}'",
+            hint or 'its components are loaded once it runs elsewhere',
+        )
+
+
+def warn_of_useless_sections(findings: Findings, *, in_full: bool) -> None:
+    """
+    Warn of files with parameters that say nothing to the nodes they are for.
+
+    :param in_full: Whether to name also what may be for nodes of others
+    """
+    files: dict[str, list[SectionUse]] = {}
+    for use in findings.section_uses:
+        files.setdefault(use.path, []).append(use)
+    for path, uses in files.items():
+        nodes = [use.node for use in uses]
+        if None in nodes:
+            continue
+        useless = [
+            section
+            for section in uses[0].sections
+            if not any(section.applies_to(node) for node in nodes)
+        ]
+        told: set[Section] = set()
+        for use in uses if useless else ():
+            told |= _warn_of_useless(findings, use, useless)
+        rest = [section for section in useless if section not in told]
+        if in_full and rest:
+            names = listing(f"'{section.pattern}'" for section in rest)
+            findings.report(
+                error(
+                    'no node of this launch that gets '
+                    f"'{os.path.basename(path)}' is {names}",
+                    rest[0].position,
+                ).as_warning()
+            )
+
+
+def _warn_of_useless(
+    findings: Findings, use: SectionUse, useless: list[Section]
+) -> set[Section]:
+    """Warn of a node that gets nothing; return what may be meant for it."""
+    node = use.node or ''
+    file = os.path.basename(use.path)
+    last = node.rpartition('/')[2]
+    own = [s for s in use.sections if s.applies_to(node)]
+    if any(section.is_exact for section in own):
+        return set()
+    same = [s for s in useless if s.pattern.rpartition('/')[2] == last]
+    if same:
+        findings.warn_at(
+            use.place,
+            f"the section '{same[0].pattern}' of '{file}' is not for the node "
+            f"'{node}'",
+            f"name it '{node}', or '/**/{last}' for any namespace",
+        )
+    elif use.is_own and not own:
+        patterns = [section.pattern for section in useless]
+        findings.warn_at(
+            use.place,
+            f"no section of '{file}' is for the node '{node}'",
+            did_you_mean(node, patterns) or f'it has {listing(patterns)}',
+        )
+        return set(useless)
+    return set(same)
