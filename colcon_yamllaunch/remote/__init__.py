@@ -12,20 +12,19 @@ Only a launch with a deployment file (`--deploy`) imports this.
   our program.
 - `sync/` sends the code by rsync, and builds it there.
 - `agent/` runs on the machine: it answers requests, and runs its part.
-- `link/` is the launcher's side while the launch runs. `machine_link` is a
-  client of the control socket of a part. It detects a lost connection (silence
-  in `_beat`, the end of the stream in `_receive`, that of the process in
+- The other modules are the launcher's side while the launch runs.
+  `remote_parts` is the participant in the launch. `remote_part` emits the
+  events of a part here, and sends it commands. `machine_link` is a client of
+  the control socket of a part. It detects a lost connection (silence in
+  `_beat`, the end of the stream in `_receive`, that of the process in
   `ended`), handles that in `_lose`, connects again, and goes on where it was,
-  so that everything arrives exactly once. `remote_part` emits the events of a
-  part here, and sends it commands. `remote_parts` is the participant in the
-  launch.
-- `part_commands` has the commands that only a launcher sends, and
-  `part_settings` what a part is given besides its plan.
+  so that everything arrives exactly once.
+- `part_protocol` has what a part is given besides its plan, and the commands
+  that only a launcher sends.
 
 Output of a process there passes through `engine/relay`,
 `control/journal`, `control/client_connection` and `agent/part_link` on the
-machine, and through `link/machine_link`, `link/remote_part` and
-`engine/relay` here.
+machine, and through `machine_link`, `remote_part` and `engine/relay` here.
 
 Before a launch, launcher and agent exchange frames (`connection/frames`). A
 part that runs is a launch whose launcher holds it by the control protocol.

@@ -20,7 +20,7 @@ from colcon_yamllaunch.plan.plan import ParameterFile
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.plan import Timer
-from colcon_yamllaunch.remote.deployment.machine import Machine
+from colcon_yamllaunch.remote.deployment.deployment import Machine
 from colcon_yamllaunch.remote.deployment.remote_paths import is_of_system
 from colcon_yamllaunch.remote.deployment.remote_paths import paths_in
 from colcon_yamllaunch.remote.deployment.remote_paths import RemotePaths
@@ -28,7 +28,7 @@ from colcon_yamllaunch.watch.dependencies import is_user_file
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 #: What is asked of the machine.
-LOOK = 'paths.look'
+LOOK = 'inspection.find_missing'
 #: The fix for a program that no package has.
 INSTALL = 'install it there'
 

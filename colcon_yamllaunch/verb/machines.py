@@ -41,15 +41,15 @@ from colcon_yamllaunch.remote.connection.machine_connection import (
 )
 from colcon_yamllaunch.remote.deployment import deployment_file
 from colcon_yamllaunch.remote.deployment.deployment import Deployment
-from colcon_yamllaunch.remote.deployment.machine import Machine
+from colcon_yamllaunch.remote.deployment.deployment import Machine
 from colcon_yamllaunch.remote.deployment.placement import Placed
 from colcon_yamllaunch.remote.deployment.placement import Placer
 from colcon_yamllaunch.remote.deployment.placement import rules_in_vain
 from colcon_yamllaunch.remote.deployment.remote_paths import RemotePaths
 from colcon_yamllaunch.remote.deployment.remote_paths import variables_along
-from colcon_yamllaunch.remote.link.machine_link import MachineLink
-from colcon_yamllaunch.remote.link.remote_parts import RemoteParts
-from colcon_yamllaunch.remote.part_settings import PartSettings
+from colcon_yamllaunch.remote.machine_link import MachineLink
+from colcon_yamllaunch.remote.part_protocol import PartSettings
+from colcon_yamllaunch.remote.remote_parts import RemoteParts
 from colcon_yamllaunch.remote.sync.code_sync import Code
 from colcon_yamllaunch.remote.sync.code_sync import sync_code
 from colcon_yamllaunch.remote.sync.code_sync import Synced
@@ -64,8 +64,8 @@ from colcon_yamllaunch.watch.dependencies import RemoteDependencies
 from colcon_yamllaunch.workspace.packages.closure import closure
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.remote.link.remote_parts import RemoteParts
-    from colcon_yamllaunch.remote.part_settings import PartSettings
+    from colcon_yamllaunch.remote.part_protocol import PartSettings
+    from colcon_yamllaunch.remote.remote_parts import RemoteParts
     from colcon_yamllaunch.watch.consequences import Products
     from colcon_yamllaunch.watch.dependencies import RemoteDependencies
 
@@ -567,7 +567,8 @@ class MachinesThere:
                 'build_base': text_there(str(colcon.build_base)),
                 'merge_install': colcon.merge_install,
             }
-        answer = self._connections[name].ask('installed_content.read', asked)
+        connection = self._connections[name]
+        answer = connection.ask('inspection.read_contents', asked)
         found = {}
         try:
             for package, told in answer['packages'].items():
@@ -908,7 +909,7 @@ class DeployedLaunch:
 
     def _settings(self) -> 'PartSettings':
         """Return what is the same for the parts on all machines."""
-        from colcon_yamllaunch.remote.part_settings import PartSettings
+        from colcon_yamllaunch.remote.part_protocol import PartSettings
 
         settings = PartSettings(
             '', log_limit=self._options.log_limit, tty=self._options.tty

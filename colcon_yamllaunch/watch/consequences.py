@@ -21,7 +21,7 @@ from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.plan.labels import machine_of
 from colcon_yamllaunch.plan.labels import MACHINE_SEPARATOR
 from colcon_yamllaunch.plan.position import shown_path
-from colcon_yamllaunch.remote.sync.installed_content import ANY_PACKAGE
+from colcon_yamllaunch.remote.sync.inspection import ANY_PACKAGE
 from colcon_yamllaunch.watch.changes import Change
 from colcon_yamllaunch.watch.changes import Kind
 from colcon_yamllaunch.watch.dependencies import Dependencies

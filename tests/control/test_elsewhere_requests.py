@@ -17,7 +17,7 @@ from colcon_yamllaunch.engine.state import from_json
 from colcon_yamllaunch.engine.tasks import Task
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.remote.deployment.placement import Placed
-from colcon_yamllaunch.remote.link.remote_parts import RemoteParts
+from colcon_yamllaunch.remote.remote_parts import RemoteParts
 import pytest
 from support.played_machine import PlayedLaunch
 from support.played_machine import PlayedLink

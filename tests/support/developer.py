@@ -20,7 +20,7 @@ from support.user import CMAKE
 from support.user import HELLO
 
 #: What is asked when there is nothing to bring.
-QUIET = ['build.begin', 'lock.release']
+QUIET = ['build.begin', 'build.end']
 
 
 class Developer:

@@ -15,7 +15,7 @@ from typing import Any
 
 from colcon_yamllaunch.remote.connection import bootstrap
 from colcon_yamllaunch.remote.connection import frames
-from colcon_yamllaunch.remote.deployment.machine import Machine
+from colcon_yamllaunch.remote.deployment.deployment import Machine
 
 #: What it may do: say nothing more after the first word or after it has
 #: answered what it is like or been asked to start; leave out what it has

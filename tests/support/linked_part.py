@@ -29,10 +29,10 @@ from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.remote.connection.machine_connection import (
     MachineConnection,
 )
-from colcon_yamllaunch.remote.deployment.machine import Machine
-from colcon_yamllaunch.remote.link.machine_link import MachineLink
-from colcon_yamllaunch.remote.part_commands import Finish
-from colcon_yamllaunch.remote.part_settings import PartSettings
+from colcon_yamllaunch.remote.deployment.deployment import Machine
+from colcon_yamllaunch.remote.machine_link import MachineLink
+from colcon_yamllaunch.remote.part_protocol import Finish
+from colcon_yamllaunch.remote.part_protocol import PartSettings
 from support.marked_processes import command_of
 from support.marked_processes import kill
 from support.marked_processes import marked

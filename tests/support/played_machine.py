@@ -17,8 +17,8 @@ from colcon_yamllaunch.plan.plan import Block
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.remote.deployment.machine import Machine
-from colcon_yamllaunch.remote.link.remote_parts import RemoteParts
+from colcon_yamllaunch.remote.deployment.deployment import Machine
+from colcon_yamllaunch.remote.remote_parts import RemoteParts
 from support.launch_states import ABOUT
 from support.test_loop import TestLoop
 

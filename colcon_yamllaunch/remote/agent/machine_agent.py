@@ -92,7 +92,7 @@ def _serve(launcher: LauncherChannel) -> None:
 
 def _get_ready() -> None:
     """Do what can be done before it is asked for, as that takes a while."""
-    from colcon_yamllaunch.remote.agent import part_engine  # noqa: F401
+    from colcon_yamllaunch.remote.agent import part  # noqa: F401
 
     _end_what_others_left()
     if not launcher_channel.PROGRAM.folder:
@@ -145,7 +145,7 @@ def _result_of(
         clock = time.time()
         return {**facts, 'clock': clock, 'took': clock - begin}
     if name == 'stream':
-        from colcon_yamllaunch.remote.agent.program_stream import run_program
+        from colcon_yamllaunch.remote.agent.requests import run_program
 
         return run_program(launcher, content)
     if name == 'start':
@@ -234,7 +234,7 @@ def _end_what_others_left() -> None:
     if identities and not os.fork():
         with suppress(BaseException):
             _detach()
-            from colcon_yamllaunch.remote.agent.left_processes import (
+            from colcon_yamllaunch.remote.agent.part_place import (
                 end_what_is_left,
             )
 

@@ -16,8 +16,8 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.engine.launch_scan import launcher_of
 from colcon_yamllaunch.remote.agent import launcher_channel
 from colcon_yamllaunch.remote.agent.launcher_channel import LauncherChannel
-from colcon_yamllaunch.remote.agent.left_processes import end_what_is_left
 from colcon_yamllaunch.remote.agent.part_place import boot_of_machine
+from colcon_yamllaunch.remote.agent.part_place import end_what_is_left
 from colcon_yamllaunch.remote.agent.part_place import PartPlace
 
 _READ = 256 * 1024
@@ -36,7 +36,7 @@ def start(launcher: LauncherChannel, content: Mapping[str, Any]) -> None:
 
     :raises UserError: when it cannot be started
     """
-    from colcon_yamllaunch.remote.agent.part_engine import start_engine
+    from colcon_yamllaunch.remote.agent.part import start_engine
 
     place = PartPlace(os.environ)
     identity = start_engine(launcher, place, content)

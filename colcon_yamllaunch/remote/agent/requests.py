@@ -2,17 +2,19 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-Functions that the launcher calls by name.
+Functions that the launcher calls by name, and programs that it speaks with.
 
 Each runs in its own process, so that it and all that it started can be ended
 when the launcher is gone.
 """
 
 from collections.abc import Mapping
+from contextlib import suppress
 import importlib
 import os
 import select
 import signal
+import subprocess
 import sys
 from typing import Any
 
@@ -27,18 +29,15 @@ from colcon_yamllaunch.remote.connection import frames
 from colcon_yamllaunch.remote.connection.frames import FrameReader
 
 #: The modules of `remote/sync` whose functions the launcher may call.
-MODULES = (
-    'build',
-    'installed_content',
-    'lock',
-    'manifest',
-    'paths',
-    'presence',
-)
+MODULES = ('build', 'inspection', 'manifest')
 # for a build, which ends its compilers
 _TIMEOUTS = Timeouts(3.0, 3.0)
 _REPLIED = 0
 _READ = 256 * 1024
+#: Bytes that may wait for a program that does not read.
+_WAITING = 4 * 1024 * 1024
+#: How a program that is no longer needed is stopped.
+_PROGRAM_TIMEOUTS = Timeouts(1.0, 1.0)
 
 
 def answer(
@@ -100,10 +99,10 @@ def _read(launcher: LauncherChannel, descriptor: int) -> bytes:
     return os.read(descriptor, _READ)
 
 
-def _end(identity: str, pid: int) -> None:
-    from colcon_yamllaunch.remote.agent.left_processes import end_in_any_case
+def _end(identity: str, pid: int, timeouts: Timeouts = _TIMEOUTS) -> None:
+    from colcon_yamllaunch.remote.agent.part_place import end_in_any_case
 
-    end_in_any_case(identity, pid, _TIMEOUTS)
+    end_in_any_case(identity, pid, timeouts)
 
 
 def _function(name: str) -> Any:
@@ -147,3 +146,84 @@ def _call(function: Any, content: Mapping[str, Any], connection: int) -> int:
 def _ending(status: int) -> str:
     code = os.waitstatus_to_exitcode(status)
     return signal.Signals(-code).name if code < 0 else f'exit code {code}'
+
+
+def run_program(
+    launcher: LauncherChannel, content: Mapping[str, Any]
+) -> dict[str, Any]:
+    """
+    Run a program whose standard streams are the launcher's.
+
+    :raises LauncherGoneError: when the launcher is gone, and it is ended
+    :raises UserError: when it cannot be started
+    """
+    argv = [str(word) for word in content['argv']]
+    identity = new_identity()
+    variables = {**os.environ, LAUNCH_ID_VARIABLE: f'{identity}.0'}
+    try:
+        process = subprocess.Popen(
+            argv,
+            cwd=os.path.expanduser('~'),
+            env=variables,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            start_new_session=True,
+        )
+    except OSError as error:
+        raise UserError(f'{argv[0]}: {error.strerror}') from error
+    try:
+        if not _pass_on(launcher, process):
+            _end(identity, process.pid, _PROGRAM_TIMEOUTS)
+        code = process.wait()
+    except launcher_channel.LauncherGoneError:
+        _end(identity, process.pid, _PROGRAM_TIMEOUTS)
+        raise
+    return {'code': code if code >= 0 else 128 - code}
+
+
+def _pass_on(
+    launcher: LauncherChannel, process: 'subprocess.Popen[bytes]'
+) -> bool:
+    """Pass on its streams until they end; return False to end it before."""
+    assert process.stdin and process.stdout and process.stderr
+    stdin = process.stdin.fileno()
+    os.set_blocking(stdin, False)
+    readers = {process.stdout.fileno(): True, process.stderr.fileno(): False}
+    waiting = bytearray()
+    at_end = False
+    while readers:
+        masks = dict.fromkeys(readers, select.POLLIN)
+        if waiting:
+            masks[stdin] = select.POLLOUT
+        # else the launcher waits meanwhile
+        listens = len(waiting) < _WAITING
+        ready = launcher.poll(masks, listens=listens)
+        for frame in launcher.taken_frames():
+            if frame.kind == frames.STREAM and not at_end:
+                waiting += frame.body
+                at_end = not frame.body
+            elif frame.kind == frames.CONTROL and 'end' in frame.content():
+                return False
+        if waiting and stdin in ready:
+            try:
+                del waiting[: os.write(stdin, waiting)]
+            except BlockingIOError:
+                pass
+            except OSError:
+                # it reads no more
+                waiting.clear()
+                at_end = True
+        if at_end and not waiting and not process.stdin.closed:
+            with suppress(OSError):
+                process.stdin.close()
+        for descriptor in ready & readers.keys():
+            data = os.read(descriptor, _READ)
+            if not data:
+                del readers[descriptor]
+            elif readers[descriptor]:
+                launcher_channel.write(frames.encode(frames.STREAM, data))
+            else:
+                for line in data.decode(errors='replace').splitlines():
+                    launcher_channel.send({'line': line})
+    return True

@@ -4,9 +4,8 @@
 """
 Connecting with a machine, before the launch.
 
-Start with :mod:`.machine_connection`. :mod:`.connect_command` makes the
-command, :mod:`.connect_process` runs it and its watchdog, :mod:`.bootstrap`
-sends our program (:mod:`.program_archive`), and :mod:`.connection_errors`
-explains why a machine cannot be reached. To add a way to reach a machine, see
-CONTRIBUTING.md.
+Start with :mod:`.machine_connection`. :mod:`.connect_process` makes the
+command that connects, and runs it and its watchdog. :mod:`.bootstrap` sends
+our program, and :mod:`.connection_errors` explains why a machine cannot be
+reached. To add a way to reach a machine, see CONTRIBUTING.md.
 """

@@ -12,7 +12,7 @@ from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.remote.connection.bootstrap import Bootstrap
 from colcon_yamllaunch.remote.connection.bootstrap import Failure
 from colcon_yamllaunch.remote.connection.bootstrap import OLDEST_PYTHON
-from colcon_yamllaunch.remote.deployment.machine import Machine
+from colcon_yamllaunch.remote.deployment.deployment import Machine
 
 #: How many lines of a command's output are shown.
 _SHOWN_LINES = 4

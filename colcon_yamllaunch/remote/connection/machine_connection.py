@@ -28,8 +28,9 @@ from colcon_yamllaunch.plan.plan_json import plan_to_json
 from colcon_yamllaunch.remote.connection import connection_errors
 from colcon_yamllaunch.remote.connection import frames
 from colcon_yamllaunch.remote.connection.bootstrap import Bootstrap
-from colcon_yamllaunch.remote.connection.connect_command import connect_command
-from colcon_yamllaunch.remote.connection.connect_command import (
+from colcon_yamllaunch.remote.connection.bootstrap import program_archive
+from colcon_yamllaunch.remote.connection.connect_process import connect_command
+from colcon_yamllaunch.remote.connection.connect_process import (
     connect_variables,
 )
 from colcon_yamllaunch.remote.connection.connect_process import ConnectProcess
@@ -39,9 +40,8 @@ from colcon_yamllaunch.remote.connection.connection_errors import ConnectError
 from colcon_yamllaunch.remote.connection.frames import Frame
 from colcon_yamllaunch.remote.connection.frames import FrameError
 from colcon_yamllaunch.remote.connection.frames import FrameReader
-from colcon_yamllaunch.remote.connection.program_archive import program_archive
-from colcon_yamllaunch.remote.deployment.machine import Machine
-from colcon_yamllaunch.remote.part_settings import PartSettings
+from colcon_yamllaunch.remote.deployment.deployment import Machine
+from colcon_yamllaunch.remote.part_protocol import PartSettings
 
 #: How long a machine may take to answer at first (seconds). There is no limit
 #: while the user is asked, or an allocation is waited for.

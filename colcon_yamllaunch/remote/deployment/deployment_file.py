@@ -40,11 +40,11 @@ from colcon_yamllaunch.language.syntax.yaml_reader import (
 from colcon_yamllaunch.language.syntax.yaml_reader import Value
 from colcon_yamllaunch.remote.deployment.deployment import Deployment
 from colcon_yamllaunch.remote.deployment.deployment import HERE
+from colcon_yamllaunch.remote.deployment.deployment import Kind
+from colcon_yamllaunch.remote.deployment.deployment import Machine
+from colcon_yamllaunch.remote.deployment.deployment import OnLost
 from colcon_yamllaunch.remote.deployment.deployment import Rule
-from colcon_yamllaunch.remote.deployment.machine import Kind
-from colcon_yamllaunch.remote.deployment.machine import Machine
-from colcon_yamllaunch.remote.deployment.machine import OnLost
-from colcon_yamllaunch.remote.deployment.machine import Sync
+from colcon_yamllaunch.remote.deployment.deployment import Sync
 
 #: How many machines a deployment may have.
 MAXIMUM_MACHINES = 1000

@@ -2,11 +2,15 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-Building on the machine, by its colcon.
+Building on the machine, by its colcon, under the lock of the workspace.
 
 This module runs in the process that answers the request. `colcon_build.py`
 runs in another one, by the Python of colcon, and decides which packages to
 build as a launch there does. It stops when this process ends.
+
+A lock ends with the process that holds it, and each request has its own
+process. So a further process holds the lock from :func:`begin` to :func:`end`,
+or until the agent ends.
 """
 
 from collections.abc import Callable
@@ -27,12 +31,13 @@ from typing import Any
 
 import colcon_yamllaunch
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.remote.sync.lock import hold
-from colcon_yamllaunch.remote.sync.lock import release
+from colcon_yamllaunch.common.process_scan import read_process
 from colcon_yamllaunch.remote.sync.manifest import Manifest
 from colcon_yamllaunch.remote.sync.manifest import record_build
 from colcon_yamllaunch.remote.sync.system import check_system
 from colcon_yamllaunch.remote.sync.system import login_shell_line
+from colcon_yamllaunch.workspace.building.build_lock import LOCK_NAME
+from colcon_yamllaunch.workspace.building.build_lock import WorkspaceLock
 from colcon_yamllaunch.workspace.building.orphan_builds import BuildProcesses
 from colcon_yamllaunch.workspace.packages.trust import Trust
 
@@ -55,6 +60,8 @@ _SHELL_TIMEOUT = 10.0
 _LINE = 64 * 1024
 #: Where colcon is when it is not on the path.
 _USUAL = ('~/.local/bin/colcon', '/usr/local/bin/colcon', '/usr/bin/colcon')
+#: How often the holder checks whether the agent still runs (seconds).
+_INTERVAL = 0.1
 
 
 def begin(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:
@@ -67,7 +74,7 @@ def begin(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:
     `build`, the arguments of :func:`build`, to build at once if nothing
     differs; and `needs`, those of :func:`check_system` for code that was built
     elsewhere. Return the `root`; the places that are `changed`; the `holder`
-    of the lock, for :func:`lock.release`; and the result of :func:`build` if
+    of the lock, for :func:`end`; and the result of :func:`build` if
     nothing differs.
     """
     if arguments['needs']:
@@ -82,7 +89,7 @@ def begin(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:
         if not changed and arguments['build']:
             answer |= build({**arguments['build'], 'root': root}, say)
     except BaseException:
-        release({'holder': holder}, say)
+        end({'holder': holder}, say)
         raise
     return answer
 
@@ -233,3 +240,115 @@ def _ending(returncode: int) -> str:
     with suppress(ValueError):
         return signal.Signals(-returncode).name
     return f'signal {-returncode}'
+
+
+def hold(root: str, arguments: Mapping[str, Any], say: Say) -> list[int]:
+    """
+    Wait for the lock, and start a process that holds it.
+
+    The arguments are the `build_base`; the `title`, the command; and the
+    `launcher`, its boot id and process id. If the workspace is that of the
+    launcher itself, the launcher holds the lock already. Return the `holder`
+    for :func:`end`.
+
+    :raises UserError: when there can be no lock
+    """
+    base = Path(root, str(arguments['build_base']))
+    if _is_launchers(base, arguments['launcher']):
+        return []
+    agent = os.getppid()
+    reading, writing = os.pipe()
+    sys.stdout.flush()
+    pid = os.fork()
+    if not pid:
+        try:
+            os.setsid()
+            _close_all_but(writing)
+            _hold(base, str(arguments['title']), agent, writing)
+        finally:
+            os._exit(0)
+    os.close(writing)
+    with open(reading) as file:
+        for kind, text in map(json.loads, file):
+            if kind == 'taken':
+                return [pid, _birth(pid)]
+            if kind == 'error':
+                raise UserError(text)
+            say(text)
+    raise UserError('the lock of the workspace there cannot be taken')
+
+
+def boot_id() -> str:
+    """Return the identity of this boot of the machine; empty if unknown."""
+    try:
+        return Path('/proc/sys/kernel/random/boot_id').read_text().strip()
+    except OSError:
+        return ''
+
+
+def end(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:  # noqa: ARG001
+    """End the process that :func:`hold` has started, the `holder`."""
+    if arguments['holder']:
+        pid, birth = arguments['holder']
+        if _birth(pid) == birth:
+            with suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGTERM)
+    return {}
+
+
+def _hold(base: Path, title: str, agent: int, asker: int) -> None:
+    """
+    Take the lock, and hold it until SIGTERM or the end of the agent.
+
+    :param asker: A descriptor that the asker reads messages from
+    """
+
+    def send(kind: str, text: str = '') -> None:
+        with suppress(BrokenPipeError):
+            os.write(asker, json.dumps([kind, text]).encode() + b'\n')
+
+    def stop(*_: object) -> None:
+        raise SystemExit
+
+    def check(*_: object) -> None:
+        if read_process(agent) is None:
+            raise SystemExit
+
+    signal.signal(signal.SIGTERM, stop)
+    # it also interrupts waiting for the lock
+    signal.signal(signal.SIGALRM, check)
+    signal.setitimer(signal.ITIMER_REAL, _INTERVAL, _INTERVAL)
+    with suppress(SystemExit), WorkspaceLock(title) as lock:
+        try:
+            lock.take(base, lambda line: send('line', line))
+        except UserError as e:
+            send('error', str(e))
+            return
+        send('taken')
+        os.close(asker)
+        while True:
+            signal.pause()
+
+
+def _close_all_but(descriptor: int) -> None:
+    # the agent waits for the end of all that write to the request's pipe
+    for name in os.listdir('/proc/self/fd'):
+        if int(name) > 2 and int(name) != descriptor:
+            with suppress(OSError):
+                os.close(int(name))
+    null = os.open(os.devnull, os.O_RDWR)
+    for standard in (0, 1, 2):
+        os.dup2(null, standard)
+
+
+def _is_launchers(base: Path, launcher: tuple[str, int]) -> bool:
+    boot, pid = launcher
+    with suppress(OSError, ValueError):
+        holder = (base / LOCK_NAME).read_bytes().partition(b'\t')[0]
+        return int(holder) == pid and boot_id() == boot
+    return False
+
+
+def _birth(pid: int) -> int:
+    process = read_process(pid)
+    return -1 if process is None else process.birth

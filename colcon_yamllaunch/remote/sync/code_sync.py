@@ -25,14 +25,14 @@ from colcon_yamllaunch.remote.connection.machine_connection import (
     MachineConnection,
 )
 from colcon_yamllaunch.remote.connection.machine_connection import Say
-from colcon_yamllaunch.remote.sync.install_listing import changed_texts
-from colcon_yamllaunch.remote.sync.install_listing import install_trees
-from colcon_yamllaunch.remote.sync.install_listing import pythons_of
+from colcon_yamllaunch.remote.sync.build import boot_id
+from colcon_yamllaunch.remote.sync.inspection import version_of
+from colcon_yamllaunch.remote.sync.listing import changed_texts
 from colcon_yamllaunch.remote.sync.listing import FileTree
+from colcon_yamllaunch.remote.sync.listing import install_trees
 from colcon_yamllaunch.remote.sync.listing import place_of
+from colcon_yamllaunch.remote.sync.listing import pythons_of
 from colcon_yamllaunch.remote.sync.listing import source_trees
-from colcon_yamllaunch.remote.sync.lock import boot_id
-from colcon_yamllaunch.remote.sync.presence import version_of
 from colcon_yamllaunch.remote.sync.system import system
 from colcon_yamllaunch.remote.sync.transfer import Transfer
 from colcon_yamllaunch.workspace.environment.underlays import chained_underlays
@@ -230,7 +230,7 @@ class _Sync:
         if not names:
             return Synced()
         answer = self._ask(
-            'presence.find',
+            'inspection.find_packages',
             {
                 'workspace': self._workspace_there,
                 'install_base': path_there(code.install_base, code.root),
@@ -280,7 +280,7 @@ class _Sync:
         finally:
             # if the connection is lost, so is the lock
             with suppress(UserError):
-                self._ask('lock.release', {'holder': begun['holder']})
+                self._ask('build.end', {'holder': begun['holder']})
 
     def _build_arguments(self) -> dict[str, Any]:
         code = self._code
@@ -301,7 +301,9 @@ class _Sync:
         }
 
     def _missing_of(self, paths: list[str]) -> Collection[str]:
-        found: list[str] = self._ask('paths.look', {'paths': paths})['missing']
+        found: list[str] = self._ask(
+            'inspection.find_missing', {'paths': paths}
+        )['missing']
         return found
 
     def _ask(self, request: str, values: Mapping[str, Any]) -> dict[str, Any]:

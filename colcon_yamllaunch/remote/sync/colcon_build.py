@@ -43,7 +43,7 @@ _ROS = Path('/opt/ros')
 
 
 class _HeldLock(WorkspaceLock):
-    """The lock of the workspace, which another process holds; see `lock`."""
+    """The lock of the workspace, which another process holds; see `build`."""
 
     def take(self, build_base: Path, announce: Callable[[str], None]) -> bool:  # noqa: ARG002
         return False

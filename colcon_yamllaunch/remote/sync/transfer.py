@@ -35,13 +35,13 @@ from colcon_yamllaunch.remote.connection.machine_connection import (
 )
 from colcon_yamllaunch.remote.connection.machine_connection import Say
 from colcon_yamllaunch.remote.sync import rsync_shell
-from colcon_yamllaunch.remote.sync.contents import check_rsync
-from colcon_yamllaunch.remote.sync.contents import file_content
-from colcon_yamllaunch.remote.sync.contents import is_executable
-from colcon_yamllaunch.remote.sync.contents import packed
-from colcon_yamllaunch.remote.sync.contents import shown
-from colcon_yamllaunch.remote.sync.contents import unpacked
 from colcon_yamllaunch.remote.sync.listing import FileTree
+from colcon_yamllaunch.remote.sync.manifest import check_rsync
+from colcon_yamllaunch.remote.sync.manifest import file_content
+from colcon_yamllaunch.remote.sync.manifest import is_executable
+from colcon_yamllaunch.remote.sync.manifest import packed
+from colcon_yamllaunch.remote.sync.manifest import shown
+from colcon_yamllaunch.remote.sync.manifest import unpacked
 
 #: The size from which on it is shown, as sending takes a while (bytes).
 _LARGE = 10_000_000

@@ -105,7 +105,7 @@ import os, sys, time
 sys.path[:0] = {path!r}
 from pathlib import Path
 from support.linked_part import *
-from colcon_yamllaunch.remote.deployment.machine import Machine
+from colcon_yamllaunch.remote.deployment.deployment import Machine
 machine = Machine('arm', 'connect', {words!r})
 contact = MachineConnection(machine)
 SLOW = {slow!r}
@@ -124,8 +124,8 @@ PHASES = {
         'contact.connect()\n'
         'modules = Path(machine.words[2][5:]).glob(\n'
         '    ".cache/colcon-launch/program/*/*/remote/sync")\n'
-        '(next(modules) / "paths.py").write_text(SLOW)\n'
-        'contact.ask("paths.wait", {},\n'
+        '(next(modules) / "inspection.py").write_text(SLOW)\n'
+        'contact.ask("inspection.wait", {},\n'
         '    lambda line: print(line, flush=True))'
     ),
     'streaming': (

@@ -14,12 +14,12 @@ from colcon_yamllaunch.common.process_scan import variable_of
 from colcon_yamllaunch.remote.connection import bootstrap
 from colcon_yamllaunch.remote.connection.bootstrap import Bootstrap
 from colcon_yamllaunch.remote.connection.bootstrap import MAXIMUM_NOISE
+from colcon_yamllaunch.remote.connection.bootstrap import ProgramArchive
 from colcon_yamllaunch.remote.connection.connection_errors import ConnectError
 from colcon_yamllaunch.remote.connection.machine_connection import (
     MachineConnection,
 )
-from colcon_yamllaunch.remote.connection.program_archive import ProgramArchive
-from colcon_yamllaunch.remote.deployment.machine import Machine
+from colcon_yamllaunch.remote.deployment.deployment import Machine
 import pytest
 from support.hostile import with_mounts
 from support.linked_part import LinkedPart

@@ -16,7 +16,7 @@ from colcon_yamllaunch.remote.connection.connection_errors import ConnectError
 from colcon_yamllaunch.remote.connection.machine_connection import (
     MachineConnection,
 )
-from colcon_yamllaunch.remote.part_settings import PartSettings
+from colcon_yamllaunch.remote.part_protocol import PartSettings
 import pytest
 from support.hostile_machine import hostile_machine
 from support.linked_part import PlainMachine
@@ -106,12 +106,12 @@ def test_function_that_takes_long_gives_heartbeats(
     contact = MachineConnection(plain.machine())
     contact.connect()
     modules = plain.home.glob('.cache/colcon-launch/program/*/*/remote/sync')
-    (next(modules) / 'paths.py').write_text(
+    (next(modules) / 'inspection.py').write_text(
         'import time\ndef wait(arguments, say):\n    time.sleep(5)\n'
         '    say("x" * 100_000)\n    return {"slept": True}\n'
     )
     lines: list[str] = []
-    assert contact.ask('paths.wait', {}, lines.append) == {'slept': True}
+    assert contact.ask('inspection.wait', {}, lines.append) == {'slept': True}
     assert lines == ['x' * 100_000]
     contact.close()
     plain.wait_until_empty()

@@ -14,7 +14,7 @@ from colcon_yamllaunch.remote.connection.connection_errors import ConnectError
 from colcon_yamllaunch.remote.connection.machine_connection import (
     MachineConnection,
 )
-from colcon_yamllaunch.remote.deployment.machine import Machine
+from colcon_yamllaunch.remote.deployment.deployment import Machine
 import pytest
 from support.linked_part import LinkedPart
 from support.linked_part import PlainMachine
@@ -87,12 +87,16 @@ def test_ask_calls_a_function_there(
     contact: MachineConnection, plain: PlainMachine
 ) -> None:
     (plain.home / 'there').touch()
-    answer = contact.ask('paths.look', {'paths': ['~/there', '~/missing']})
+    answer = contact.ask(
+        'inspection.find_missing', {'paths': ['~/there', '~/missing']}
+    )
     assert answer == {'missing': ['~/missing']}
     with pytest.raises(UserError, match=r'arm: there is no request'):
         contact.ask('a.b', {})
-    with pytest.raises(UserError, match=r'arm: paths.look failed: KeyE'):
-        contact.ask('paths.look', {})
+    with pytest.raises(
+        UserError, match=r'arm: inspection.find_missing failed: KeyE'
+    ):
+        contact.ask('inspection.find_missing', {})
 
 
 def test_program_there_reads_and_writes_descriptors(
@@ -117,7 +121,9 @@ def test_program_there_reads_and_writes_descriptors(
     with pytest.raises(UserError, match='no-such-program: No such file'):
         run(contact, 'no-such-program')
     # and others after it
-    assert contact.ask('paths.look', {'paths': []}) == {'missing': []}
+    assert contact.ask('inspection.find_missing', {'paths': []}) == {
+        'missing': []
+    }
 
 
 def run(contact: MachineConnection, *words: str) -> tuple[int, list[str]]:
@@ -144,14 +150,16 @@ def test_program_there_ends_when_nobody_reads_its_output(
     null = os.open(os.devnull, os.O_RDONLY)
     with within(20):
         contact.run_program(['sleep', '99'], null, writing)
-    assert contact.ask('paths.look', {'paths': []}) == {'missing': []}
+    assert contact.ask('inspection.find_missing', {'paths': []}) == {
+        'missing': []
+    }
 
 
 def test_another_thread_ends_a_connection(
     contact: MachineConnection, plain: PlainMachine
 ) -> None:
     modules = plain.home.glob('.cache/colcon-launch/program/*/*/remote/sync')
-    (next(modules) / 'paths.py').write_text(
+    (next(modules) / 'inspection.py').write_text(
         'import time\ndef wait(arguments, say):\n    say("")\n'
         '    time.sleep(99)\n'
     )
@@ -160,7 +168,7 @@ def test_another_thread_ends_a_connection(
 
     def ask() -> None:
         try:
-            contact.ask('paths.wait', {}, lambda _: begun.set())
+            contact.ask('inspection.wait', {}, lambda _: begun.set())
         except UserError as error:
             errors.append(error)
 

@@ -10,9 +10,9 @@ import subprocess
 import sys
 import zlib
 
-from colcon_yamllaunch.remote.connection.program_archive import imported_files
-from colcon_yamllaunch.remote.connection.program_archive import program_archive
-from colcon_yamllaunch.remote.connection.program_archive import program_files
+from colcon_yamllaunch.remote.connection.bootstrap import imported_files
+from colcon_yamllaunch.remote.connection.bootstrap import program_archive
+from colcon_yamllaunch.remote.connection.bootstrap import program_files
 from support.sources import PACKAGE
 
 #: Bytes that a slow link takes some seconds for, once.
@@ -76,12 +76,12 @@ def test_archive_is_small_and_reproducible() -> None:
     }
     assert not any(
         name.startswith(
-            ('verb/', 'terminal/full_screen/', 'watch/', 'remote/link/')
+            ('verb/', 'terminal/full_screen/', 'watch/', 'remote/machine_link')
         )
         for name in program_files()
     )
     code = (
-        'from colcon_yamllaunch.remote.connection.program_archive '
+        'from colcon_yamllaunch.remote.connection.bootstrap '
         'import program_archive; print(program_archive().digest)'
     )
     digest = subprocess.check_output([sys.executable, '-c', code], text=True)

@@ -10,10 +10,10 @@ from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.diagnostics import render
 from colcon_yamllaunch.language.syntax.source_text import Source
 from colcon_yamllaunch.remote.deployment.deployment import Deployment
+from colcon_yamllaunch.remote.deployment.deployment import Machine
 from colcon_yamllaunch.remote.deployment.deployment_file import deployed_on
 from colcon_yamllaunch.remote.deployment.deployment_file import deployment_of
 from colcon_yamllaunch.remote.deployment.deployment_file import read_deployment
-from colcon_yamllaunch.remote.deployment.machine import Machine
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest

@@ -15,8 +15,8 @@ from colcon_yamllaunch.plan.plan import SignalProcess
 from colcon_yamllaunch.plan.plan import Timer
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.remote.deployment.deployment import Deployment
+from colcon_yamllaunch.remote.deployment.deployment import Machine
 from colcon_yamllaunch.remote.deployment.deployment import Rule
-from colcon_yamllaunch.remote.deployment.machine import Machine
 from colcon_yamllaunch.remote.deployment.placement import place
 from colcon_yamllaunch.remote.deployment.placement import Placer
 from colcon_yamllaunch.remote.deployment.placement import rules_in_vain

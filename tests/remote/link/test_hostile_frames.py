@@ -18,10 +18,10 @@ from colcon_yamllaunch.engine.state import to_json
 from colcon_yamllaunch.remote.connection import frames
 from colcon_yamllaunch.remote.connection.machine_connection import Facts
 from colcon_yamllaunch.remote.connection.machine_connection import StartedPart
-from colcon_yamllaunch.remote.deployment.machine import Machine
-from colcon_yamllaunch.remote.link.machine_link import MachineLink
-from colcon_yamllaunch.remote.link.remote_part import RemotePart
-from colcon_yamllaunch.remote.part_settings import PartSettings
+from colcon_yamllaunch.remote.deployment.deployment import Machine
+from colcon_yamllaunch.remote.machine_link import MachineLink
+from colcon_yamllaunch.remote.part_protocol import PartSettings
+from colcon_yamllaunch.remote.remote_part import RemotePart
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest

@@ -20,13 +20,13 @@ from colcon_yamllaunch.engine.commands import Shutdown
 from colcon_yamllaunch.engine.commands import Type
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan_json import plan_to_json
+from colcon_yamllaunch.remote import machine_link
 from colcon_yamllaunch.remote.connection import bootstrap
 from colcon_yamllaunch.remote.connection.connection_errors import ConnectError
-from colcon_yamllaunch.remote.link import machine_link
-from colcon_yamllaunch.remote.part_commands import Finish
-from colcon_yamllaunch.remote.part_commands import Measure
-from colcon_yamllaunch.remote.part_commands import Show
-from colcon_yamllaunch.remote.part_settings import LINK_LOST
+from colcon_yamllaunch.remote.part_protocol import Finish
+from colcon_yamllaunch.remote.part_protocol import LINK_LOST
+from colcon_yamllaunch.remote.part_protocol import Measure
+from colcon_yamllaunch.remote.part_protocol import Show
 import pytest
 from support.linked_part import LinkedPart
 from support.linked_part import PlainMachine

@@ -13,7 +13,7 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.remote.connection.machine_connection import (
     MachineConnection,
 )
-from colcon_yamllaunch.remote.deployment.machine import Machine
+from colcon_yamllaunch.remote.deployment.deployment import Machine
 import pytest
 from support.linked_part import DEADLINE
 from support.linked_part import LinkedPart

@@ -16,10 +16,10 @@ from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Timer
 from colcon_yamllaunch.plan.plan_json import plan_from_json
 from colcon_yamllaunch.remote.deployment.placement import Placed
-from colcon_yamllaunch.remote.link.remote_part import END_TIMEOUT
-from colcon_yamllaunch.remote.link.remote_parts import MEASURING
-from colcon_yamllaunch.remote.link.remote_parts import RemoteParts
-from colcon_yamllaunch.remote.part_settings import LINK_LOST
+from colcon_yamllaunch.remote.part_protocol import LINK_LOST
+from colcon_yamllaunch.remote.remote_part import END_TIMEOUT
+from colcon_yamllaunch.remote.remote_parts import MEASURING
+from colcon_yamllaunch.remote.remote_parts import RemoteParts
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest

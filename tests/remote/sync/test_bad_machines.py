@@ -13,7 +13,7 @@ from typing import NoReturn
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.remote.sync.code_sync import Synced
-from colcon_yamllaunch.remote.sync.contents import packed
+from colcon_yamllaunch.remote.sync.manifest import packed
 import pytest
 from support.developer import Developer
 from support.hostile import Mounts

@@ -110,7 +110,7 @@ def test_second_sync_sends_nothing(developer: Developer) -> None:
     assert developer.sync('a', mode='install') == Synced()
     assert developer.machine.asked == [
         'build.begin',
-        'lock.release',
+        'build.end',
     ]
     developer.write('src/a/config/hello.txt', 'new')
     assert developer.sync('a', mode='install').transferred == 1

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from colcon_yamllaunch.common.fingerprint import Fingerprint
-from colcon_yamllaunch.remote.sync.installed_content import read
+from colcon_yamllaunch.remote.sync.inspection import read
 from colcon_yamllaunch.workspace.freshness.build_record import Record
 from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
 from colcon_yamllaunch.workspace.freshness.build_record import write_record

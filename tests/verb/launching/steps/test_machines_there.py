@@ -14,9 +14,9 @@ from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.remote.deployment.deployment import Deployment
+from colcon_yamllaunch.remote.deployment.deployment import Machine
 from colcon_yamllaunch.remote.deployment.deployment import Rule
-from colcon_yamllaunch.remote.deployment.machine import Machine
-from colcon_yamllaunch.remote.part_settings import PartSettings
+from colcon_yamllaunch.remote.part_protocol import PartSettings
 from colcon_yamllaunch.verb import machines as verb_machines
 import pytest
 

@@ -25,10 +25,10 @@ from colcon_yamllaunch.plan.plan import Entry
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.remote.deployment.placement import Placed
-from colcon_yamllaunch.remote.link.machine_link import MachineLink
-from colcon_yamllaunch.remote.link.remote_part import RemotePart
-from colcon_yamllaunch.remote.part_commands import Hide
-from colcon_yamllaunch.remote.part_commands import Show
+from colcon_yamllaunch.remote.machine_link import MachineLink
+from colcon_yamllaunch.remote.part_protocol import Hide
+from colcon_yamllaunch.remote.part_protocol import Show
+from colcon_yamllaunch.remote.remote_part import RemotePart
 
 #: Seconds that a request for the state waits for measurements of machines.
 MEASURING = 1.0

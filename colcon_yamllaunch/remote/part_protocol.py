@@ -1,15 +1,19 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What a machine is told about its part of a launch, besides the plan."""
+"""What a launcher sends to its part: settings first, commands later."""
 
 from collections.abc import Mapping
 from dataclasses import field
 from typing import Any
+from typing import ClassVar
 
 from colcon_yamllaunch.common.codec import Codec
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine.commands import Command
+from colcon_yamllaunch.engine.commands import Done
+from colcon_yamllaunch.engine.commands import PartCommand
 
 #: Seconds without a word from the launcher after which a part is stopped.
 LOST_AFTER = 10.0
@@ -19,6 +23,49 @@ HEARTBEAT = 1.0
 _BEATS = 5
 #: Why a part stops without its launcher; more of it follows.
 LINK_LOST = 'the link to the launcher is lost'
+
+
+@dataclass(frozen=True, slots=True)
+class Usage:
+    """
+    The response to `Measure`.
+
+    :param usage: By label the share of a processor, and bytes of memory
+    """
+
+    usage: Mapping[str, tuple[float, int]]
+
+
+@dataclass(frozen=True, slots=True)
+class Measure(Command[Usage]):
+    """Measure what the processes use."""
+
+    name: ClassVar[str] = 'measure'
+    is_public: ClassVar[bool] = False
+
+
+@dataclass(frozen=True, slots=True)
+class Finish(Command[Done]):
+    """End the part once nothing of it runs."""
+
+    name: ClassVar[str] = 'finish'
+    is_public: ClassVar[bool] = False
+
+
+@dataclass(frozen=True, slots=True)
+class Show(PartCommand[Done]):
+    """Send what a process writes at once, and how its terminal reads keys."""
+
+    name: ClassVar[str] = 'show'
+    is_public: ClassVar[bool] = False
+
+
+@dataclass(frozen=True, slots=True)
+class Hide(PartCommand[Done]):
+    """Send that no more."""
+
+    name: ClassVar[str] = 'hide'
+    is_public: ClassVar[bool] = False
 
 
 def heartbeat_of(lost_after: float) -> float:

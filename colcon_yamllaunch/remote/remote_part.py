@@ -53,12 +53,12 @@ from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.plan import Timer
 from colcon_yamllaunch.plan.plan_json import plan_to_json
-from colcon_yamllaunch.remote.deployment.machine import Machine
-from colcon_yamllaunch.remote.link.machine_link import MachineLink
-from colcon_yamllaunch.remote.part_commands import Finish
-from colcon_yamllaunch.remote.part_commands import Measure
-from colcon_yamllaunch.remote.part_commands import Usage
-from colcon_yamllaunch.remote.part_settings import LINK_LOST
+from colcon_yamllaunch.remote.deployment.deployment import Machine
+from colcon_yamllaunch.remote.machine_link import MachineLink
+from colcon_yamllaunch.remote.part_protocol import Finish
+from colcon_yamllaunch.remote.part_protocol import LINK_LOST
+from colcon_yamllaunch.remote.part_protocol import Measure
+from colcon_yamllaunch.remote.part_protocol import Usage
 
 #: Seconds after which an event or output is late and gets the time at which it
 #: happened.

@@ -32,11 +32,12 @@ from colcon_yamllaunch.engine.loop import TimerHandle
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.remote.connection import frames
 from colcon_yamllaunch.remote.connection.bootstrap import Bootstrap
-from colcon_yamllaunch.remote.connection.connect_command import (
+from colcon_yamllaunch.remote.connection.bootstrap import program_archive
+from colcon_yamllaunch.remote.connection.connect_process import (
     can_connect_again,
 )
-from colcon_yamllaunch.remote.connection.connect_command import connect_command
-from colcon_yamllaunch.remote.connection.connect_command import (
+from colcon_yamllaunch.remote.connection.connect_process import connect_command
+from colcon_yamllaunch.remote.connection.connect_process import (
     connect_variables,
 )
 from colcon_yamllaunch.remote.connection.connect_process import ConnectProcess
@@ -44,10 +45,9 @@ from colcon_yamllaunch.remote.connection.frames import FrameError
 from colcon_yamllaunch.remote.connection.frames import FrameReader
 from colcon_yamllaunch.remote.connection.frames import read_object
 from colcon_yamllaunch.remote.connection.machine_connection import StartedPart
-from colcon_yamllaunch.remote.connection.program_archive import program_archive
-from colcon_yamllaunch.remote.part_commands import Finish
-from colcon_yamllaunch.remote.part_settings import heartbeat_of
-from colcon_yamllaunch.remote.part_settings import LOST_AFTER
+from colcon_yamllaunch.remote.part_protocol import Finish
+from colcon_yamllaunch.remote.part_protocol import heartbeat_of
+from colcon_yamllaunch.remote.part_protocol import LOST_AFTER
 
 #: Seconds without a word after which a link is lost, at most.
 SILENCE = 4.5
