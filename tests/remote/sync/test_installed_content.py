@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from colcon_yamllaunch.common.fingerprint import Fingerprint
-from colcon_yamllaunch.remote.sync.inspection import read
+from colcon_yamllaunch.remote.sync.inspection import read_contents
 from colcon_yamllaunch.workspace.freshness.build_record import Record
 from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
 from colcon_yamllaunch.workspace.freshness.build_record import write_record
@@ -44,7 +44,7 @@ class Machine:
         write_record(self.root / 'build/arm' / RECORD_NAME, record)
 
     def tells(self, *, merged: bool = False) -> dict[str, Any]:
-        return read(
+        return read_contents(
             {
                 'build_base': str(self.root / 'build'),
                 'install_base': str(self.root / 'install'),
@@ -116,6 +116,6 @@ def test_edited_file_changes_its_content(machine: Machine) -> None:
 
 def test_files_without_packages_need_no_workspace(machine: Machine) -> None:
     path = str(machine.root / 'a.yaml')
-    answer = read({'packages': [], 'files': [path]}, print)
+    answer = read_contents({'packages': [], 'files': [path]}, print)
     assert answer['packages'] == {}
     assert answer['files'][path]
