@@ -13,7 +13,7 @@ from colcon_yamllaunch.control.protocol import ProtocolError
 #: Bytes of the longest message of a launch, and of the bytes that follow one.
 MAXIMUM_MESSAGE = 64 * 1024 * 1024
 # messages that bytes follow; see `protocol`
-_RAW = ('output', 'shown', 'packed')
+_RAW = ('output', 'shown', 'packed', 'stream')
 
 #: Reads the object of a line; raises `ProtocolError`.
 Decode = Callable[[bytes], dict[str, Any]]

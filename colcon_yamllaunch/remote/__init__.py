@@ -26,6 +26,7 @@ Output of a process there passes through `engine/relay`,
 `control/journal`, `control/client_connection` and `agent/part_link` on the
 machine, and through `machine_link`, `remote_part` and `engine/relay` here.
 
-Before a launch, launcher and agent exchange frames (`connection/frames`). A
-part that runs is a launch whose launcher holds it by the control protocol.
+Before a launch, launcher and agent exchange messages as those of the control
+protocol, see `agent/machine_agent`. A part that runs is a launch whose
+launcher holds it by that protocol.
 """

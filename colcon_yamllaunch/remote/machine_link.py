@@ -19,7 +19,7 @@ import os
 import signal
 import time
 from typing import Any
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.control import protocol
@@ -30,7 +30,6 @@ from colcon_yamllaunch.engine.commands import Shutdown
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.loop import TimerHandle
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.remote.connection import frames
 from colcon_yamllaunch.remote.connection.bootstrap import Bootstrap
 from colcon_yamllaunch.remote.connection.bootstrap import program_archive
 from colcon_yamllaunch.remote.connection.connect_process import (
@@ -41,16 +40,16 @@ from colcon_yamllaunch.remote.connection.connect_process import (
     connect_variables,
 )
 from colcon_yamllaunch.remote.connection.connect_process import ConnectProcess
-from colcon_yamllaunch.remote.connection.frames import FrameError
-from colcon_yamllaunch.remote.connection.frames import FrameReader
-from colcon_yamllaunch.remote.connection.frames import read_object
+from colcon_yamllaunch.remote.connection.machine_connection import read_message
+from colcon_yamllaunch.remote.connection.machine_connection import SILENCE
 from colcon_yamllaunch.remote.connection.machine_connection import StartedPart
 from colcon_yamllaunch.remote.part_protocol import Finish
 from colcon_yamllaunch.remote.part_protocol import heartbeat_of
 from colcon_yamllaunch.remote.part_protocol import LOST_AFTER
 
-#: Seconds without a word after which a link is lost, at most.
-SILENCE = 4.5
+if TYPE_CHECKING:
+    from colcon_yamllaunch.remote.remote_part import RemotePart
+
 #: Seconds that a new connection may take until the machine answers.
 ANSWER_TIMEOUT = 15.0
 #: Seconds that the start of a new part may take, which sources a workspace.
@@ -85,32 +84,6 @@ _LOOKED_AT = 30
 _LAST = 253_402_300_799.0
 
 
-class LinkHandler(Protocol):
-    """Receives what comes from a machine, in order, exactly once."""
-
-    def message(self, message: dict[str, Any]) -> None:
-        """Take a message of the control protocol; its `time` is as ours."""
-
-    def output(
-        self, label: str, stream: str, data: bytes, seconds: float
-    ) -> None:
-        """
-        Take what a process wrote.
-
-        :param stream: `stdout` or `stderr`
-        :param seconds: When, by the clock here (:func:`time.time`)
-        """
-
-    def lost(self, reason: str) -> None:
-        """Handle a lost connection; the link tries to reconnect."""
-
-    def back(self, seconds: float) -> None:
-        """Handle a new connection, after some seconds without one."""
-
-    def gone(self, reason: str) -> None:
-        """Handle the end of the link: the part has ended, or is given up."""
-
-
 class MachineLink:
     """
     The client of a part, on one connection after another.
@@ -118,35 +91,25 @@ class MachineLink:
     :param part: The part, which begins to run with :meth:`begin`
     """
 
+    _loop: Loop
+    _handler: 'RemotePart'
+
     def __init__(self, part: StartedPart) -> None:
         self.machine = part.machine
         self._part = part
         self._environment = part.environment
         self._process: ConnectProcess | None = part.process
-        self._loop: Loop | None = None
-        self._handler: LinkHandler | None = None
+        self._is_begun = False
         self._lost_after = part.machine.lost_after or LOST_AFTER
         self._silence = min(SILENCE, self._lost_after)
         self._heartbeat = heartbeat_of(self._lost_after)
-        self._frames = FrameReader()
-        # None until the part is at the other end of the connection
-        self._reader: MessageReader | None = None
-        # how many events, and bytes of output, were passed on, and how much
-        # of that the part knows
-        self._events = self._bytes = 0
-        self._acknowledged = 0
-        # the id of the last request, and requests that are not answered
-        self._number = 0
-        self._requests: dict[int, bytes] = {}
+        self._reader = part.reader
+        # whether the part is at the other end of the connection
+        self._is_relayed = False
         # when those pings were sent that are not answered
         self._pings: deque[float] = deque()
-        self._holder = os.urandom(8).hex()
         self._unsent = bytearray()
         self._clock = ClockDifference(part.facts.ahead)
-        # what waits for a screen that takes no more
-        self._waiting: deque[tuple[dict[str, Any], int]] = deque()
-        self._waiting_size = 0
-        self._held = False
         # None once the engine there answers
         self._bootstrap: Bootstrap | None = None
         # whether the part has answered that we have subscribed
@@ -163,8 +126,24 @@ class MachineLink:
         self._passing: TimerHandle | None = None
         # connections that were given up, until they are reaped
         self._ending: dict[int, ConnectProcess] = {}
+        self._reset()
+
+    def _reset(self) -> None:
+        """Begin with a part that has sent and got nothing yet."""
+        # how many events, and bytes of output, were passed on, and how much
+        # of that the part knows
+        self._events = self._bytes = self._acknowledged = 0
+        # the id of the last request, and requests that are not answered
+        self._number = 0
+        self._requests: dict[int, bytes] = {}
+        self._holder = os.urandom(8).hex()
+        # what waits for a screen that takes no more
+        self._waiting: deque[tuple[dict[str, Any], int]] = deque()
+        self._waiting_size = 0
+        self._held = False
         #: Whether nothing more comes.
         self.is_gone = False
+        # whether the part has ended
         self._is_over = False
 
     @property
@@ -182,17 +161,22 @@ class MachineLink:
         """That, and those of earlier connections that have not ended."""
         return frozenset({self.pid, *self._ending} - {0})
 
-    def begin(self, loop: Loop, handler: LinkHandler) -> None:
-        """Let the part run, and speak with it from now on."""
+    def begin(self, loop: Loop, handler: 'RemotePart') -> None:
+        """
+        Let the part run, and communicate with it from now on.
+
+        :param handler: Receives what comes from the machine, in order,
+          exactly once, and what becomes of the connection
+        """
         self._loop, self._handler = loop, handler
+        self._is_begun = True
         process = self._process
         assert process is not None
         process.leave_to_guard()
         self._heard = self._since = self._beaten = time.monotonic()
         loop.call_later(self._heartbeat, self._beat)
         self._watch(process)
-        self._put(frames.message({'relay': True}))
-        self._feed(self._part.received)
+        self._put(protocol.encode({'relay': True}))
 
     @property
     def can_start_again(self) -> bool:
@@ -209,13 +193,7 @@ class MachineLink:
         :param at_once: Whether to connect now, or after a pause
         """
         if self.is_gone:
-            self.is_gone = self._is_over = self._held = False
-            self._events = self._bytes = self._acknowledged = 0
-            self._number = 0
-            self._requests.clear()
-            self._holder = os.urandom(8).hex()
-            self._waiting.clear()
-            self._waiting_size = 0
+            self._reset()
             self._lost_at = time.monotonic()
             self._retry_later(self._pause)
             self._pause = min(self._pause * 2, LONGEST_PAUSE)
@@ -243,7 +221,6 @@ class MachineLink:
 
     def _beat(self) -> None:
         """Send a heartbeat, or handle that the machine is silent."""
-        assert self._loop is not None
         self._loop.call_later(self._heartbeat, self._beat)
         now = time.monotonic()
         gap = now - self._beaten
@@ -281,7 +258,7 @@ class MachineLink:
     def disown(self) -> None:
         """Close the pipes of the connection, in a fork of this process."""
         if self._process is not None:
-            self._process.disown()
+            self._process.close_pipes()
 
     def close(self) -> None:
         """
@@ -303,7 +280,6 @@ class MachineLink:
     # the connection
 
     def _watch(self, process: ConnectProcess) -> None:
-        assert self._loop is not None
         for descriptor in (process.stdin, process.stdout):
             os.set_blocking(descriptor, False)
         self._loop.add_reader(process.stdout, self._receive)
@@ -312,7 +288,6 @@ class MachineLink:
     def _read_messages(self) -> None:
         process = self._process
         if process is not None and not process.read_messages():
-            assert self._loop is not None
             self._loop.remove(process.stderr)
 
     def _receive(self) -> None:
@@ -336,20 +311,15 @@ class MachineLink:
     def _feed(self, data: bytes) -> None:
         process = self._process
         try:
-            if self._reader is None:
-                for frame in self._frames.feed(data):
-                    self._heard = time.monotonic()
-                    if frame.kind == frames.CONTROL:
-                        self._take_reply(frame.content())
-                    if self._process is not process or process is None:
-                        return
-                return
             for message in self._reader.feed(data):
                 self._heard = time.monotonic()
-                self._take(message)
+                if self._is_relayed:
+                    self._take(message)
+                else:
+                    self._take_reply(message)
                 if self._process is not process or process is None:
                     return
-        except (FrameError, ProtocolError) as error:
+        except ProtocolError as error:
             self._give_up(f'the connection is damaged: {error}')
 
     def _take_reply(self, content: Mapping[str, Any]) -> None:
@@ -366,17 +336,17 @@ class MachineLink:
             } if self._plan is not None:
                 self._plan = None
                 self._part = replace(self._part, identity=identity, boot=boot)
-                self._put(frames.message({'relay': True}))
+                self._put(protocol.encode({'relay': True}))
             case {'reply': _} if self._plan is not None:
                 self._give_up('it does not say which part it has started')
             case {'reply': _}:
-                self._put(frames.message({'relay': True}))
+                self._put(protocol.encode({'relay': True}))
             case {'relay': _}:
                 self._subscribe()
 
     def _subscribe(self) -> None:
         """Have the part send what was not passed on."""
-        self._reader = MessageReader(_read_object)
+        self._is_relayed = True
         self._pings.clear()
         # what waits comes once more
         self._waiting.clear()
@@ -409,9 +379,7 @@ class MachineLink:
             else:
                 self._note_clock(message.get('clock'))
         elif 'killed' in message:
-            self._give_up(
-                'its launcher there was killed, and its processes were stopped'
-            )
+            self._give_up(one_line(str(message['killed'])))
         elif not self._is_subscribed:
             raise ProtocolError('a message came too early')
         else:
@@ -467,7 +435,6 @@ class MachineLink:
             seconds = time.monotonic() - self._lost_at
             self._lost_at = None
             self._pause = FIRST_PAUSE
-            assert self._handler is not None
             self._handler.back(seconds)
 
     def _ping(self, *, reconnecting: bool = False) -> None:
@@ -500,7 +467,6 @@ class MachineLink:
         except OSError:
             # its end shows when we read
             self._unsent.clear()
-        assert self._loop is not None
         if self._unsent:
             self._loop.add_writer(process.stdin, self._write)
         else:
@@ -508,7 +474,6 @@ class MachineLink:
 
     def _pass_on_soon(self) -> None:
         """Pass on what has come in the next turn, unless it is held."""
-        assert self._loop is not None
         if self._passing is None and self._waiting and not self._held:
             self._passing = self._loop.call_soon(self._pass_on_in_turn)
 
@@ -543,7 +508,6 @@ class MachineLink:
         :raises ProtocolError: when it makes no sense
         """
         handler = self._handler
-        assert handler is not None
         match message:
             case {
                 'output': {
@@ -589,7 +553,6 @@ class MachineLink:
             return
         pause = self._pause
         self._pause = min(self._pause * 2, LONGEST_PAUSE)
-        assert self._handler is not None
         if self._lost_at is None:
             self._lost_at = time.monotonic()
             pause = 0.0
@@ -603,7 +566,6 @@ class MachineLink:
 
     def _retry_later(self, pause: float) -> None:
         """Try to connect again after a pause."""
-        assert self._loop is not None
         if self._retry is not None:
             self._retry.cancel()
         self._retry = self._loop.call_later(pause, self._reconnect)
@@ -635,8 +597,8 @@ class MachineLink:
             self._lose(str(error.strerror))
             return
         self._process = process
-        self._frames = FrameReader()
-        self._reader = None
+        self._reader = MessageReader(read_message)
+        self._is_relayed = False
         self._unsent.clear()
         self._is_subscribed = False
         self._bootstrap = Bootstrap(program_archive(), self.machine.python)
@@ -665,7 +627,7 @@ class MachineLink:
                     'settings': self._part.settings.as_json(),
                 }
             content['id'] = 1
-            self._put(frames.message(content))
+            self._put(protocol.encode(content))
         return rest
 
     def _drop_connection(self, process: ConnectProcess) -> None:
@@ -674,19 +636,18 @@ class MachineLink:
         self._bootstrap = None
         self._is_subscribed = False
         self._unsent.clear()
-        if self._loop is not None:
+        if self._is_begun:
             for descriptor in (process.stdin, process.stdout, process.stderr):
                 self._loop.remove(descriptor)
         process.close_pipes()
         if process.status is None:
             self._ending[process.pid] = process
-            if self._loop is not None:
+            if self._is_begun:
                 self._loop.call_later(CLOSE_TIMEOUT, self._kill, process.pid)
 
     def _kill(self, pid: int) -> None:
         """Kill a connection process that hangs in a network that is gone."""
         if pid in self._ending:
-            assert self._loop is not None
             with suppress(ProcessLookupError):
                 os.killpg(pid, signal.SIGKILL)
             self._loop.call_later(CLOSE_TIMEOUT, self._kill, pid)
@@ -701,7 +662,6 @@ class MachineLink:
         if not self.is_gone:
             self.is_gone = True
             self._plan = self._lost_at = None
-            assert self._handler is not None
             self._handler.gone(reason)
 
 
@@ -744,18 +704,6 @@ class ClockDifference:
         here = seconds - self.ahead
         # a time outside this range is wrong
         return here if 0 <= here < _LAST else self._now()
-
-
-def _read_object(line: bytes) -> dict[str, Any]:
-    """
-    Return the object on a line; its numbers are finite.
-
-    :raises ProtocolError: when it is none
-    """
-    try:
-        return read_object(line)
-    except FrameError as error:
-        raise ProtocolError(str(error)) from error
 
 
 def _last_line(text: str) -> str:

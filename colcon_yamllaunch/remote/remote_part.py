@@ -23,6 +23,8 @@ import termios
 import time
 from typing import Any
 
+from colcon_yamllaunch.common.codec import CodecError
+from colcon_yamllaunch.common.codec import from_json
 from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.common.printable import printable
 from colcon_yamllaunch.common.table import decimal_size
@@ -213,9 +215,7 @@ class RemotePart:
             self._give_up(self.reason)
         if self.link_state == 'lost' and not self._is_waited_for:
             self._is_waited_for = True
-            self._emit(
-                events.Warned(f'{self.machine.name}: {self._pending_text()}')
-            )
+            self._warn(self._pending_text())
         if drop_timers or not self._has_timers:
             self._limit_end()
         self.send(commands.Shutdown(reason, interactive, drop_timers))
@@ -379,11 +379,13 @@ class RemotePart:
         self, command: Command[Any], answer: Mapping[str, Any]
     ) -> Any:
         """Return the response to a command that an answer stands for."""
-        error = _error_of(answer)
-        if error is not None:
-            return Refused(error)
+        if not answer.get('ok'):
+            return Refused(printable(str(answer.get('error'))))
         if isinstance(command, Measure):
-            return Usage(_usage(answer.get('usage'), self._parts))
+            try:
+                return from_json(Usage, {'usage': answer.get('usage')})
+            except CodecError as error:
+                return Refused(str(error))
         if not isinstance(command, commands.Describe):
             return response_of(command, answer)
         # few ask for that
@@ -414,18 +416,10 @@ class RemotePart:
 
         self.ask(Measure(), measured)
 
-    def cpu_shares(self) -> dict[str, float]:
-        """Return the shares of a processor by label, as far as known."""
-        return {
-            state.label: state.cpu
-            for state in self._launch.state.processes
-            if state.cpu is not None and state.label in self._parts
-        }
-
-    # what comes from there; see `machine_link.LinkHandler`
+    # what comes from there, called by the link
 
     def message(self, message: Mapping[str, Any]) -> None:
-        """Take a message."""
+        """Handle a message of the control protocol; its `time` is as ours."""
         if self.is_over:
             return
         moment = self._launch.moment
@@ -439,22 +433,24 @@ class RemotePart:
             moment.past = None
 
     def output(
-        self, label: str, stream: str, data: bytes, seconds: float
+        self, label: str, stream: events.Stream, data: bytes, seconds: float
     ) -> None:
-        """Take what a process wrote."""
+        """
+        Handle what a process wrote.
+
+        :param seconds: When, by the clock here (:func:`time.time`)
+        """
         process = self._parts.get(label)
         if self.is_over:
             return
         if not isinstance(process, Process):
             self._give_up('what comes from it makes no sense: whose output?')
             return
-        key: tuple[str, events.Stream] = (
-            (label, 'stderr') if stream == 'stderr' else (label, 'stdout')
-        )
+        key = (label, stream)
         moment = self._launch.moment
         moment.past = _past(seconds)
         try:
-            self._launch.take_output(process, key[1], data)
+            self._launch.take_output(process, stream, data)
         finally:
             moment.past = None
         if not (self._launch.accepts(key) or self._launch.is_stopping):
@@ -620,20 +616,38 @@ class RemotePart:
 
         :raises EventError: when it makes no sense
         """
-        if 'event' in message:
-            self._take_event(self._reader.read(message['event']))
-        elif 'ok' in message:
-            done = self._replies.pop(message['id'], None)
-            if done is not None:
-                done(message)
-        elif 'shown' in message:
-            self._take_shown(message['shown'])
-        elif 'modes' in message:
-            self._take_modes(message['modes'])
-        elif 'missed' in message:
-            self._take_missed(message['missed'])
-        else:
-            raise EventError('a message is of no known kind')
+        match message:
+            case {'event': event}:
+                self._take_event(self._reader.read(event))
+            case {'ok': _, 'id': number}:
+                done = self._replies.pop(number, None)
+                if done is not None:
+                    done(message)
+            case {
+                'shown': {
+                    'process': str(label),
+                    'stream': 'stdout' | 'stderr' as stream,
+                    'data': bytes(data),
+                }
+            } if label in self._parts:
+                self._launch.show(label, stream, data)
+            case {
+                'modes': {
+                    'process': str(label),
+                    'lines': bool(lines),
+                    'echo': bool(echo),
+                }
+            } if label in self._parts:
+                flags = termios.ICANON if lines else 0
+                self._modes[label] = flags | (termios.ECHO if echo else 0)
+            case {'missed': {'bytes': int(size)}} if size >= 0:
+                self._warn(
+                    f'{decimal_size(size)} of output are missing: they came '
+                    'while the link was lost, and did not fit within the '
+                    'limit of the logs (--log-limit)'
+                )
+            case _:
+                raise EventError('a message is of no known kind')
 
     def _take_event(self, event: events.Event) -> None:
         match event:
@@ -666,7 +680,8 @@ class RemotePart:
                 parts = tuple(self._parts[label] for label in labels)
                 event = events.Planned(parts)
             case events.Warned():
-                event = events.Warned(f'{self.machine.name}: {event.text}')
+                self._warn(event.text)
+                return
             case events.RosLost():
                 name = self.machine.name
                 event = events.RosLost(f'{name}: {event.reason}')
@@ -700,58 +715,6 @@ class RemotePart:
             return
         self._enter('done')
         self._refuse_all(f'{self.machine.name} is done')
-
-    def _take_missed(self, missed: object) -> None:
-        """
-        Warn that output is missing.
-
-        :raises EventError: when it is not said how much
-        """
-        match missed:
-            case {'bytes': int(size)} if size >= 0:
-                name = self.machine.name
-                self._emit(
-                    events.Warned(
-                        f'{name}: {decimal_size(size)} of output are missing: '
-                        'they came while the link was lost, and did not fit '
-                        'within the limit of the logs (--log-limit)'
-                    )
-                )
-            case _:
-                raise EventError('it is not told how much output is missing')
-
-    def _take_shown(self, shown: object) -> None:
-        """
-        Show output of a process to those attached to it.
-
-        :raises EventError: when it makes no sense
-        """
-        match shown:
-            case {
-                'process': str(label),
-                'stream': 'stdout' | 'stderr' as stream,
-                'data': bytes(data),
-            } if label in self._parts:
-                self._launch.show(label, stream, data)
-            case _:
-                raise EventError('what a process shows has a wrong form')
-
-    def _take_modes(self, modes: object) -> None:
-        """
-        Take how a terminal reads what is typed.
-
-        :raises EventError: when that is not said
-        """
-        match modes:
-            case {
-                'process': str(label),
-                'lines': bool(lines),
-                'echo': bool(echo),
-            } if label in self._parts:
-                flags = termios.ICANON if lines else 0
-                self._modes[label] = flags | (termios.ECHO if echo else 0)
-            case _:
-                raise EventError('the modes of a terminal are not told')
 
     def _part_of_event(self, label: str) -> Process | Component | None:
         """Return the process or component that a label in an event names."""
@@ -842,8 +805,10 @@ class RemotePart:
 
     def _warn_refused(self, response: object) -> None:
         if isinstance(response, Refused):
-            text = f'{self.machine.name}: {response.error}'
-            self._emit(events.Warned(text))
+            self._warn(response.error)
+
+    def _warn(self, text: str) -> None:
+        self._emit(events.Warned(f'{self.machine.name}: {text}'))
 
     def _why_not(self) -> str:
         name = self.machine.name
@@ -926,29 +891,3 @@ def _has_lasting_timers(entries: Iterable[Entry]) -> bool:
         for e in entries
         if isinstance(e, Timer)
     )
-
-
-def _error_of(answer: Mapping[str, Any]) -> str | None:
-    error = answer.get('error')
-    return None if error is None else printable(str(error))
-
-
-def _usage(
-    told: object, labels: Collection[str]
-) -> dict[str, tuple[float, int]]:
-    """
-    Return what processes use, as far as it makes sense.
-
-    :param told: By label the share of a processor, and bytes of memory
-    :param labels: The labels that there are
-    """
-    found: dict[str, tuple[float, int]] = {}
-    for label, usage in told.items() if isinstance(told, Mapping) else ():
-        match usage:
-            case [float() | int() as cpu, int(memory)] if (
-                label in labels and cpu >= 0 and memory >= 0
-            ):
-                found[label] = float(cpu), memory
-            case _:
-                continue
-    return found

@@ -54,6 +54,8 @@ class RemoteParts(Participant, Keyboards):
     :param localise: Returns a plan with the paths of a machine
     """
 
+    _launch: Engine
+
     def __init__(
         self,
         links: Iterable[MachineLink],
@@ -68,7 +70,6 @@ class RemoteParts(Participant, Keyboards):
         labels += [component.label for component in whole.components()]
         # the place of each label in the whole plan
         self._order = {label: place for place, label in enumerate(labels)}
-        self._launch: Engine | None = None
         self._parts: dict[str, RemotePart] = {}
         for link in links:
             name = link.machine.name
@@ -105,7 +106,6 @@ class RemoteParts(Participant, Keyboards):
 
     def begin(self) -> None:
         """Let the parts run."""
-        assert self._launch is not None
         size = self._launch.terminal_size()
         for part in self.parts:
             part.begin(size)
@@ -127,8 +127,7 @@ class RemoteParts(Participant, Keyboards):
 
     def is_waiting(self) -> bool:
         """Tell whether the launch is to go on, though nothing runs here."""
-        launch = self._launch
-        if launch is None or not launch.is_stopping:
+        if not self._launch.is_stopping:
             return any(part.is_busy for part in self.parts)
         for part in self.parts:
             part.finish()
@@ -164,13 +163,13 @@ class RemoteParts(Participant, Keyboards):
 
         Asking has them measured anew.
         """
-        assert self._launch is not None
         if self._launch.loop.time() >= self._measured + FRESH:
             self.measure(lambda: None)
-        shares: dict[str, float] = {}
-        for part in self.parts:
-            shares |= part.cpu_shares()
-        return shares
+        return {
+            state.label: state.cpu
+            for state in self._launch.state.processes
+            if state.cpu is not None
+        }
 
     def measure(self, done: Callable[[], None]) -> None:
         """
@@ -179,7 +178,6 @@ class RemoteParts(Participant, Keyboards):
         :param done: Is called when all machines have answered, or after
           :data:`MEASURING` seconds
         """
-        assert self._launch is not None
         loop = self._launch.loop
         self._measured = loop.time()
         timer = loop.call_later(MEASURING, done)
@@ -275,7 +273,6 @@ class RemoteParts(Participant, Keyboards):
         from colcon_yamllaunch.engine.description import plan_tree
 
         launch, order = self._launch, self._order
-        assert launch is not None
         processes = chain(
             launch.planned_processes(), *(p.processes() for p in self.parts)
         )

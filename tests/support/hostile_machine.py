@@ -13,8 +13,9 @@ import sys
 import time
 from typing import Any
 
+from colcon_yamllaunch.control import protocol
+from colcon_yamllaunch.control.messages import MessageReader
 from colcon_yamllaunch.remote.connection import bootstrap
-from colcon_yamllaunch.remote.connection import frames
 from colcon_yamllaunch.remote.deployment.deployment import Machine
 
 #: What it may do: say nothing more after the first word or after it has
@@ -48,7 +49,7 @@ def hostile_machine(way: str) -> Machine:
 class _HostileMachine:
     def __init__(self, way: str) -> None:
         self._way = way
-        self._reader = frames.FrameReader()
+        self._reader = MessageReader()
 
     def run(self) -> None:
         script = b''
@@ -57,9 +58,8 @@ class _HostileMachine:
         os.write(1, bootstrap.MARK + b'have\n')
         self._silent_after('have')
         while True:
-            for frame in self._reader.feed(self._read()):
-                if frame.kind == frames.CONTROL:
-                    self._take(frame.content())
+            for message in self._reader.feed(self._read()):
+                self._take(message)
 
     def _take(self, content: dict[str, Any]) -> None:
         match content:
@@ -94,7 +94,7 @@ class _HostileMachine:
 
     def _say(self, **content: Any) -> None:
         try:
-            os.write(1, frames.message(content))
+            os.write(1, protocol.encode(content))
         except BrokenPipeError:
             sys.exit()
 

@@ -11,9 +11,9 @@ import shutil
 import time
 from typing import Any
 
-from colcon_yamllaunch.remote.connection import frames
-from colcon_yamllaunch.remote.connection.frames import Frame
-from colcon_yamllaunch.remote.connection.frames import FrameReader
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.control import protocol
+from colcon_yamllaunch.control.messages import MessageReader
 
 #: Seconds without a word after which the launcher is gone; it says one each
 #: second.
@@ -23,25 +23,10 @@ BEAT = 1.0
 
 _READ = 256 * 1024
 
+#: The result of a request whose function has replied by itself.
+ANSWERED = object()
 #: Sends the launcher a line of progress.
 Say = Callable[[str], None]
-
-
-class Program:
-    """Our own modules here, which may have to be removed."""
-
-    def __init__(self) -> None:
-        #: Their folder if it is to be removed, or an empty text.
-        self.folder = ''
-
-    def remove(self) -> None:
-        """Remove them, at the end of whoever uses them last."""
-        if self.folder:
-            shutil.rmtree(self.folder, ignore_errors=True)
-
-
-#: Those that this process uses.
-PROGRAM = Program()
 
 
 class LauncherGoneError(Exception):
@@ -49,15 +34,26 @@ class LauncherGoneError(Exception):
 
 
 class LauncherChannel:
-    """What comes from the launcher, by our standard input."""
+    """
+    What comes from the launcher, by our standard input.
 
-    def __init__(self) -> None:
-        self._reader = FrameReader()
-        self._frames: list[Frame] = []
+    :param program: The folder of our modules if it is to be removed by
+      whoever uses them last, or an empty text
+    """
+
+    def __init__(self, program: str = '') -> None:
+        self.program = program
+        self._reader = MessageReader()
+        self._messages: list[dict[str, Any]] = []
         self._heard = self._beaten = time.monotonic()
         self._was_asked = False
         #: Seconds without a word after which the launcher is gone.
         self.silence = SILENCE
+
+    def remove_program(self) -> None:
+        """Remove our modules if they are not to stay."""
+        if self.program:
+            shutil.rmtree(self.program, ignore_errors=True)
 
     def poll(
         self,
@@ -70,7 +66,7 @@ class LauncherChannel:
         Wait for the launcher, and for others; return who is ready of these.
 
         The launcher gets a heartbeat each second, so this is to be called
-        between two frames.
+        between two messages.
 
         :param others: Descriptors with what they are waited for
         :param seconds: How long to wait at most
@@ -94,34 +90,42 @@ class LauncherChannel:
             send({'beat': 0})
         return ready - {0}
 
-    def taken_frames(self) -> list[Frame]:
-        """Return the frames that have come and nobody has taken."""
-        taken, self._frames = self._frames, []
-        return taken
+    def new_messages(self) -> list[dict[str, Any]]:
+        """Return the messages that have come since the last one."""
+        new, self._messages = self._messages, []
+        return new
 
-    def next_frame(self, idle: Callable[[], None]) -> Frame:
+    def next_message(
+        self, idle: Callable[[], object] = bool
+    ) -> dict[str, Any]:
         """
         Return what comes next.
 
         :param idle: Is called if nothing has come yet, but something before
-        :raises FrameError: when something else comes
+        :raises ProtocolError: when something else comes
         :raises LauncherGoneError: when the launcher is gone
         """
-        if not self._frames:
+        if not self._messages:
             self.poll({}, 0.0)
-        if not self._frames and self._was_asked:
+        if not self._messages and self._was_asked:
             idle()
-        while not self._frames:
+        while not self._messages:
             self.poll({})
         self._was_asked = True
-        return self._frames.pop(0)
+        return self._messages.pop(0)
 
     def _read(self) -> None:
         data = os.read(0, _READ)
         if not data:
             raise LauncherGoneError
         self._heard = time.monotonic()
-        self._frames += self._reader.feed(data)
+        self._messages += self._reader.feed(data)
+
+
+def stream_message(data: bytes) -> bytes:
+    """Return a message with the input or output of a program."""
+    # as `srun` passes on lines only
+    return protocol.encode_raw('stream', {}, data) + b'\n'
 
 
 def send(content: Mapping[str, Any], descriptor: int = 1) -> None:
@@ -130,7 +134,7 @@ def send(content: Mapping[str, Any], descriptor: int = 1) -> None:
 
     :raises LauncherGoneError: when it is gone
     """
-    write(frames.message(content), descriptor)
+    write(protocol.encode(content), descriptor)
 
 
 def write(data: bytes, descriptor: int = 1) -> None:
@@ -150,6 +154,28 @@ def write(data: bytes, descriptor: int = 1) -> None:
                 raise LauncherGoneError from None
         except OSError as error:
             raise LauncherGoneError from error
+
+
+def reply_of(
+    content: Mapping[str, Any], function: Callable[[], Any]
+) -> dict[str, Any]:
+    """
+    Return the reply to a request: the result of a function, or its error.
+
+    :raises LauncherGoneError: when the launcher is gone
+    """
+    number = content.get('id')
+    try:
+        return {'reply': number, 'result': function()}
+    except LauncherGoneError:
+        raise
+    except (UserError, OSError) as error:
+        text = str(error)
+    except Exception as error:  # noqa: BLE001
+        # a fault of ours, which takes one line all the same
+        name = content.get('request')
+        text = f'{name} failed: {type(error).__name__}: {error}'
+    return {'reply': number, 'error': text}
 
 
 def say_through(descriptor: int) -> Say:

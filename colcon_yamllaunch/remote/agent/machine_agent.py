@@ -9,16 +9,20 @@ what goes between the launcher and the engine of the part, which is a process
 of its own and outlives a lost connection; it understands none of that. When
 its input ends, the launcher is gone, and so is what it has been asked to do.
 
-A request is a control frame `{"request": NAME, "id": NUMBER, …}`; the answer
-is `{"reply": NUMBER, "result": {…}}` or `{"reply": NUMBER, "error": TEXT}`,
-and before it any number of `{"line": TEXT}`. `hello`, `stream`, `start` and
-`resume` are done here; `MODULE.FUNCTION` is a function of a module of
-`remote/sync`, which takes the `arguments` and a function that sends a line.
+Messages are lines of JSON, as in the control protocol. A request is
+`{"request": NAME, "id": NUMBER, …}`; the answer is `{"reply": NUMBER,
+"result": {…}}` or `{"reply": NUMBER, "error": TEXT}`, and before it any number
+of `{"line": TEXT}`. `hello`, `stream`, `start` and `resume` are done here;
+`MODULE.FUNCTION` is a function of a module of `remote/sync`, which takes the
+`arguments` and a function that sends a line. `{"beat": 0}` is a sign of life.
+Input and output of the program of `stream` are `{"stream": {"bytes":
+NUMBER}}`, followed by so many bytes; none stand for the end.
 """
 
 from collections.abc import Mapping
 from contextlib import suppress
 from functools import cache
+from functools import partial
 import os
 from pathlib import Path
 import pwd
@@ -28,13 +32,13 @@ import time
 from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.control.protocol import ProtocolError
 from colcon_yamllaunch.engine.loop import accept_signals
-from colcon_yamllaunch.remote.agent import launcher_channel
+from colcon_yamllaunch.remote.agent.launcher_channel import ANSWERED
 from colcon_yamllaunch.remote.agent.launcher_channel import LauncherChannel
 from colcon_yamllaunch.remote.agent.launcher_channel import LauncherGoneError
+from colcon_yamllaunch.remote.agent.launcher_channel import reply_of
 from colcon_yamllaunch.remote.agent.launcher_channel import send
-from colcon_yamllaunch.remote.connection import frames
-from colcon_yamllaunch.remote.connection.frames import FrameError
 
 #: Days after which a program that was not used is removed.
 UNUSED_DAYS = 30
@@ -60,11 +64,15 @@ def main(temporary: str) -> None:
     # so that a launcher that takes nothing shows
     os.set_blocking(1, False)
     _complete_environment()
-    launcher_channel.PROGRAM.folder = temporary
+    launcher = LauncherChannel(temporary)
     try:
-        _serve(LauncherChannel())
+        while True:
+            _answer(launcher, launcher.next_message(partial(_idle, launcher)))
+    except (LauncherGoneError, ProtocolError, OSError):
+        # the launcher is gone, or the part has ended
+        return
     finally:
-        launcher_channel.PROGRAM.remove()
+        launcher.remove_program()
 
 
 def _hang_up(_number: int, _frame: object) -> None:
@@ -79,23 +87,12 @@ def _hang_up(_number: int, _frame: object) -> None:
     os.close(null)
 
 
-def _serve(launcher: LauncherChannel) -> None:
-    """Answer requests until the launcher is gone or the part has ended."""
-    try:
-        while True:
-            frame = launcher.next_frame(_get_ready)
-            if frame.kind == frames.CONTROL:
-                _answer(launcher, frame.content())
-    except (LauncherGoneError, FrameError, OSError):
-        return
-
-
-def _get_ready() -> None:
+def _idle(launcher: LauncherChannel) -> None:
     """Do what can be done before it is asked for, as that takes a while."""
     from colcon_yamllaunch.remote.agent import part  # noqa: F401
 
     _end_what_others_left()
-    if not launcher_channel.PROGRAM.folder:
+    if not launcher.program:
         remove_unused_programs(Path(__file__).parents[3])
 
 
@@ -114,29 +111,16 @@ def remove_unused_programs(used: Path) -> None:
 
 
 def _answer(launcher: LauncherChannel, content: Mapping[str, Any]) -> None:
-    name, number = content.get('request'), content.get('id')
-    if not isinstance(name, str):
-        return
-    try:
-        result = _result_of(launcher, name, content)
-    except UserError as error:
-        answer: dict[str, Any] = {'reply': number, 'error': str(error)}
-    except LauncherGoneError:
-        raise
-    except Exception as error:  # noqa: BLE001
-        # a fault of ours, which is told in one line all the same
-        text = f'{type(error).__name__}: {error}'
-        answer = {'reply': number, 'error': f'{name} failed: {text}'}
-    else:
-        if result is None:
-            return
-        answer = {'reply': number, 'result': result}
-    send(answer)
+    name = content.get('request')
+    if isinstance(name, str):
+        reply = reply_of(content, partial(_result_of, launcher, name, content))
+        if reply.get('result') is not ANSWERED:
+            send(reply)
 
 
 def _result_of(
     launcher: LauncherChannel, name: str, content: Mapping[str, Any]
-) -> dict[str, Any] | None:
+) -> Any:
     if name == 'hello':
         begin = time.time()
         _set_up(launcher, content.get('setup'))
@@ -159,7 +143,7 @@ def _result_of(
     from colcon_yamllaunch.remote.agent.requests import answer
 
     answer(launcher, name, content)
-    return None
+    return ANSWERED
 
 
 def _hello(content: Mapping[str, Any]) -> dict[str, Any]:

@@ -46,7 +46,6 @@ from colcon_yamllaunch.engine.state import About
 from colcon_yamllaunch.observers.log_store import LogStore
 from colcon_yamllaunch.plan.plan_json import plan_from_json
 from colcon_yamllaunch.plan.plan_json import PlanFormatError
-from colcon_yamllaunch.remote.agent import launcher_channel
 from colcon_yamllaunch.remote.agent.launcher_channel import LauncherChannel
 from colcon_yamllaunch.remote.agent.part_place import PartPlace
 from colcon_yamllaunch.remote.part_protocol import Finish
@@ -365,7 +364,7 @@ def start_engine(
         code = 1
         try:
             os.close(ours)
-            code = _run(place, plan, settings, its)
+            code = _run(launcher, place, plan, settings, its)
         finally:
             os._exit(code)
     os.close(its)
@@ -385,16 +384,19 @@ def start_engine(
     finally:
         os.close(ours)
     word, _, text = told.decode(errors='replace').partition(' ')
-    if word == 'ready':
-        # which is removed by the engine
-        launcher_channel.PROGRAM.folder = ''
     if word != 'ready':
         raise UserError(text or 'it broke off while it was being started')
+    # it is removed by the engine
+    launcher.program = ''
     return text
 
 
 def _run(
-    place: PartPlace, plan: Any, settings: PartSettings, told: int
+    launcher: LauncherChannel,
+    place: PartPlace,
+    plan: Any,
+    settings: PartSettings,
+    told: int,
 ) -> int:
     """Run the part, in a process of its own; return the exit code."""
     os.setsid()
@@ -428,7 +430,7 @@ def _run(
         if server is not None:
             server.close()
             place.remove(identity)
-            launcher_channel.PROGRAM.remove()
+            launcher.remove_program()
 
 
 def _run_part(

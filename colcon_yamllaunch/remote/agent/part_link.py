@@ -26,6 +26,7 @@ _WAITING = 1024 * 1024
 #: Seconds that the launcher gets to take the last of it.
 _LAST_PATIENCE = 5.0
 _LOOK = 0.5
+_KILLED = 'its launcher there was killed, and its processes were stopped'
 #: Seconds that the launcher may take to start its other parts.
 _FIRST_TIMEOUT = 60.0
 
@@ -69,12 +70,10 @@ def resume(launcher: LauncherChannel, content: Mapping[str, Any]) -> None:
             raise UserError(
                 f'its socket cannot be used: {error.strerror}'
             ) from error
-        killed = place.has_record(identity)
+        was_killed = place.has_record(identity)
         _clear(place, identity)
         raise UserError(
-            'its launcher there was killed, and its processes were stopped'
-            if killed
-            else 'it has ended there'
+            _KILLED if was_killed else 'it has ended there'
         ) from error
     launcher_channel.send({'reply': content.get('id'), 'result': {}})
     _pass_on_and_clear(launcher, place, identity, engine)
@@ -98,25 +97,19 @@ def _pass_on_and_clear(
     if place.has_record(identity):
         _clear(place, identity)
         with suppress(launcher_channel.LauncherGoneError):
-            launcher_channel.write(b'{"killed":true}\n')
+            launcher_channel.send({'killed': _KILLED})
 
 
 def _begin(launcher: LauncherChannel) -> None:
     """
     Wait until the launcher speaks with the part.
 
-    Frames end with its request, and ours end with the answer.
-
     :raises LauncherGoneError: when it does not
     """
     launcher.silence = _FIRST_TIMEOUT
-    while 'relay' not in launcher.next_frame(_do_nothing).content():
+    while 'relay' not in launcher.next_message():
         continue
     launcher_channel.send({'relay': True})
-
-
-def _do_nothing() -> None:
-    """Wait for the launcher without anything else to do."""
 
 
 def _clear(place: PartPlace, identity: str) -> None:

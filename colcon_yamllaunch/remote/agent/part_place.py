@@ -4,11 +4,12 @@
 """
 Where a part of a launch is found by those who connect again.
 
-Its engine listens on a socket in a folder that is the user's alone. A record
-beside it goes when the engine has ended in order, so one whose engine is gone
-tells of a part that something may be left of, which
-:func:`end_what_is_left` ends. The folder that systemd makes for those who are
-logged in (`/run/user/UID`) would go with the connection.
+Its engine listens on a socket in a folder that is the user's alone. The name
+of the socket has the boot and the container of the machine. It goes when the
+engine has ended in order, so one whose engine is gone tells of a part that
+something may be left of, which :func:`end_what_is_left` ends. The folder that
+systemd makes for those who are logged in (`/run/user/UID`) would go with the
+connection.
 """
 
 from collections.abc import Collection
@@ -21,6 +22,7 @@ import re
 import signal
 import socket
 import time
+import zlib
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.escalation import Escalation
@@ -41,11 +43,10 @@ from colcon_yamllaunch.engine.launch_scan import launcher_of
 from colcon_yamllaunch.plan.plan import DEFAULT_SIGKILL_TIMEOUT
 from colcon_yamllaunch.plan.plan import DEFAULT_SIGTERM_TIMEOUT
 
-_SOCKET, _RECORD, _UNFINISHED = '.link', '.part', '.new'
 _BOOT = '/proc/sys/kernel/random/boot_id'
 _NAMESPACE = '/proc/self/ns/pid'
-# as new_identity() makes it
-_IDENTITY = re.compile('[0-9a-f]{16}')
+# an identity as new_identity() makes it, the boot and the namespace
+_SOCKET = re.compile('([0-9a-f]{16})-([0-9a-f]{8})-([0-9a-f]{8}).link')
 _TIMEOUTS = Timeouts(DEFAULT_SIGTERM_TIMEOUT, DEFAULT_SIGKILL_TIMEOUT)
 _LOOK = 0.05
 
@@ -62,7 +63,7 @@ def boot_of_machine() -> str:
 
 class PartPlace:
     """
-    The folder with sockets and records, opened.
+    The folder with the sockets, opened.
 
     :param environment: `TMPDIR` in it is looked at
     :raises UserError: when there is no such folder
@@ -89,26 +90,14 @@ class PartPlace:
 
     def listen(self, identity: str) -> socket.socket:
         """
-        Open the socket of a part, and write its record.
+        Open the socket of a part.
 
         :raises OSError: when that cannot be
         """
         server = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         try:
-            server.bind(inside(self._folder, identity + _SOCKET))
+            server.bind(inside(self._folder, _socket_of(identity)))
             server.listen(8)
-            flags = os.O_WRONLY | os.O_CREAT | os.O_CLOEXEC
-            # an unfinished record would be taken for one of another boot
-            unfinished = identity + _UNFINISHED
-            record = os.open(unfinished, flags, 0o600, dir_fd=self._folder)
-            os.write(record, boot_of_machine().encode())
-            os.close(record)
-            os.rename(
-                unfinished,
-                identity + _RECORD,
-                src_dir_fd=self._folder,
-                dst_dir_fd=self._folder,
-            )
         except BaseException:
             server.close()
             raise
@@ -123,52 +112,48 @@ class PartPlace:
         """
         client = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         try:
-            client.connect(inside(self._folder, identity + _SOCKET))
+            client.connect(inside(self._folder, _socket_of(identity)))
         except BaseException:
             client.close()
             raise
         return client
 
     def has_record(self, identity: str) -> bool:
-        """Tell whether a part has not ended in order."""
+        """Return whether a part has not ended in order."""
         with suppress(OSError):
-            os.stat(identity + _RECORD, dir_fd=self._folder)
+            os.stat(_socket_of(identity), dir_fd=self._folder)
             return True
         return False
 
     def remove(self, identity: str) -> None:
-        """Remove socket and record, as the part has ended."""
-        for suffix in (_SOCKET, _RECORD, _UNFINISHED):
-            with suppress(OSError):
-                os.unlink(identity + suffix, dir_fd=self._folder)
+        """Remove the socket of a part, as that has ended."""
+        self._unlink(_socket_of(identity))
 
     def left_behind(self) -> Iterator[str]:
         """Iterate over the parts whose engine is gone, but not in order."""
         for name in os.listdir(self._folder):
-            identity = name.removesuffix(_RECORD)
-            if identity == name or not _IDENTITY.fullmatch(identity):
+            match = _SOCKET.fullmatch(name)
+            if match is None:
                 continue
-            boot, _, namespace = self._read(name).partition(' ')
-            ours = boot_of_machine().partition(' ')
-            if boot != ours[0]:
-                self.remove(identity)
-                continue
-            if namespace != ours[2]:
-                # a container that shares the folder
-                continue
-            launcher = launcher_of(identity)
-            if launcher is not None and not launcher[1]:
-                yield identity
+            identity, boot, _ = match.groups()
+            if f'-{boot}-' not in _socket_of(identity):
+                self._unlink(name)
+            elif name == _socket_of(identity):
+                # others are of a container that shares the folder
+                launcher = launcher_of(identity)
+                if launcher is not None and not launcher[1]:
+                    yield identity
 
-    def _read(self, name: str) -> str:
-        flags = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
+    def _unlink(self, name: str) -> None:
         with suppress(OSError):
-            record = os.open(name, flags, dir_fd=self._folder)
-            try:
-                return os.read(record, 1024).decode(errors='replace')
-            finally:
-                os.close(record)
-        return ''
+            os.unlink(name, dir_fd=self._folder)
+
+
+def _socket_of(identity: str) -> str:
+    """Return the name of the socket of a part that runs in this boot."""
+    boot, _, namespace = boot_of_machine().partition(' ')
+    digests = (zlib.crc32(text.encode()) for text in (boot, namespace))
+    return '-'.join((identity, *(f'{d:08x}' for d in digests))) + '.link'
 
 
 def _folders(environment: Mapping[str, str]) -> Iterator[Path]:

@@ -25,8 +25,6 @@ from colcon_yamllaunch.engine.launch_scan import LAUNCH_ID_VARIABLE
 from colcon_yamllaunch.engine.launch_scan import new_identity
 from colcon_yamllaunch.remote.agent import launcher_channel
 from colcon_yamllaunch.remote.agent.launcher_channel import LauncherChannel
-from colcon_yamllaunch.remote.connection import frames
-from colcon_yamllaunch.remote.connection.frames import FrameReader
 
 #: The modules of `remote/sync` whose functions the launcher may call.
 MODULES = ('build', 'inspection', 'manifest')
@@ -77,12 +75,14 @@ def answer(
         finally:
             os._exit(code)
     os.close(its)
-    reader = FrameReader()
+    lines = bytearray()
     try:
         while data := _read(launcher, ours):
-            # heartbeats go between two frames
-            for frame in reader.feed(data):
-                launcher_channel.write(frames.encode(frame.kind, frame.body))
+            # heartbeats go between two messages
+            lines += data
+            end = lines.rfind(b'\n') + 1
+            launcher_channel.write(bytes(lines[:end]))
+            del lines[:end]
     except launcher_channel.LauncherGoneError:
         _end(identity, pid)
         raise
@@ -119,26 +119,18 @@ def _function(name: str) -> Any:
 
 def _call(function: Any, content: Mapping[str, Any], connection: int) -> int:
     """Call it, and answer by a pipe; return the exit code."""
-    number = content.get('id')
     null = os.open(os.devnull, os.O_RDONLY)
     os.dup2(null, 0)
-    # what it starts is not to write between our frames
+    # what it starts is not to write between our messages
     os.dup2(2, 1)
-    said = launcher_channel.say_through(connection)
+    say = launcher_channel.say_through(connection)
+    arguments = dict(content.get('arguments') or {})
     try:
-        result = function(dict(content.get('arguments') or {}), said)
-        reply: dict[str, Any] = {'reply': number, 'result': result or {}}
-    except UserError as error:
-        reply = {'reply': number, 'error': str(error)}
-    except OSError as error:
-        reply = {'reply': number, 'error': f'{error}'}
+        reply = launcher_channel.reply_of(
+            content, lambda: function(arguments, say)
+        )
     except KeyboardInterrupt:
         return 1
-    except Exception as error:  # noqa: BLE001
-        # a fault of ours, which is told in one line all the same
-        text = f'{type(error).__name__}: {error}'
-        name = content.get('request')
-        reply = {'reply': number, 'error': f'{name} failed: {text}'}
     launcher_channel.send(reply, connection)
     return _REPLIED
 
@@ -199,12 +191,13 @@ def _pass_on(
         # else the launcher waits meanwhile
         listens = len(waiting) < _WAITING
         ready = launcher.poll(masks, listens=listens)
-        for frame in launcher.taken_frames():
-            if frame.kind == frames.STREAM and not at_end:
-                waiting += frame.body
-                at_end = not frame.body
-            elif frame.kind == frames.CONTROL and 'end' in frame.content():
-                return False
+        for message in launcher.new_messages():
+            match message:
+                case {'stream': {'data': bytes(data)}} if not at_end:
+                    waiting += data
+                    at_end = not data
+                case {'end': _}:
+                    return False
         if waiting and stdin in ready:
             try:
                 del waiting[: os.write(stdin, waiting)]
@@ -222,7 +215,7 @@ def _pass_on(
             if not data:
                 del readers[descriptor]
             elif readers[descriptor]:
-                launcher_channel.write(frames.encode(frames.STREAM, data))
+                launcher_channel.write(launcher_channel.stream_message(data))
             else:
                 for line in data.decode(errors='replace').splitlines():
                     launcher_channel.send({'line': line})

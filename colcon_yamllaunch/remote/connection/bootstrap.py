@@ -276,8 +276,8 @@ class Bootstrap:
         """
         Process received data.
 
-        Return the data to send, if :attr:`state` is `sending`, and the frames
-        behind the last answer, if it is `answered`.
+        Return the data to send, if :attr:`state` is `sending`, and what
+        follows the last answer, if it is `answered`.
         """
         self._data += data
         before, found, rest = self._data.partition(MARK)

@@ -6,8 +6,8 @@ The process that connects with a machine, such as `ssh`, and its watchdog.
 
 `ssh` that waits for a silent machine does not notice that its launcher was
 killed. The guard of a launch stops it then, but there is none before the
-launch runs. Until then a shell is the watchdog: it knows the process ids, and
-waits for the end of the launcher.
+launch runs. Until then a shell is the watchdog, which waits for the end of the
+launcher.
 
 The command runs `sh` there, which reads everything else from its standard
 input: that works with any login shell, and with commands that pass their words
@@ -23,8 +23,6 @@ import fcntl
 import os
 import shutil
 import signal
-import subprocess
-import threading
 import time
 from typing import Any
 
@@ -41,102 +39,26 @@ _END_TIMEOUT = 5.0
 _READ = 64 * 1024
 _TERMINAL = '/dev/tty'
 _SHELL = '/bin/sh'
-#: The watchdog reads lines `+ PID` and `- PID`; when they end, it stops the
-#: process groups that are left. A line `.` ends it, as forked processes may
-#: have the pipe open. SIGTERM comes first, so that `ssh` resets the terminal.
-_WATCH = """\
-pids=' '
-while read -r sign pid; do
-  case $sign in
-    +) pids="$pids$pid " ;;
-    -) pids="${pids%% $pid *} ${pids#* $pid }" ;;
-    .) exit ;;
-  esac
-done
-for pid in $pids; do kill -s TERM -- "-$pid"; done 2>/dev/null
-sleep 2
-for pid in $pids; do kill -s KILL -- "-$pid"; done 2>/dev/null
-"""
-#: Registers a process before it becomes its program, so that the watchdog
-#: knows it even if the launcher is killed at once.
-_REGISTER = """\
-trap '' PIPE
-echo "+ $$" >&3
-exec 3>&-
-trap - PIPE
+#: Runs a program with a watchdog, which is in its process group, but no child
+#: of it, and reads a pipe of the launcher. If that ends without a line, the
+#: launcher was killed, and the watchdog stops the group. SIGTERM comes first,
+#: so that `ssh` resets the terminal.
+_WATCHED = """\
+trap '' TERM
+( (
+  read -r line && exit
+  kill -s TERM -- "-$$"
+  sleep 2
+  kill -s KILL -- "-$$"
+) <&3 >/dev/null 2>&1 3<&- & )
+trap - TERM
+exec 3<&-
 exec "$@"
 """
 _REMOTE_SHELL = ('sh',)
 _BATCH = ('-o', 'BatchMode=yes')
 #: Slurm sets it within an allocation.
 _ALLOCATION = 'SLURM_JOB_ID'
-
-
-class Watchdog:
-    """A shell that stops process groups if this process ends before them."""
-
-    def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._process: subprocess.Popen[bytes] | None = None
-        self._watched: set[int] = set()
-
-    def spawn(
-        self,
-        path: str,
-        argv: Sequence[str],
-        environment: Mapping[str, str],
-        *,
-        file_actions: Sequence[tuple[int, int, int]],
-        **more: Any,
-    ) -> int:
-        """
-        Start a watched process in a group of its own; return its id.
-
-        The parameters are those of :func:`os.posix_spawn`.
-
-        :raises OSError: when it cannot be started
-        """
-        with self._lock:
-            if self._process is None:
-                self._process = subprocess.Popen(
-                    [_SHELL, '-c', _WATCH],
-                    stdin=subprocess.PIPE,
-                    stdout=subprocess.DEVNULL,
-                    stderr=subprocess.DEVNULL,
-                    # Ctrl-C and signals for our group are not for it
-                    start_new_session=True,
-                )
-            assert self._process.stdin is not None
-            pipe = self._process.stdin.fileno()
-            pid = os.posix_spawn(
-                _SHELL,
-                [_SHELL, '-c', _REGISTER, _SHELL, path, *argv[1:]],
-                environment,
-                file_actions=[*file_actions, (os.POSIX_SPAWN_DUP2, pipe, 3)],
-                **more,
-            )
-            self._watched.add(pid)
-            return pid
-
-    def release(self, pid: int) -> None:
-        """Stop watching a process, as it has ended, or as the guard does."""
-        with self._lock:
-            if pid not in self._watched or self._process is None:
-                return
-            self._watched.remove(pid)
-            assert self._process.stdin is not None
-            lines = f'- {pid}\n' if self._watched else '.\n'
-            # somebody may have killed it
-            with suppress(OSError):
-                os.write(self._process.stdin.fileno(), lines.encode())
-            if not self._watched:
-                self._process.stdin.close()
-                self._process.wait()
-                self._process = None
-
-
-#: The watchdog of this process.
-_WATCHDOG = Watchdog()
 
 
 class ConnectProcess:
@@ -168,18 +90,22 @@ class ConnectProcess:
         its_input, self.stdin = os.pipe()
         self.stdout, its_output = os.pipe()
         self.stderr, its_errors = os.pipe()
+        its_watch, self._watch = os.pipe()
+        words = [program, *command[1:]]
         actions = [
             (os.POSIX_SPAWN_DUP2, its_input, 0),
             (os.POSIX_SPAWN_DUP2, its_output, 1),
         ]
         if not asks:
             actions.append((os.POSIX_SPAWN_DUP2, its_errors, 2))
-        spawn: Any = _WATCHDOG.spawn if kept else os.posix_spawn
+        if kept:
+            words = [_SHELL, '-c', _WATCHED, _SHELL, *words]
+            actions.append((os.POSIX_SPAWN_DUP2, its_watch, 3))
         group: dict[str, Any] = {'setpgroup': 0} if asks else {'setsid': True}
         try:
-            self.pid: int = spawn(
-                program,
-                list(command),
+            self.pid = os.posix_spawn(
+                words[0],
+                words,
                 environment,
                 file_actions=actions,
                 setsigmask=(),
@@ -187,10 +113,11 @@ class ConnectProcess:
                 **group,
             )
         except BaseException:
+            self.leave_to_guard()
             self.close_pipes()
             raise
         finally:
-            for descriptor in (its_input, its_output, its_errors):
+            for descriptor in (its_input, its_output, its_errors, its_watch):
                 os.close(descriptor)
         for descriptor in (self.stdin, self.stdout):
             with suppress(OSError):
@@ -243,8 +170,13 @@ class ConnectProcess:
         return os.waitstatus_to_exitcode(self.status)
 
     def leave_to_guard(self) -> None:
-        """Let the guard of the launch replace the watchdog."""
-        _WATCHDOG.release(self.pid)
+        """End the watchdog, as the process has, or as the guard watches it."""
+        if self._watch != -1:
+            # forked processes may have the pipe open
+            with suppress(OSError):
+                os.write(self._watch, b'\n')
+            os.close(self._watch)
+            self._watch = -1
 
     def end(self, patience: float = _END_TIMEOUT) -> None:
         """
@@ -278,10 +210,6 @@ class ConnectProcess:
             if descriptor != -1:
                 os.close(descriptor)
                 setattr(self, name, -1)
-
-    def disown(self) -> None:
-        """Detach a forked child of this process from it."""
-        self.close_pipes()
 
 
 def has_terminal() -> bool:

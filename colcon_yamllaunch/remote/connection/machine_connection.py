@@ -1,13 +1,19 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""A connection with a machine before the launch."""
+"""
+A connection with a machine before the launch.
+
+Both ends send messages as those of the control protocol, see
+`agent/machine_agent`.
+"""
 
 from collections.abc import Callable
 from collections.abc import Mapping
 from collections.abc import Sequence
 from contextlib import suppress
 from functools import partial
+import json
 import math
 import os
 import select
@@ -23,10 +29,13 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.common.printable import printable
+from colcon_yamllaunch.control import protocol
+from colcon_yamllaunch.control.messages import MessageReader
+from colcon_yamllaunch.control.protocol import ProtocolError
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan_json import plan_to_json
+from colcon_yamllaunch.remote.agent.launcher_channel import stream_message
 from colcon_yamllaunch.remote.connection import connection_errors
-from colcon_yamllaunch.remote.connection import frames
 from colcon_yamllaunch.remote.connection.bootstrap import Bootstrap
 from colcon_yamllaunch.remote.connection.bootstrap import program_archive
 from colcon_yamllaunch.remote.connection.connect_process import connect_command
@@ -37,9 +46,6 @@ from colcon_yamllaunch.remote.connection.connect_process import ConnectProcess
 from colcon_yamllaunch.remote.connection.connect_process import foreground
 from colcon_yamllaunch.remote.connection.connect_process import has_terminal
 from colcon_yamllaunch.remote.connection.connection_errors import ConnectError
-from colcon_yamllaunch.remote.connection.frames import Frame
-from colcon_yamllaunch.remote.connection.frames import FrameError
-from colcon_yamllaunch.remote.connection.frames import FrameReader
 from colcon_yamllaunch.remote.deployment.deployment import Machine
 from colcon_yamllaunch.remote.part_protocol import PartSettings
 
@@ -58,6 +64,8 @@ _LOST = 255
 #: How often to check whether a program's output is still read (seconds).
 _READER_INTERVAL = 0.2
 
+#: The digits of the longest whole number; each of so many can be a float.
+_DIGITS = 19
 #: The answer to `hello` has more than the facts.
 _CODEC = Codec(accept_unknown=True)
 
@@ -95,7 +103,7 @@ class StartedPart:
     :param process: The connection that it was started through
     :param identity: The identity of the launch that it is there
     :param boot: What another start of the machine changes
-    :param received: What has come behind the answer
+    :param reader: Reads what comes behind the answer
     :param facts: What the machine is like
     :param settings: How it is run
     :param environment: The variables of the launcher
@@ -105,7 +113,7 @@ class StartedPart:
     process: ConnectProcess
     identity: str
     boot: str
-    received: bytes
+    reader: MessageReader
     facts: Facts
     settings: PartSettings
     environment: Mapping[str, str]
@@ -145,8 +153,8 @@ class MachineConnection:
         self._reading = threading.Lock()
         self._process: ConnectProcess | None = None
         self._is_closed = False
-        self._reader = FrameReader()
-        self._frames: list[Frame] = []
+        self._reader = MessageReader(read_message)
+        self._messages: list[dict[str, Any]] = []
         self._lock = threading.Lock()
         self._beats: threading.Thread | None = None
         self._quiet = threading.Event()
@@ -269,15 +277,13 @@ class MachineConnection:
                 self.machine, 'it does not tell what it has started'
             )
         self._stop_beats()
-        whole = (frames.encode(f.kind, f.body) for f in self._frames)
-        received = b''.join((*whole, self._reader.rest))
         self._process = None
         return StartedPart(
             self.machine,
             process,
             identity,
             boot,
-            received,
+            self._reader,
             self.facts,
             settings,
             self._environment,
@@ -421,14 +427,14 @@ class MachineConnection:
         with suppress(ConnectError), open(source, 'rb', 0) as file:
             while data := file.read(_READ):
                 if not has_ended.is_set():
-                    self._write(frames.encode(frames.STREAM, data))
+                    self._write(stream_message(data))
             if not has_ended.is_set():
-                self._write(frames.encode(frames.STREAM, b''))
+                self._write(stream_message(b''))
             poll = select.poll()
             poll.register(target, 0)
             while not has_ended.wait(_READER_INTERVAL):
                 if poll.poll(0):
-                    self._write(frames.message({'end': 0}))
+                    self._write(protocol.encode({'end': 0}))
                     break
 
     def _lost(self, process: ConnectProcess) -> ConnectError:
@@ -440,34 +446,34 @@ class MachineConnection:
     def _request(self, request: str, content: Mapping[str, Any]) -> int:
         self._number += 1
         message = {**content, 'request': request, 'id': self._number}
-        self._write(frames.message(message))
+        self._write(protocol.encode(message))
         return self._number
 
     def _answers(
         self, on_stream: Callable[[bytes], None] | None
     ) -> list[dict[str, Any]]:
         taken = []
-        while self._frames:
-            frame = self._frames.pop(0)
-            if frame.kind == frames.STREAM and on_stream is not None:
-                on_stream(frame.body)
-            elif frame.kind == frames.CONTROL:
-                try:
-                    taken.append(frame.content())
-                except FrameError as error:
-                    raise self._damaged(error) from error
-                if 'reply' in taken[-1]:
-                    break
+        while self._messages:
+            match self._messages.pop(0):
+                case {'stream': {'data': bytes(data)}} if on_stream:
+                    on_stream(data)
+                case {'request': _}:
+                    raise connection_errors.no_protocol(
+                        self.machine, 'it repeats what it is sent'
+                    )
+                case message:
+                    taken.append(message)
+                    if 'reply' in message:
+                        break
         return taken
 
     def _feed(self, data: bytes) -> None:
         try:
-            self._frames += self._reader.feed(data)
-        except FrameError as error:
-            raise self._damaged(error) from error
-
-    def _damaged(self, error: FrameError) -> ConnectError:
-        return connection_errors.no_protocol(self.machine, str(error))
+            self._messages += self._reader.feed(data)
+        except ProtocolError as error:
+            raise connection_errors.no_protocol(
+                self.machine, str(error)
+            ) from error
 
     def _receive(self, seconds: float | None) -> bytes:
         """
@@ -541,7 +547,7 @@ class MachineConnection:
         return self._process
 
     def _beat(self) -> None:
-        beat = frames.message({'beat': 0})
+        beat = protocol.encode({'beat': 0})
         while not self._quiet.wait(BEAT):
             with suppress(ConnectError):
                 self._write(beat)
@@ -559,3 +565,38 @@ def _write_all(descriptor: int, data: bytes) -> None:
     with suppress(OSError):
         while view:
             view = view[os.write(descriptor, view) :]
+
+
+def read_message(line: bytes) -> dict[str, Any]:
+    """
+    Return the message of a machine on a line; its numbers are finite.
+
+    :raises ProtocolError: when it is none
+    """
+    try:
+        content = _READER.decode(line.decode())
+    except (ValueError, RecursionError):
+        content = None
+    if not isinstance(content, dict):
+        raise ProtocolError(
+            'a message is no object in JSON, or a number in it too large'
+        )
+    return content
+
+
+def _integer(digits: str) -> int:
+    if len(digits) > _DIGITS:
+        raise ValueError
+    return int(digits)
+
+
+def _float(text: str) -> float:
+    number = float(text)
+    if not math.isfinite(number):
+        raise ValueError
+    return number
+
+
+_READER = json.JSONDecoder(
+    parse_int=_integer, parse_float=_float, parse_constant=_float
+)

@@ -42,7 +42,7 @@ Say = Callable[[str], None]
 #: The name of the file, below the workspace.
 MANIFEST_NAME = '.colcon_launch.synced.json'
 #: Raise it when the format of the file changes.
-_VERSION = 3
+_VERSION = 4
 #: How long a file system's clock takes at most to move on (seconds); see
 #: `fingerprint.TICK`.
 _SETTLED = 0.03
@@ -67,15 +67,17 @@ class Sent(NamedTuple):
     A file, link or folder as it is after a launch has sent it.
 
     :param sent: Its content at the launcher
-    :param content: Its content here, which a build may have changed since
-    :param status: Its size and times here; empty if they prove nothing
+    :param content: Its content here, which a build may have changed since;
+      while it is being sent, the one before
+    :param status: Its size and times here; empty if they prove nothing, and
+      None while it is being sent
     :param was_here: Whether it was here before any launch sent it, so that it
       is never deleted
     """
 
     sent: str
     content: str
-    status: list[int]
+    status: list[int] | None
     was_here: bool = False
 
 
@@ -87,20 +89,11 @@ class Folder:
     :param origin: The workspace that it comes from
     :param state: The state of its files at the launcher
     :param files: What is here, by paths relative to it
-    :param coming: The contents that a transfer sends, until it has finished
     """
 
     origin: str = ''
     state: str = ''
     files: dict[str, Sent] = field(default_factory=dict)
-    coming: dict[str, str] = field(default_factory=dict)
-
-    def has_sent(self, inner: str, content: str) -> bool:
-        """Return whether a launch has sent a content to a path."""
-        sent = self.files.get(inner)
-        return content == self.coming.get(inner) or (
-            sent is not None and sent.content == content
-        )
 
 
 class Manifest:
@@ -123,7 +116,6 @@ class Manifest:
                         folder['origin'],
                         folder['state'],
                         {p: Sent(*s) for p, s in folder['files'].items()},
-                        dict(folder['coming']),
                     )
                     for place, folder in found['folders'].items()
                 }
@@ -167,7 +159,6 @@ class Manifest:
         return (
             folder.origin == origin
             and folder.state == state != ''
-            and not folder.coming
             and all(
                 _is_unchanged(self.path(place, inner), sent)
                 for inner, sent in folder.files.items()
@@ -203,7 +194,11 @@ def prepare(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:
     in_the_way = [p for c in changes.values() for p in c.in_the_way]
     if in_the_way:
         raise UserError(_in_the_way(root, in_the_way))
-    files = {p: c.files() for p, c in changes.items() if c.coming}
+    coming = {p: found for p, c in changes.items() if (found := c.coming())}
+    files = {
+        place: [inner for inner, content in found.items() if is_file(content)]
+        for place, found in coming.items()
+    }
     if any(files.values()):
         check_rsync('there')
     deleted = 0
@@ -214,8 +209,9 @@ def prepare(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:
             deleted += change.apply(origin, states.get(place, ''))
         # a transfer that is interrupted now goes on from there
         manifest.write()
-        for change in changes.values():
-            change.create()
+        for place, found in coming.items():
+            for inner, content in found.items():
+                _create(manifest.path(place, inner), content)
     except OSError as e:
         raise _not_written(e, str(e.filename)) from e
     return {'send': packed(files), 'deleted': deleted}
@@ -234,16 +230,16 @@ def finish(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:  # noqa: A
     time.sleep(_SETTLED)
     for place in arguments['places']:
         folder = manifest.folders[place]
-        for inner, content in folder.coming.items():
-            path = manifest.path(place, inner)
-            found, status = _look(path, content)
-            if not have_same_data(found, content):
-                differ.append(path)
-                folder.state = ''
-            before = folder.files.get(inner)
-            was_here = before is not None and before.was_here
-            folder.files[inner] = Sent(content, found, status, was_here)
-        folder.coming = {}
+        for inner, sent in folder.files.items():
+            if sent.status is None:
+                path = manifest.path(place, inner)
+                found, status = _look(path, sent.sent)
+                if not have_same_data(found, sent.sent):
+                    differ.append(path)
+                    folder.state = ''
+                folder.files[inner] = sent._replace(
+                    content=found, status=status
+                )
     manifest.write()
     return {'differ': differ}
 
@@ -287,40 +283,24 @@ class _Changes:
         self._manifest = manifest
         self._place = place
         self._wanted = wanted
-        self._folder = manifest.folders.get(place, Folder())
-        self._same: dict[str, Sent] = {}
+        self._before = manifest.folders.get(place, Folder()).files
+        self._after: dict[str, Sent] = {}
         self._gone: dict[str, str] = {}
+        self._other_modes: list[str] = []
         #: Lines for the user.
         self.notes: list[str] = []
         #: Paths below the workspace that hold something of others.
         self.in_the_way: list[str] = []
-        #: The contents that are to replace others, by paths.
-        self.coming: dict[str, str] = {}
-        for inner in {**self._folder.files, **self._folder.coming}:
+        for inner, sent in self._before.items():
             if inner not in wanted:
-                self._compare_gone(inner)
+                self._compare_gone(inner, sent)
         for inner, content in wanted.items():
             self._compare(inner, content)
 
-    def files(self) -> list[str]:
-        """Return the paths of the files that rsync has to send."""
-        return [p for p, content in self.coming.items() if is_file(content)]
-
-    def create(self) -> None:
-        """Create the links and folders; rsync sends only files."""
-        for inner, content in self.coming.items():
-            path = self._path(inner)
-            is_folder = content == FOLDER
-            if is_file(content) or (is_folder and os.path.isdir(path)):
-                continue
-            if os.path.isdir(path) and not os.path.islink(path):
-                os.rmdir(path)
-            elif os.path.lexists(path):
-                os.unlink(path)
-            folder = path if is_folder else os.path.dirname(path)
-            os.makedirs(folder, exist_ok=True)
-            if not is_folder:
-                os.symlink(content.removeprefix(LINK), path)
+    def coming(self) -> dict[str, str]:
+        """Return the contents that are to replace others, by paths."""
+        after = self._after.items()
+        return {p: sent.sent for p, sent in after if sent.status is None}
 
     def apply(self, origin: str, state: str) -> int:
         """
@@ -336,22 +316,13 @@ class _Changes:
             return deleted
         # rsync would replace a file by a folder
         os.makedirs(os.path.dirname(self._path('')), exist_ok=True)
-        files = {
-            inner: sent._replace(was_here=False)
-            if inner in self.coming
-            else sent
-            for inner, sent in self._folder.files.items()
-            if inner in self._wanted
-        }
-        for inner, sent in self._same.items():
-            if sent.content != sent.sent:
-                path = self._path(inner)
-                _set_executable(path, self._wanted[inner].startswith('x'))
-                found, status = _look(path, sent.sent)
-                sent = sent._replace(content=found, status=status)
-            files[inner] = sent
+        for inner in self._other_modes:
+            path, sent = self._path(inner), self._after[inner]
+            _set_executable(path, sent.sent.startswith('x'))
+            found, status = _look(path, sent.sent)
+            self._after[inner] = sent._replace(content=found, status=status)
         self._manifest.folders[self._place] = Folder(
-            origin, state, files, self.coming
+            origin, state, self._after
         )
         return deleted
 
@@ -373,15 +344,13 @@ class _Changes:
                 os.removedirs(os.path.dirname(self._path('')))
         return count
 
-    def _compare_gone(self, inner: str) -> None:
+    def _compare_gone(self, inner: str, sent: Sent) -> None:
         found = content_at(self._path(inner))
-        sent = self._folder.files.get(inner)
-        was_here = sent is not None and sent.was_here
-        if not found or (found == FOLDER and was_here):
+        if not found or (found == FOLDER and sent.was_here):
             return
-        if was_here:
+        if sent.was_here:
             self._note(inner, 'was not brought by a launch')
-        elif found == FOLDER or self._folder.has_sent(inner, found):
+        elif found in (FOLDER, sent.sent, sent.content):
             self._gone[inner] = found
         else:
             self._note(inner, 'was changed there')
@@ -393,18 +362,21 @@ class _Changes:
         )
 
     def _compare(self, inner: str, content: str) -> None:
-        path, sent = self._path(inner), self._folder.files.get(inner)
+        path, sent = self._path(inner), self._before.get(inner)
         if (
             sent is not None
             and sent.sent == content
             and _is_unchanged(path, sent)
         ):
+            self._after[inner] = sent
             return
         found, status = _look(path, content)
-        is_ours = self._folder.has_sent(inner, found)
+        is_ours = sent is not None and found in (sent.sent, sent.content)
         if have_same_data(found, content):
-            was_here = not is_ours if sent is None else sent.was_here
-            self._same[inner] = Sent(content, found, status, was_here)
+            was_here = sent is None or sent.was_here
+            self._after[inner] = Sent(content, found, status, was_here)
+            if found != content:
+                self._other_modes.append(inner)
         elif (
             self._has_others(inner)
             if found == FOLDER
@@ -412,7 +384,7 @@ class _Changes:
         ):
             self.in_the_way.append(f'{self._place}/{inner}'.strip('/'))
         else:
-            self.coming[inner] = content
+            self._after[inner] = Sent(content, found, None)
 
     def _has_others(self, inner: str) -> bool:
         """Return whether there is something of others in a folder."""
@@ -429,6 +401,8 @@ class _Changes:
 
 def _is_unchanged(path: str, sent: Sent) -> bool:
     """Return whether the file at `path` is as it was sent."""
+    if sent.status is None:
+        return False
     if sent.status and _status(path) == sent.status:
         return True
     try:
@@ -458,6 +432,21 @@ def _status(path: str) -> list[int]:
     if now.size < 0 or not now.is_settled:
         return []
     return [now.size, now.mtime, now.ctime, now.inode]
+
+
+def _create(path: str, content: str) -> None:
+    """Create a link or folder; rsync sends only files."""
+    is_folder = content == FOLDER
+    if is_file(content) or (is_folder and os.path.isdir(path)):
+        return
+    if os.path.isdir(path) and not os.path.islink(path):
+        os.rmdir(path)
+    elif os.path.lexists(path):
+        os.unlink(path)
+    folder = path if is_folder else os.path.dirname(path)
+    os.makedirs(folder, exist_ok=True)
+    if not is_folder:
+        os.symlink(content.removeprefix(LINK), path)
 
 
 def _set_executable(path: str, is_executable: bool) -> None:

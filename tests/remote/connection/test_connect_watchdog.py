@@ -72,10 +72,6 @@ def test_killed_launcher_leaves_no_connection(ended: tuple[str, ...]) -> None:
             'first' not in ended,
             'all' not in ended,
         ]
-        children = Path(f'/proc/{connects.pid}/task/{connects.pid}/children')
-        # the watchdog runs as long as there is something to watch
-        count = len(children.read_text().split())
-        assert count == {0: 3, 1: 2, 2: 0}[len(ended)]
         connects.kill()
         connects.wait()
         while any(map(_runs, pids)):

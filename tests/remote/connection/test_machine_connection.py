@@ -9,6 +9,7 @@ from pathlib import Path
 import threading
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.control.protocol import ProtocolError
 from colcon_yamllaunch.remote.connection import machine_connection
 from colcon_yamllaunch.remote.connection.connection_errors import ConnectError
 from colcon_yamllaunch.remote.connection.machine_connection import (
@@ -265,3 +266,18 @@ def test_failed_command_is_an_error() -> None:
     text = str(failed(MachineConnection(Machine('edge', 'connect', words))))
     assert 'the connection ended before it stood (exit code 1)' in text
     assert text.endswith('\n  no such container: edge')
+
+
+@pytest.mark.hostile
+@pytest.mark.parametrize(
+    'line',
+    [
+        *(b'[]', b'null', b'{', b'\xff', b'[' * 100_000, b'9' * 10_000),
+        b'{"a": 1' + b'0' * 60 + b'}',
+        b'{"a": {"b": -' + b'9' * 400 + b'}}',
+        *(b'{"a": 1e999}', b'{"a": NaN}', b'{"a": -Infinity}'),
+    ],
+)
+def test_message_that_is_no_object_is_refused(line: bytes) -> None:
+    with pytest.raises(ProtocolError):
+        machine_connection.read_message(line)

@@ -15,8 +15,8 @@ from colcon_yamllaunch.engine.commands import Describe
 from colcon_yamllaunch.engine.event_codec import FROM_MACHINES
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.state import to_json
-from colcon_yamllaunch.remote.connection import frames
 from colcon_yamllaunch.remote.connection.machine_connection import Facts
+from colcon_yamllaunch.remote.connection.machine_connection import read_message
 from colcon_yamllaunch.remote.connection.machine_connection import StartedPart
 from colcon_yamllaunch.remote.deployment.deployment import Machine
 from colcon_yamllaunch.remote.machine_link import MachineLink
@@ -117,8 +117,15 @@ def _sent(
     # an allocation is not connected with again
     machine = Machine('arm', 'slurm', ())
     started: Any = StartedPart(
-        machine, _Process(), 'i', 'b', b'', FACTS, PartSettings('arm'), {}
-    )  # type: ignore[arg-type]
+        machine,
+        _Process(),
+        'i',
+        'b',
+        messages.MessageReader(read_message),
+        FACTS,
+        PartSettings('arm'),
+        {},
+    )
     link = MachineLink(started)
     part = RemotePart(link, plan(LABEL))
     launch = _Launch()
@@ -129,7 +136,7 @@ def _sent(
         for _ in range(2):
             part.measure(bool)
             part.ask(Describe(LABEL), bool)
-        link._feed(frames.message({'relay': True}))
+        link._feed(protocol.encode({'relay': True}))
         link._feed(protocol.encode(answer))
         for data in sent:
             if part.is_over:
@@ -138,7 +145,6 @@ def _sent(
             launch.loop.wake()
             launch.loop.run_once()
             to_json(launch.state)
-            part.cpu_shares()
         return part, launch
     finally:
         part.close()

@@ -524,7 +524,7 @@ def test_figures_are_waited_for_but_not_for_long():
     known = []
     played.link.tells(events.Started(DRIVER, 77))
     played.parts.measure(lambda: known.append(True))
-    played.link.answers('measure', usage={LABEL: [0.5, 1000], 'odd': 3})
+    played.link.answers('measure', usage={LABEL: [0.5, 1000]})
     assert not known
     played.now += MEASURING
     played.parts.end_turn()

@@ -66,7 +66,7 @@ def test_a_read_only_workspace(developer: Developer, mounts: Mounts) -> None:
 def test_a_damaged_record(developer: Developer) -> None:
     developer.sync('a')
     record = developer.machine.root / '.colcon_launch.synced.json'
-    values = {'version': 3, 'root': str(record.parent), 'folders': {'a': 5}}
+    values = {'version': 4, 'root': str(record.parent), 'folders': {'a': 5}}
     for text in ('', '[]', '{"version": 1}', json.dumps(values)):
         record.write_text(text)
         # all of it is there as it is to be
