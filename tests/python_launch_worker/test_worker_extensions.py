@@ -14,7 +14,7 @@ from support.talking_host import Message
 from support.talking_host import TalkingHost
 
 # one host is enough
-pytestmark = pytest.mark.xdist_group('host_extensions')
+pytestmark = pytest.mark.xdist_group('extensions')
 
 MODULE = """\
 import pathlib

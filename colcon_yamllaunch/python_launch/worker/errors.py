@@ -18,16 +18,15 @@ import traceback
 from typing import Any
 from typing import TYPE_CHECKING
 
-from host_texts import is_a
+from .channel import Json
+from .descriptions import is_a
 
 if TYPE_CHECKING:
     from types import CodeType
     from types import TracebackType
 
-    from host_positions import Positions
+    from .positions import Positions
 
-    # as code, this needs 3.9
-    Json = dict[str, Any]
 
 #: How many frames are shown of a recursion without end, the innermost ones.
 MAXIMUM_FRAMES = 20

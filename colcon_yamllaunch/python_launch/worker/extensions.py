@@ -18,15 +18,13 @@ import sys
 from typing import Any
 from typing import TYPE_CHECKING
 
-from host_errors import described
-from host_errors import note_entity
-from host_errors import ToldError
+from .channel import Json
+from .errors import described
+from .errors import note_entity
+from .errors import ToldError
 
 if TYPE_CHECKING:
-    from host_visit import Visitor
-
-    # as code, this needs 3.9
-    Json = dict[str, Any]
+    from .visit import Visitor
 
 
 # as packages may expect them of `launch_yaml` and `launch_xml`

@@ -16,24 +16,22 @@ import threading
 from typing import Any
 from typing import TYPE_CHECKING
 
-from host_errors import ArgumentError
-from host_errors import described
-from host_errors import Failed
-from host_errors import frame_of
-from host_errors import frames_of_thread
-from host_errors import no_action
-from host_errors import note_entity
-from host_errors import plainly_described
-from host_errors import Refused
-from host_packages import Packages
-from host_positions import Positions
-from host_scope import Scopes
+from .channel import Json
+from .errors import ArgumentError
+from .errors import described
+from .errors import Failed
+from .errors import frame_of
+from .errors import frames_of_thread
+from .errors import no_action
+from .errors import note_entity
+from .errors import plainly_described
+from .errors import Refused
+from .packages import Packages
+from .positions import Positions
+from .scope import Scopes
 
 if TYPE_CHECKING:
-    from host_channel import Channel
-
-    # as code, this needs 3.9
-    Json = dict[str, Any]
+    from .channel import Channel
 
 
 class Marker:

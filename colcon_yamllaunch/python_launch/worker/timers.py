@@ -22,20 +22,19 @@ import os
 from typing import Any
 from typing import TYPE_CHECKING
 
-from host_entries import replace_method
-from host_events import Future
-from host_handlers import Describer
-from host_packages import when_imported
-from host_scope import set_environment
-from host_texts import is_a
-from host_visit import Marker
+from .channel import Json
+from .descriptions import is_a
+from .entries import replace_method
+from .events import Future
+from .handlers import Describer
+from .packages import when_imported
+from .scope import set_environment
+from .visit import Marker
 
 if TYPE_CHECKING:
-    from host_events import Events
-    from host_visit import Visitor
+    from .events import Events
+    from .visit import Visitor
 
-    # as code, this needs 3.9
-    Json = dict[str, Any]
 
 #: Actions of ROS 2 whose time matters.
 _TIMELY = (
@@ -51,7 +50,7 @@ _REQUESTS = ('ChangeState', 'ShutdownProcess', 'SignalProcess')
 _POPS = {'PopLaunchConfigurations': 0, 'PopEnvironment': 1}
 _PUSHES = {'PushLaunchConfigurations': 0, 'PushEnvironment': 1}
 #: The modules whose actions are known.
-_KNOWN = ('launch.', 'launch_ros.', 'host_')
+_KNOWN = ('launch.', 'launch_ros.', f'{__package__}.')
 
 
 class _Scope:

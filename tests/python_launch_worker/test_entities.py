@@ -6,7 +6,7 @@
 from types import SimpleNamespace
 from typing import Any
 
-import host_extensions
+from colcon_yamllaunch.python_launch.worker import extensions
 import pytest
 
 ITEMS = 'list of entities'
@@ -32,7 +32,7 @@ def _types(monkeypatch: pytest.MonkeyPatch) -> None:
         ),
     }
     monkeypatch.setattr(
-        host_extensions.importlib, 'import_module', played.__getitem__
+        extensions.importlib, 'import_module', played.__getitem__
     )
 
 
@@ -49,11 +49,11 @@ def written(
 
 
 def yaml(**fields: Any) -> Any:
-    return host_extensions._YamlEntity(written(**fields))
+    return extensions._YamlEntity(written(**fields))
 
 
 def xml(**fields: Any) -> Any:
-    return host_extensions._XmlEntity(written(**fields))
+    return extensions._XmlEntity(written(**fields))
 
 
 def test_values_of_yaml_have_their_types() -> None:
@@ -70,7 +70,7 @@ def test_values_of_yaml_have_their_types() -> None:
 
 def test_values_of_yaml_are_texts_as_they_are_written() -> None:
     fields = written(a=True) | {'texts': {'a': 'True'}}
-    made = host_extensions._YamlEntity(fields)
+    made = extensions._YamlEntity(fields)
     assert made.get_attr('a') == 'True'
     assert made.get_attr('a', data_type=bool) is True
 

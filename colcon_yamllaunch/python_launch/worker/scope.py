@@ -8,13 +8,9 @@ from __future__ import annotations
 import importlib
 import os
 from typing import Any
-from typing import TYPE_CHECKING
 
-from host_texts import as_json
-
-if TYPE_CHECKING:
-    # as code, this needs 3.9
-    Json = dict[str, Any]
+from .channel import Json
+from .descriptions import as_json
 
 #: What launch_ros keeps among the launch configurations.
 NAMESPACE = 'ros_namespace'

@@ -7,8 +7,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import host_errors
-from host_positions import Positions
+from colcon_yamllaunch.python_launch.worker import errors
+from colcon_yamllaunch.python_launch.worker.positions import Positions
 import pytest
 
 
@@ -37,7 +37,7 @@ def told(
 
     with pytest.raises(BaseException) as info:
         around(run)
-    return host_errors.described(info.value, positions, Packages())
+    return errors.described(info.value, positions, Packages())
 
 
 def test_frames_are_those_of_the_file(tmp_path: Path) -> None:
@@ -86,8 +86,8 @@ def test_an_error_without_frames_is_where_the_entity_was_made() -> None:
     positions = Positions()
     positions.otherwise = ['/a.launch.py', 1, 1]
     error = ValueError('no')
-    host_errors.note_entity(error, object())
-    described = host_errors.described(error, positions, Packages())
+    errors.note_entity(error, object())
+    described = errors.described(error, positions, Packages())
     (frame,) = described['frames']
     assert frame['position'] == ['/a.launch.py', 1, 1]
     assert described['text'] == 'ValueError: no'
@@ -96,7 +96,7 @@ def test_an_error_without_frames_is_where_the_entity_was_made() -> None:
 @pytest.mark.parametrize(
     ('error', 'argument'),
     [
-        (host_errors.ArgumentError('a'), 'a'),
+        (errors.ArgumentError('a'), 'a'),
         (
             RuntimeError(
                 'Included launch description missing required argument '
@@ -115,7 +115,7 @@ def test_an_error_without_frames_is_where_the_entity_was_made() -> None:
 def test_missing_arguments_are_named(
     error: Exception, argument: str | None
 ) -> None:
-    described = host_errors.described(error, Positions(), Packages())
+    described = errors.described(error, Positions(), Packages())
     assert described['argument'] == argument
     assert described['frames'] == []
 
@@ -125,14 +125,14 @@ def test_a_key_error_with_a_text_is_told_as_text() -> None:
         pass
 
     error = PackageNotFoundError("package 'a' not found")
-    described = host_errors.described(error, Positions(), Packages())
+    described = errors.described(error, Positions(), Packages())
     assert described['text'] == "PackageNotFoundError: package 'a' not found"
 
 
 def test_what_led_to_an_error_is_gone_through_once() -> None:
     first, second = ValueError('1'), ValueError('2')
     first.__cause__, second.__cause__ = second, first
-    assert list(host_errors.chain(first)) == [first, second]
+    assert list(errors.chain(first)) == [first, second]
 
 
 @pytest.mark.parametrize(

@@ -9,14 +9,12 @@ import os
 from typing import Any
 from typing import TYPE_CHECKING
 
-from host_texts import as_written
-from host_visit import declared_arguments
+from .channel import Json
+from .descriptions import as_written
+from .visit import declared_arguments
 
 if TYPE_CHECKING:
-    from host_visit import Visitor
-
-    # as code, this needs 3.9
-    Json = dict[str, Any]
+    from .visit import Visitor
 
 
 def install(visitor: Visitor) -> None:

@@ -8,13 +8,13 @@ import json
 from types import SimpleNamespace
 from typing import Any
 
-from host_entries import is_shutdown
-from host_entries import message_value
-from host_entries import nearest_mode
-from host_entries import through_shell
-from host_texts import as_json
-from host_texts import as_written
-from host_texts import condition_text
+from colcon_yamllaunch.python_launch.worker.descriptions import as_json
+from colcon_yamllaunch.python_launch.worker.descriptions import as_written
+from colcon_yamllaunch.python_launch.worker.descriptions import condition_text
+from colcon_yamllaunch.python_launch.worker.entries import is_shutdown
+from colcon_yamllaunch.python_launch.worker.entries import message_value
+from colcon_yamllaunch.python_launch.worker.entries import nearest_mode
+from colcon_yamllaunch.python_launch.worker.entries import through_shell
 import pytest
 
 

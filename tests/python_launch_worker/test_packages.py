@@ -10,7 +10,8 @@ import sys
 from types import SimpleNamespace
 from typing import Any
 
-import host_packages
+from colcon_yamllaunch.python_launch.worker.packages import Packages
+from colcon_yamllaunch.python_launch.worker.packages import when_imported
 import pytest
 
 
@@ -41,9 +42,9 @@ def visitor() -> Visitor:
 
 
 @pytest.fixture
-def packages(visitor: Visitor) -> host_packages.Packages:
+def packages(visitor: Visitor) -> Packages:
     found: Any = visitor
-    packages = host_packages.Packages(found)
+    packages = Packages(found)
     packages.set(
         {
             'apart': {'prefix': '/ws/install/apart', 'built': False},
@@ -55,7 +56,7 @@ def packages(visitor: Visitor) -> host_packages.Packages:
 
 
 @pytest.fixture
-def index(packages: host_packages.Packages) -> Any:
+def index(packages: Packages) -> Any:
     """Return an ament index, without `apart` and `nowhere`."""
 
     def find(package_name: str) -> str:
@@ -82,7 +83,7 @@ def library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 def test_a_package_that_is_not_built_is_where_it_will_be(
-    index: Any, visitor: Visitor, packages: host_packages.Packages
+    index: Any, visitor: Visitor, packages: Packages
 ) -> None:
     assert index.get_package_prefix('two') == '/there'
     assert index.get_package_prefix('apart') == '/ws/install/apart'
@@ -94,7 +95,7 @@ def test_a_package_that_is_not_built_is_where_it_will_be(
 
 
 def test_a_package_that_nobody_has_is_missing(
-    index: Any, visitor: Visitor, packages: host_packages.Packages
+    index: Any, visitor: Visitor, packages: Packages
 ) -> None:
     with pytest.raises(LookupError) as info:
         index.get_package_prefix('nowhere')
@@ -119,13 +120,13 @@ def test_a_package_that_nobody_has_is_missing(
     ],
 )
 def test_the_package_that_an_error_is_about(
-    packages: host_packages.Packages, error: Exception, package: str | None
+    packages: Packages, error: Exception, package: str | None
 ) -> None:
     assert packages.missing(error) == package
 
 
 def test_a_file_is_looked_for_where_it_will_come_from(
-    packages: host_packages.Packages, visitor: Visitor, tmp_path: Path
+    packages: Packages, visitor: Visitor, tmp_path: Path
 ) -> None:
     source = str(tmp_path / 'p.yaml')
     visitor.answer = {'path': source}
@@ -140,7 +141,7 @@ def test_a_file_is_looked_for_where_it_will_come_from(
 
 
 def test_a_file_that_nobody_knows_stays_where_it_is(
-    packages: host_packages.Packages, visitor: Visitor
+    packages: Packages, visitor: Visitor
 ) -> None:
     visitor.answer = {'path': None}
     path = '/merged/share/one/p.yaml'
@@ -149,7 +150,7 @@ def test_a_file_that_nobody_knows_stays_where_it_is(
 
 
 def test_an_executable_that_is_not_built_is_where_it_will_be(
-    packages: host_packages.Packages, visitor: Visitor
+    packages: Packages, visitor: Visitor
 ) -> None:
     class ExecutableInPackage:
         def __init__(self, package: str, executable: str) -> None:
@@ -174,14 +175,14 @@ def test_an_executable_that_is_not_built_is_where_it_will_be(
 @pytest.mark.usefixtures('library')
 def test_something_is_done_when_a_module_is_imported() -> None:
     found: list[object] = []
-    host_packages.when_imported(
+    when_imported(
         'some_library.inner', lambda module: found.append(module.value)
     )
     importlib.import_module('some_library')
     assert found == []
     importlib.import_module('some_library.inner')
     assert found == [1]
-    host_packages.when_imported(
+    when_imported(
         'some_library.inner', lambda module: found.append(module.value)
     )
     assert found == [1, 1]

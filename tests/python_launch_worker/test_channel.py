@@ -14,11 +14,9 @@ import sys
 import time
 from typing import Any
 
-from colcon_yamllaunch import python_launch
-import host_channel
+from colcon_yamllaunch.python_launch.worker import channel
 import pytest
 
-FOLDER = Path(next(iter(python_launch.__path__)), 'worker')
 DEADLINE = 60.0
 
 
@@ -29,8 +27,7 @@ class Talk:
         program = folder / 'program.py'
         program.write_text(
             'import os, subprocess, sys, time\n'
-            f'sys.path.insert(0, {str(FOLDER)!r})\n'
-            'from host_channel import Channel\n'
+            f'from {channel.__name__} import Channel\n'
             'if os.getpgid(0) != os.getpid():\n'
             '    os.setpgid(0, 0)\n'
             'channel = Channel()\n' + code
@@ -208,7 +205,7 @@ def test_a_copy_does_not_hide_the_end_of_the_host(
 
 def test_a_log_that_cannot_be_written_is_no_error() -> None:
     descriptor = os.open('/dev/full', os.O_WRONLY)
-    log = host_channel.log_output(descriptor)
+    log = channel.log_output(descriptor)
     print('x' * 100_000, 'é\udcff', file=log)
     os.close(descriptor)
     print('gone', file=log)

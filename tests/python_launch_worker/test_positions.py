@@ -5,11 +5,12 @@
 
 import ast
 from collections.abc import Callable
+import inspect
 from pathlib import Path
 import sys
 from typing import Any
 
-import host_positions
+from colcon_yamllaunch.python_launch.worker.positions import Positions
 import pytest
 
 HAS_COLUMNS = sys.version_info >= (3, 11)
@@ -20,8 +21,8 @@ class Made:
 
 
 @pytest.fixture
-def positions() -> host_positions.Positions:
-    positions = host_positions.Positions()
+def positions() -> Positions:
+    positions = Positions()
     # these tests stand where `launch` does
     positions._users[__file__] = False
     return positions
@@ -42,7 +43,7 @@ def run(path: Path, source: str, note: Callable[[object], None]) -> Any:
 
 
 def test_the_call_is_the_position(
-    tmp_path: Path, positions: host_positions.Positions
+    tmp_path: Path, positions: Positions
 ) -> None:
     path = tmp_path / 'a.launch.py'
     positions.add_file(str(path))
@@ -57,7 +58,7 @@ def test_the_call_is_the_position(
 
 
 def test_what_was_made_elsewhere_has_the_other_position(
-    positions: host_positions.Positions,
+    positions: Positions,
 ) -> None:
     assert positions.of(Made()) is None
     positions.otherwise = ['/a.launch.py', 1, 1]
@@ -65,7 +66,7 @@ def test_what_was_made_elsewhere_has_the_other_position(
 
 
 def test_the_first_that_has_a_position_gives_it(
-    tmp_path: Path, positions: host_positions.Positions
+    tmp_path: Path, positions: Positions
 ) -> None:
     path = tmp_path / 'a.launch.py'
     positions.add_file(str(path))
@@ -79,7 +80,7 @@ def test_the_first_that_has_a_position_gives_it(
 
 
 def test_a_parameter_is_where_its_name_stands(
-    tmp_path: Path, positions: host_positions.Positions
+    tmp_path: Path, positions: Positions
 ) -> None:
     path = tmp_path / 'a.launch.py'
     positions.add_file(str(path))
@@ -105,21 +106,21 @@ def test_a_parameter_is_where_its_name_stands(
             False,
         ),
         ('/usr/lib/python3/dist-packages/yaml/__init__.py', False),
-        (host_positions.__file__, False),
+        (inspect.getfile(Positions), False),
         (ast.__file__, False),
         ('<frozen importlib._bootstrap>', False),
         ('<string>', False),
     ],
 )
 def test_what_is_installed_is_not_the_users(
-    positions: host_positions.Positions, path: str, is_users: bool
+    positions: Positions, path: str, is_users: bool
 ) -> None:
     positions.set_prefixes(['/ws/install/p'])
     assert positions.is_users(path) is is_users
 
 
 def test_a_launch_file_is_the_users_wherever_it_is(
-    positions: host_positions.Positions,
+    positions: Positions,
 ) -> None:
     path = '/usr/lib/python3/dist-packages/a.launch.py'
     assert not positions.is_users(path)

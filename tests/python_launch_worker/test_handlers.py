@@ -7,12 +7,12 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-from host_events import Future
-from host_events import Queue
-from host_handlers import Describer
-from host_handlers import OF_HOST
-from host_timers import split
-from host_visit import Marker
+from colcon_yamllaunch.python_launch.worker.events import Future
+from colcon_yamllaunch.python_launch.worker.events import Queue
+from colcon_yamllaunch.python_launch.worker.handlers import Describer
+from colcon_yamllaunch.python_launch.worker.handlers import OF_HOST
+from colcon_yamllaunch.python_launch.worker.timers import split
+from colcon_yamllaunch.python_launch.worker.visit import Marker
 import pytest
 
 
@@ -44,7 +44,7 @@ UNKNOWN = made('LaunchConfiguration', variable_name='speed')
 SHUTDOWN = made('Shutdown', reason='reason not given')
 TALKER = process('talker')
 LINE = spawn_more.__code__.co_firstlineno
-CALL = f'call spawn_more (test_host_handlers.py:{LINE})'
+CALL = f'call spawn_more (test_handlers.py:{LINE})'
 
 
 def emitted(event: Any) -> Any:
@@ -143,7 +143,7 @@ def test_a_condition_is_told() -> None:
 def test_functions_of_launch_are_not_told() -> None:
     own = made('OpaqueFunction', __function=Marker.visit)
     assert described(own) == [
-        'call visit (host_visit.py:LINE)'.replace(
+        'call visit (visit.py:LINE)'.replace(
             'LINE', str(Marker.visit.__code__.co_firstlineno)
         )
     ]

@@ -14,15 +14,11 @@ import contextlib
 from functools import partial
 import os
 from typing import Any
-from typing import TYPE_CHECKING
 
-from host_texts import as_written
-from host_texts import condition_text
-from host_texts import is_a
-
-if TYPE_CHECKING:
-    # as code, this needs 3.9
-    Json = dict[str, Any]
+from .channel import Json
+from .descriptions import as_written
+from .descriptions import condition_text
+from .descriptions import is_a
 
 #: The attribute that the event handlers of this program have.
 OF_HOST = '_launch_worker_handler'

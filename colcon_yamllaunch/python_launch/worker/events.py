@@ -19,24 +19,23 @@ import signal
 from typing import Any
 from typing import TYPE_CHECKING
 
-from host_entries import is_shutdown
-from host_entries import replace_method
-from host_handlers import Describer
-from host_handlers import entities_of
-from host_handlers import hears
-from host_handlers import is_settled
-from host_handlers import may_hear
-from host_handlers import may_waver
-from host_handlers import OF_HOST
-from host_handlers import TRANSITIONS
-from host_texts import is_a
+from .channel import Json
+from .descriptions import is_a
+from .entries import is_shutdown
+from .entries import replace_method
+from .handlers import Describer
+from .handlers import entities_of
+from .handlers import hears
+from .handlers import is_settled
+from .handlers import may_hear
+from .handlers import may_waver
+from .handlers import OF_HOST
+from .handlers import TRANSITIONS
 
 if TYPE_CHECKING:
-    from host_entries import Entries
-    from host_visit import Visitor
+    from .entries import Entries
+    from .visit import Visitor
 
-    # as code, this needs 3.9
-    Json = dict[str, Any]
 
 #: The numbers of states in lifecycle_msgs/msg/State.
 STATES = {

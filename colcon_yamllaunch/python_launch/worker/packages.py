@@ -19,10 +19,10 @@ from typing import Any
 from typing import TYPE_CHECKING
 import warnings
 
-from host_errors import chain
+from .errors import chain
 
 if TYPE_CHECKING:
-    from host_visit import Visitor
+    from .visit import Visitor
 
 #: Keeps the package that an error is about.
 _PACKAGE = '_launch_worker_package'

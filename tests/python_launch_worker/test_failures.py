@@ -6,7 +6,7 @@
 from typing import Any
 from typing import NoReturn
 
-from host_visit import Visitor
+from colcon_yamllaunch.python_launch.worker.visit import Visitor
 import pytest
 
 

@@ -17,11 +17,8 @@ import queue
 import signal
 import threading
 from typing import Any
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    # as code, this needs 3.9
-    Json = dict[str, Any]
+Json = dict[str, Any]
 
 READ_SIZE = 1 << 16
 #: The first descriptor for the lines: launch files that make themselves

@@ -19,20 +19,19 @@ import tempfile
 from typing import Any
 from typing import TYPE_CHECKING
 
-from host_errors import checked
-from host_errors import Failed
-from host_errors import ToldError
-from host_packages import when_imported
-from host_texts import as_json
-from host_texts import condition_text
-from host_texts import is_a
-from host_visit import Marker
+from .channel import Json
+from .descriptions import as_json
+from .descriptions import condition_text
+from .descriptions import is_a
+from .errors import checked
+from .errors import Failed
+from .errors import ToldError
+from .packages import when_imported
+from .visit import Marker
 
 if TYPE_CHECKING:
-    from host_visit import Visitor
+    from .visit import Visitor
 
-    # as code, this needs 3.9
-    Json = dict[str, Any]
 
 #: The attribute that keeps the `id` of what an action has started.
 ID = '_launch_worker_id'
