@@ -19,9 +19,8 @@ from colcon_yamllaunch.common.adoption import Adoption
 from colcon_yamllaunch.common.errors import OutputError
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.control.journal import Journal
-from colcon_yamllaunch.control.launch_record import LaunchRecord
+from colcon_yamllaunch.control.server import LaunchRecord
 from colcon_yamllaunch.control.server import serve
-from colcon_yamllaunch.control.service import Service
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.engine import Engine
@@ -250,17 +249,12 @@ class _Launch:
         """
         engine, context = self.engine, self._context
         self._terminal.connect(engine, stack)
-        service = Service(
-            engine,
-            Journal(context.log_folder, context.log_limit),
-            self.guard.lease,
-        )
 
         def show() -> None:
             engine.serve = bool
             serve(
                 engine,
-                service,
+                Journal(context.log_folder, context.log_limit),
                 self._display.environment,
                 self.guard,
                 self._record,

@@ -14,10 +14,10 @@ from typing import cast
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.control import protocol
-from colcon_yamllaunch.control.messages import MessageReader
+from colcon_yamllaunch.control.protocol import MessageReader
 from colcon_yamllaunch.control.protocol import ProtocolError
-from colcon_yamllaunch.control.socket_address import connections
-from colcon_yamllaunch.control.socket_address import peer_pid
+from colcon_yamllaunch.control.socket_folder import connections
+from colcon_yamllaunch.control.socket_folder import peer_pid
 from colcon_yamllaunch.control.subscription import Happened
 from colcon_yamllaunch.control.subscription import Point
 from colcon_yamllaunch.control.subscription import Received

@@ -29,7 +29,7 @@ from colcon_yamllaunch.common.process_scan import running_processes
 from colcon_yamllaunch.common.process_scan import variable_of
 from colcon_yamllaunch.control.client import ControlError
 from colcon_yamllaunch.control.client import LaunchEndedError
-from colcon_yamllaunch.control.launch_record import SUFFIX
+from colcon_yamllaunch.control.server import RECORD_SUFFIX
 from colcon_yamllaunch.control.socket_folder import FolderError
 from colcon_yamllaunch.control.socket_folder import folders
 from colcon_yamllaunch.control.socket_folder import open_folder
@@ -79,15 +79,11 @@ class OrphanedLaunch(Targets):
         self._identity = identity
         self._remains = remains
         self._parameters = _place(record.get('parameters'))
-        self._timeouts = {
-            n: Timeouts(*pair)
-            for n, pair in enumerate(record.get('timeouts', ()))
-        }
         self._stops: dict[int, Escalation] = {}
         self._chosen: set[int] = set()
         # what loses its parent by a signal may have nothing else that tells
         self._seen: Known = {}
-        known = record.get('processes', ())
+        self._known: Sequence[Mapping[str, Any]] = record.get('processes', ())
         found = self.search()
         pids = (orphan.pid for orphan in found)
         self._cgroup = LaunchCgroup.of_members(identity, pids)
@@ -104,7 +100,7 @@ class OrphanedLaunch(Targets):
         self._note_guard()
         for number in sorted({o.number for o in found}):
             own = [o for o in found if o.number == number]
-            process = _state(number, own, known)
+            process = _state(number, own, self._record(number))
             state.by_label[process.label] = process
             self._numbers[process.label] = number
             if process.log is not None:
@@ -201,12 +197,18 @@ class OrphanedLaunch(Targets):
 
     def _begin_stops(self, now: float) -> None:
         for number in self._chosen - set(self._stops):
-            timeouts = self._timeouts.get(
-                number,
-                Timeouts(DEFAULT_SIGTERM_TIMEOUT, DEFAULT_SIGKILL_TIMEOUT),
+            timeouts = Timeouts(
+                *self._record(number).get(
+                    'timeouts',
+                    (DEFAULT_SIGTERM_TIMEOUT, DEFAULT_SIGKILL_TIMEOUT),
+                )
             )
             targets = _OneProcess(self, number)
             self._stops[number] = Escalation(targets, {number: timeouts}, now)
+
+    def _record(self, number: int) -> Mapping[str, Any]:
+        """Return what the launcher has written about a process."""
+        return self._known[number] if number < len(self._known) else {}
 
 
 class _OneProcess(Targets):
@@ -296,7 +298,7 @@ def _records(folder: Path) -> _Records:
         return found
     try:
         for name in os.listdir(descriptor):
-            if name.endswith(SUFFIX):
+            if name.endswith(RECORD_SUFFIX):
                 record = _read(descriptor, name)
                 path = os.path.join(os.path.abspath(folder), name)
                 with suppress(OSError):
@@ -327,11 +329,10 @@ def _place(data: object) -> Place | None:
 
 
 def _state(
-    number: int, found: Sequence[Orphan], known: Sequence[Mapping[str, Any]]
+    number: int, found: Sequence[Orphan], record: Mapping[str, Any]
 ) -> ProcessState:
     """Describe what runs of a process of the plan."""
     leader = min(found, key=lambda o: (o.pid != o.group, o.birth))
-    record = known[number] if number < len(known) else {}
     name = _name(leader.pid)
     with open('/proc/uptime', encoding='ascii') as file:
         uptime = float(file.read().split()[0])

@@ -106,6 +106,8 @@ connection takes all requests but `attach`; only answers have `ok`. Another
 it has `since`; it may want other things.
 """
 
+from collections.abc import Callable
+from collections.abc import Iterator
 from collections.abc import Mapping
 import json
 from typing import Any
@@ -126,6 +128,10 @@ MAXIMUM_UNANSWERED = 32
 #: Clients at the same time; when there are more, the oldest has to go that is
 #: not attached, and has not subscribed.
 MAXIMUM_CLIENTS = 32
+#: Bytes of the longest message of a launch, and of the bytes that follow one.
+MAXIMUM_MESSAGE = 64 * 1024 * 1024
+# messages that bytes follow; see `protocol`
+_RAW = ('output', 'shown', 'packed')
 
 
 class ProtocolError(Exception):
@@ -190,3 +196,102 @@ def bytes_of(text: object) -> bytes:
     except UnicodeEncodeError as error:
         reason = 'keys and output have a byte a character'
         raise ProtocolError(reason) from error
+
+
+class MessageReader:
+    """
+    The messages in a stream of bytes, with bounded memory.
+
+    Bytes that follow a message are its `data`, and packed messages are
+    unpacked.
+    """
+
+    def __init__(
+        self, decode: Callable[[bytes], dict[str, Any]] = decode
+    ) -> None:
+        self._decode = decode
+        self._data = bytearray()
+        # a message whose bytes have not all come, and their number
+        self._incomplete: tuple[dict[str, Any], dict[str, Any], int] | None
+        self._incomplete = None
+        # where a search for the end of a line goes on
+        self._searched = 0
+
+    def feed(self, data: bytes) -> Iterator[dict[str, Any]]:
+        """
+        Iterate over the messages that are complete now.
+
+        :raises ProtocolError: when there is something else; what comes after
+          that is not to be read
+        """
+        self._data += data
+        while (message := self._next()) is not None:
+            packed = message.get('packed')
+            if packed is None:
+                yield message
+            else:
+                yield from self._unpacked(packed['data'])
+
+    def _next(self) -> dict[str, Any] | None:
+        if self._incomplete is None:
+            line = self._line()
+            if line is None:
+                return None
+            message = self._decode(line)
+            fields, size = _raw_fields(message)
+            if not fields:
+                return message
+            self._incomplete = message, fields, size
+        message, fields, size = self._incomplete
+        if len(self._data) < size:
+            return None
+        self._incomplete = None
+        fields['data'] = bytes(memoryview(self._data)[:size])
+        del self._data[:size]
+        return message
+
+    def _line(self) -> bytes | None:
+        """Return the next line that is not empty, None if it has not come."""
+        line = b'\n'
+        while line == b'\n':
+            end = self._data.find(b'\n', self._searched) + 1
+            if not end:
+                self._searched = len(self._data)
+                if self._searched > MAXIMUM_MESSAGE:
+                    raise ProtocolError('a message is too long')
+                return None
+            line = bytes(memoryview(self._data)[:end])
+            del self._data[:end]
+            self._searched = 0
+        return line
+
+    def _unpacked(self, data: bytes) -> Iterator[dict[str, Any]]:
+        import zlib
+
+        unpacker = zlib.decompressobj()
+        try:
+            # so that a few bytes do not become gigabytes
+            content = unpacker.decompress(data, MAXIMUM_MESSAGE)
+        except zlib.error as error:
+            raise ProtocolError('a packed message is damaged') from error
+        if not unpacker.eof:
+            raise ProtocolError('a packed message is damaged or too long')
+        reader = MessageReader(self._decode)
+        for message in reader.feed(content):
+            if 'packed' in message:
+                raise ProtocolError('a message is packed twice')
+            yield message
+
+
+def _raw_fields(message: dict[str, Any]) -> tuple[dict[str, Any], int]:
+    """Return what bytes follow a message, and how many; empty for none."""
+    for kind in _RAW:
+        fields = message.get(kind)
+        if isinstance(fields, dict) and 'bytes' in fields:
+            size = fields['bytes']
+            if type(size) is not int or not 0 <= size <= MAXIMUM_MESSAGE:
+                raise ProtocolError('a message has a wrong number of bytes')
+            return fields, size
+    if 'packed' in message:
+        raise ProtocolError('a packed message has no bytes')
+    return {}, 0

@@ -1,38 +1,150 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Serving the control socket from the engine's loop."""
+"""
+The control socket of a launch, and the record beside it.
 
+The record describes the launch in case that its launcher is killed.
+"""
+
+from collections.abc import Callable
+from collections.abc import Iterable
 from collections.abc import Mapping
 from contextlib import ExitStack
 from contextlib import suppress
 import errno
+from functools import cached_property
+import json
 import os
 import socket
+from typing import Any
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.control import protocol
-from colcon_yamllaunch.control.launch_record import LaunchRecord
-from colcon_yamllaunch.control.service import Service
-from colcon_yamllaunch.control.socket_address import Address
-from colcon_yamllaunch.control.socket_address import is_own
+from colcon_yamllaunch.control.journal import Journal
+from colcon_yamllaunch.control.socket_folder import Address
 from colcon_yamllaunch.control.socket_folder import FolderError
+from colcon_yamllaunch.control.socket_folder import folders
+from colcon_yamllaunch.control.socket_folder import is_own
+from colcon_yamllaunch.control.socket_folder import open_folder
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.events import Ended
 from colcon_yamllaunch.engine.events import Event
 from colcon_yamllaunch.engine.events import Planned
 from colcon_yamllaunch.engine.events import Warned
 from colcon_yamllaunch.engine.guard_link import GuardLink
-from colcon_yamllaunch.engine.loop import Loop
+from colcon_yamllaunch.engine.own_files import Place
+from colcon_yamllaunch.engine.state import LaunchState
+from colcon_yamllaunch.engine.tasks import Task
 from colcon_yamllaunch.plan.plan import Process
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.control.client_connection import Client
+    from colcon_yamllaunch.control.service import Service
+
+#: The ending of a record's name.
+RECORD_SUFFIX = '.json'
+
+_FLAGS = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
+_LAUNCH = ('title', 'package', 'file', 'folder', 'log_folder')
+_PROCESS = ('label', 'name', 'executable', 'node', 'package')
+
+
+class LaunchRecord:
+    """
+    The record of a launch; where it cannot be written there is none.
+
+    :param identity: The identity of the launch
+    """
+
+    def __init__(self, identity: str) -> None:
+        self._content: dict[str, Any] = {'identity': identity}
+        # as JSON by their number; there may be thousands, one after another
+        self._processes: list[str] = []
+        self._descriptor = -1
+        self._folder = -1
+        self._name = f'{os.getpid()}{RECORD_SUFFIX}'
+
+    def begin(
+        self, environment: Mapping[str, str], engine: Engine
+    ) -> Place | None:
+        """
+        Write the record, and return where it is.
+
+        :param environment: The variables that say where it may be
+        """
+        self._content |= {n: getattr(engine.state, n) for n in _LAUNCH}
+        self.note(engine.state, engine.supervisor.tasks)
+        for folder in folders(environment):
+            # why there is no socket there is said with that
+            with suppress(OSError, FolderError):
+                self._folder = open_folder(folder, make=True)
+                return self._make(os.path.abspath(folder / self._name))
+        return None
+
+    def note(self, launch: LaunchState, tasks: Iterable[Task]) -> None:
+        """Write processes that are new in the launch, or changed."""
+        for task in tasks:
+            missing = task.number + 1 - len(self._processes)
+            self._processes += ['{}'] * missing
+            process = task.process
+            state = launch.process(process.label)
+            assert state is not None
+            known = {n: getattr(state, n) for n in _PROCESS}
+            known['log'] = launch.log_of(state)
+            known['timeouts'] = (
+                process.sigterm_timeout,
+                process.sigkill_timeout,
+            )
+            self._processes[task.number] = json.dumps(known)
+        self._write()
+
+    def note_parameters(self, place: Place) -> None:
+        """Add where the parameter files are."""
+        self._content['parameters'] = [place.path, place.device, place.inode]
+        self._write()
+
+    def end(self) -> None:
+        """Remove the record."""
+        if self._folder != -1:
+            with suppress(OSError):
+                os.unlink(self._name, dir_fd=self._folder)
+            os.close(self._folder)
+            self._folder = -1
+        if self._descriptor != -1:
+            os.close(self._descriptor)
+            self._descriptor = -1
+
+    def _make(self, path: str) -> Place:
+        try:
+            # whoever had our process id before is gone
+            with suppress(FileNotFoundError):
+                os.unlink(self._name, dir_fd=self._folder)
+            self._descriptor = os.open(
+                self._name, _FLAGS, 0o600, dir_fd=self._folder
+            )
+            self._write()
+            status = os.fstat(self._descriptor)
+        except OSError:
+            self.end()
+            raise
+        return Place(path, status.st_dev, status.st_ino)
+
+    def _write(self) -> None:
+        if self._descriptor == -1:
+            return
+        known = json.dumps(self._content)[:-1]
+        text = f'{known}, "processes": [{", ".join(self._processes)}]}}'
+        data = text.encode()
+        # the launch goes on without it
+        with suppress(OSError):
+            os.pwrite(self._descriptor, data, 0)
+            os.ftruncate(self._descriptor, len(data))
 
 
 def serve(
     engine: Engine,
-    service: Service,
+    journal: Journal,
     environment: Mapping[str, str],
     guard: GuardLink,
     record: LaunchRecord,
@@ -44,19 +156,20 @@ def serve(
     Where that cannot be, it is said, and the launch goes on.
 
     :param guard: Removes the socket of a launch that is killed
-    :param record: Tells of one whose guard was killed, too
+    :param record: Describes one whose guard was killed, too
     """
     # before anybody can see the launch
-    supervisor = engine.supervisor
-    place = record.begin(environment, engine.state, supervisor.tasks)
+    place = record.begin(environment, engine)
     stack.callback(record.end)
 
     def note(event: Event) -> None:
         if isinstance(event, Planned):
             labels = {p.label for p in event.parts if isinstance(p, Process)}
             # others run on another machine
-            tasks = [t for t in supervisor.tasks if t.process.label in labels]
-            record.note(engine.state, tasks)
+            tasks = engine.supervisor.tasks
+            record.note(
+                engine.state, [t for t in tasks if t.process.label in labels]
+            )
 
     engine.listen(note)
     if place is not None:
@@ -74,17 +187,10 @@ def serve(
     for trouble in address.troubles:
         engine.tell(Warned(f'{trouble}; the socket is in {address.path}'))
     guard.socket(address.place)
-    listen(engine, service)
-    server = Server(address.socket, engine.loop, service)
+    server = Server(address.socket, engine, journal, guard.lease)
     engine.listen(server.handle)
     stack.callback(address.close)
     stack.callback(server.close)
-
-
-def listen(engine: Engine, service: Service) -> None:
-    """Have a service listen to all events of a launch."""
-    engine.listen(service.handle)
-    engine.listen(service.journal.handle)
 
 
 class Server:
@@ -92,20 +198,38 @@ class Server:
     Accepts clients.
 
     :param listener: The socket that they connect to
+    :param journal: Gets all events from now on
+    :param lease: Stops the launch when it is not renewed
     """
 
     def __init__(
-        self, listener: socket.socket, loop: Loop, service: Service
+        self,
+        listener: socket.socket,
+        engine: Engine,
+        journal: Journal,
+        lease: Callable[[float | None], object],
     ) -> None:
         self._listener = listener
-        self._loop = loop
+        self._engine = engine
+        self._loop = engine.loop
+        self._journal = journal
+        self._lease = lease
         #: Whether a client has connected.
         self.was_used = False
-        self._service = service
         self._clients: list[Client] = []
         # given up for a moment to turn a client away when no other is left
         self._spare = _null()
-        loop.add_reader(listener.fileno(), self._accept)
+        engine.listen(journal.handle)
+        engine.loop.add_reader(listener.fileno(), self._accept)
+
+    @cached_property
+    def service(self) -> 'Service':
+        """What answers clients; most launches have none."""
+        from colcon_yamllaunch.control.service import Service
+
+        service = Service(self._engine, self._journal, self._lease)
+        self._engine.listen(service.handle)
+        return service
 
     @property
     def is_left(self) -> bool:
@@ -118,7 +242,7 @@ class Server:
             for client in list(self._clients):
                 client.drain()
             # so that the latest events find room before output
-            self._service.journal.drop_output()
+            self._journal.drop_output()
             for client in list(self._clients):
                 client.end()
 
@@ -152,7 +276,7 @@ class Server:
         if len(self._clients) >= protocol.MAXIMUM_CLIENTS:
             self._make_room()
         self._clients.append(
-            Client(connection, self._loop, self._service, self._clients.remove)
+            Client(connection, self._loop, self.service, self._clients.remove)
         )
 
     def _make_room(self) -> None:

@@ -1,14 +1,22 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What a running launch does for its clients; see `protocol`."""
+"""
+What a running launch does for its clients; see `protocol`.
+
+The one that holds the launch acknowledges what it has, and the journal keeps
+the rest for it, so that it gets everything exactly once, however often it has
+to connect again. It may also hold a lease: the launch is stopped once the
+holder is silent for so many seconds.
+"""
 
 from collections.abc import Callable
 from collections.abc import Mapping
 from dataclasses import asdict
+import math
+import time
 from typing import Any
 from typing import cast
-from typing import Protocol
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import RefusedError
@@ -16,30 +24,25 @@ from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.control.journal import Cursor
 from colcon_yamllaunch.control.journal import Journal
 from colcon_yamllaunch.control.protocol import ProtocolError
-from colcon_yamllaunch.control.subscribers import Holder
-from colcon_yamllaunch.control.subscribers import Lease
-from colcon_yamllaunch.control.subscribers import Subscribers
 from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.outcome import ending_of
 from colcon_yamllaunch.engine.state import to_json
 from colcon_yamllaunch.plan.plan import Process
 
 if TYPE_CHECKING:
+    from colcon_yamllaunch.control.client_connection import Client
     from colcon_yamllaunch.engine.commands import Done
 
 #: Takes the answer to a request.
 Reply = Callable[[Mapping[str, Any]], None]
-
-
-class Viewer(Protocol):
-    """Somebody who is attached to a process."""
-
-    def show(self, stream: events.Stream, data: bytes) -> None:
-        """Take what the process wrote."""
-
-    def tell(self, message: Mapping[str, Any]) -> None:
-        """Take a message."""
+#: Renews the lease of a launch by some seconds; without them, it has none.
+Lease = Callable[[float | None], object]
+#: How often a lease is renewed, at most, while it lasts.
+_RENEWALS = 8
+# a day, as no client can be away for longer by mistake
+_LONGEST_LEASE = 86_400.0
 
 
 class Service:
@@ -59,7 +62,7 @@ class Service:
         self._state = engine.state
         self._supervisor = engine.supervisor
         self._terminals = engine.terminals
-        self._viewers: dict[str, list[Viewer]] = {}
+        self._viewers: dict[str, list[Client]] = {}
         #: What happened, for those who subscribe.
         self.journal = journal
         journal.state = engine.state
@@ -80,7 +83,7 @@ class Service:
         self,
         message: Mapping[str, Any],
         reply: Reply,
-        connection: Holder,
+        connection: 'Client',
         cursor: Cursor | None = None,
     ) -> str | Cursor | None:
         """
@@ -167,13 +170,13 @@ class Service:
         """Type at a process."""
         self._terminals.type(label, keys)
 
-    def attach(self, label: str, viewer: Viewer) -> None:
+    def attach(self, label: str, viewer: 'Client') -> None:
         """Show a process to somebody who got leave to attach."""
         self._viewers.setdefault(label, []).append(viewer)
         self._terminals.add_sink(label, viewer.show)
         self._engine.tell(events.Attached(self._process(label)))
 
-    def detach(self, label: str, viewer: Viewer) -> None:
+    def detach(self, label: str, viewer: 'Client') -> None:
         """Show a process to somebody no more."""
         self._viewers[label].remove(viewer)
         self._terminals.remove_sink(label, viewer.show)
@@ -224,3 +227,205 @@ def _name(message: Mapping[str, Any]) -> str:
     if not isinstance(name, str):
         raise ProtocolError("the request needs the name of a 'process'")
     return name
+
+
+class Subscribers:
+    """
+    Opens subscriptions, and keeps what the holder has not acknowledged.
+
+    :param lease: Stops the launch when it is not renewed
+    """
+
+    #: Is called when the holder has another connection, and with None when it
+    #: has lost that.
+    when_held: Callable[['Client | None'], object] = bool
+
+    def __init__(
+        self,
+        journal: Journal,
+        lease: Lease = bool,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._journal = journal
+        self._lease = lease
+        self._clock = clock
+        self._holder: str | None = None
+        #: The connection of the holder, None while it has none.
+        self.connection: Client | None = None
+        #: When something came from the holder last, by the clock.
+        self.heard_at = -math.inf
+        #: Whether the holder said that it goes on by another connection.
+        self.is_reconnecting = False
+        # the id of its last request
+        self._asked = 0
+        # how the holder reads now, and what it has acknowledged
+        self._reads: Cursor | None = None
+        self._acknowledged: Cursor | None = None
+        self._seconds: float | None = None
+        self._renewed = -math.inf
+
+    def subscribe(
+        self,
+        message: Mapping[str, Any],
+        before: Cursor | None,
+    ) -> Cursor:
+        """
+        Return the cursor of a client that subscribes.
+
+        :param before: The cursor that it had so far
+        :raises ProtocolError: when the request has a wrong form
+        :raises RefusedError: when another client is the holder
+        """
+        holder = message.get('holder')
+        if not isinstance(holder, str | None):
+            raise ProtocolError("the 'holder' is a text, or null")
+        seconds = _seconds(message)
+        behind = message.get('behind')
+        if not (behind is None or (type(behind) is int and behind >= 0)):
+            raise ProtocolError("'behind' is a number of bytes, or null")
+        if holder is not None and self._holder not in (None, holder):
+            raise RefusedError('another client holds this launch')
+        if seconds is not None and holder is None:
+            raise ProtocolError("a 'lease' is for a 'holder' only")
+        cursor = Cursor(
+            wants_events=_flag(message, 'events'),
+            wants_output=_flag(message, 'output'),
+            labels=_labels(message),
+            behind=limits.JOURNAL if behind is None else behind,
+            is_raw=_flag(message, 'raw', default=False),
+            is_relayed=_flag(message, 'relayed', default=False),
+        )
+        if _flag(message, 'states', default=False):
+            # what the client has not read of the state comes after all
+            cursor.version = None if before is None else before.version
+            if cursor.version is None:
+                state = self._journal.state
+                cursor.version = 0 if state is None else state.version
+        self._journal.subscribe(cursor, message.get('since'), before)
+        if holder is not None:
+            self._holder, self._reads = holder, cursor
+            self._acknowledge({'events': cursor.events, 'bytes': cursor.bytes})
+            self._seconds, self._renewed = seconds, -math.inf
+            if seconds is None:
+                self._lease(None)
+            self.heard(cursor)
+        return cursor
+
+    def hold(self, connection: 'Client') -> dict[str, Any]:
+        """
+        Note the connection of the holder, which has subscribed.
+
+        :return: Fields of the answer
+        """
+        self.is_reconnecting = False
+        self.connection = connection
+        self.when_held(connection)
+        return {'asked': self._asked}
+
+    def left(self, connection: 'Client') -> None:
+        """Note that a connection has ended."""
+        if connection is self.connection:
+            self.connection = None
+            self.when_held(None)
+
+    def is_repeated(self, number: object) -> bool:
+        """
+        Return whether the holder has sent a request before.
+
+        :param number: The `id` of the request
+        """
+        if not isinstance(number, int):
+            return False
+        if number <= self._asked:
+            return True
+        self._asked = number
+        return False
+
+    @property
+    def unacknowledged(self) -> int:
+        """How many bytes of output the holder has not acknowledged."""
+        if self._acknowledged is None:
+            return 0
+        return self._journal.bytes_after(self._acknowledged)
+
+    @property
+    def has_all(self) -> bool:
+        """Whether the holder has acknowledged everything."""
+        cursor = self._acknowledged
+        return cursor is not None and self._journal.is_at_end(cursor)
+
+    def ping(
+        self, message: Mapping[str, Any], cursor: Cursor | None
+    ) -> dict[str, float]:
+        """
+        Return the fields of the answer to a `ping`.
+
+        :param cursor: That of the client
+        :raises ProtocolError: when the request has a wrong form
+        :raises RefusedError: when the client acknowledges, but is not the
+          holder
+        """
+        acknowledged = message.get('ack')
+        if acknowledged is not None:
+            if not self.is_holder(cursor):
+                raise RefusedError('another client holds this launch')
+            self._acknowledge(acknowledged)
+        if self.is_holder(cursor):
+            self.is_reconnecting = _flag(
+                message, 'reconnecting', default=False
+            )
+        return {'clock': time.time()}
+
+    def is_holder(self, cursor: Cursor | None) -> bool:
+        """Return whether a cursor is that of the holder."""
+        return cursor is not None and cursor is self._reads
+
+    def heard(self, cursor: Cursor) -> None:
+        """Renew the lease if something came from the holder."""
+        if cursor is not self._reads:
+            return
+        self.heard_at = now = self._clock()
+        if self._seconds is None:
+            return
+        if now >= self._renewed + self._seconds / _RENEWALS:
+            self._renewed = now
+            self._lease(self._seconds)
+
+    def _acknowledge(self, point: object) -> None:
+        """
+        Keep what follows a point for the holder.
+
+        :raises ProtocolError: when that is no point of this launch
+        """
+        self._acknowledged = self._journal.subscribe(
+            Cursor(is_holder=True), point, self._acknowledged
+        )
+
+
+def _seconds(message: Mapping[str, Any]) -> float | None:
+    seconds = message.get('lease')
+    if seconds is None:
+        return None
+    if type(seconds) in (int, float) and 0 < seconds <= _LONGEST_LEASE:
+        return float(seconds)
+    raise ProtocolError("a 'lease' is a number of seconds, or null")
+
+
+def _flag(
+    message: Mapping[str, Any], name: str, *, default: bool = True
+) -> bool:
+    flag = message.get(name, default)
+    if not isinstance(flag, bool):
+        raise ProtocolError(f"'{name}' is true or false")
+    return flag
+
+
+def _labels(message: Mapping[str, Any]) -> frozenset[str] | None:
+    labels = message.get('processes')
+    if labels is None:
+        return None
+    if not isinstance(labels, list) or not all(
+        isinstance(label, str) for label in labels
+    ):
+        raise ProtocolError("'processes' is a list of labels, or null")
+    return frozenset(labels)

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.control.command_codec import request_of
-from colcon_yamllaunch.control.messages import MessageReader
+from colcon_yamllaunch.control.protocol import MessageReader
 from colcon_yamllaunch.control.protocol import ProtocolError
 from colcon_yamllaunch.engine.commands import Shutdown
 from colcon_yamllaunch.engine.loop import Loop

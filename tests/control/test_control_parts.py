@@ -13,11 +13,11 @@ from colcon_yamllaunch.common import temporary_folders
 from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.control import socket_folder
 from colcon_yamllaunch.control.protocol import ProtocolError
-from colcon_yamllaunch.control.socket_address import Address
-from colcon_yamllaunch.control.socket_address import connections
-from colcon_yamllaunch.control.socket_address import is_own
+from colcon_yamllaunch.control.socket_folder import Address
+from colcon_yamllaunch.control.socket_folder import connections
 from colcon_yamllaunch.control.socket_folder import FolderError
 from colcon_yamllaunch.control.socket_folder import folders
+from colcon_yamllaunch.control.socket_folder import is_own
 from colcon_yamllaunch.control.socket_folder import open_folder
 from colcon_yamllaunch.engine.state import from_json
 from colcon_yamllaunch.engine.state import MachineState

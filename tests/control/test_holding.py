@@ -13,9 +13,9 @@ from colcon_yamllaunch.control import journal as journal_module
 from colcon_yamllaunch.control.client import ControlError
 from colcon_yamllaunch.control.client import LaunchEndedError
 from colcon_yamllaunch.control.journal import Journal
-from colcon_yamllaunch.control.messages import MessageReader
+from colcon_yamllaunch.control.protocol import MessageReader
 from colcon_yamllaunch.control.protocol import ProtocolError
-from colcon_yamllaunch.control.subscribers import Subscribers
+from colcon_yamllaunch.control.service import Subscribers
 from colcon_yamllaunch.control.subscription import BEGINNING
 from colcon_yamllaunch.control.subscription import Happened
 from colcon_yamllaunch.control.subscription import Missed

@@ -14,7 +14,7 @@ import time
 from typing import Any
 
 from colcon_yamllaunch.control import protocol
-from colcon_yamllaunch.control.messages import MessageReader
+from colcon_yamllaunch.control.protocol import MessageReader
 from colcon_yamllaunch.remote.connection import bootstrap
 from colcon_yamllaunch.remote.deployment.deployment import Machine
 

@@ -7,6 +7,6 @@ The program on a machine.
 It needs only Python's standard library. :mod:`.machine_agent` answers
 requests before the launch. :mod:`.part` runs a part while the launcher holds
 it, and stops it when the launcher is lost (`on_lost: stop`); the guard does so
-if the engine hangs (the lease, see `control/subscribers`). :mod:`.part_link`
+if the engine hangs (the lease, see `control/service`). :mod:`.part_link`
 is the relay between the connection and the control socket of the part.
 """

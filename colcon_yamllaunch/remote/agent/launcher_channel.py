@@ -13,7 +13,7 @@ from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.control import protocol
-from colcon_yamllaunch.control.messages import MessageReader
+from colcon_yamllaunch.control.protocol import MessageReader
 
 #: Seconds without a word after which the launcher is gone; it says one each
 #: second.

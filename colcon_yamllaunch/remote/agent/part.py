@@ -26,11 +26,9 @@ from colcon_yamllaunch.common.codec import CodecError
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.control import resource_usage
+from colcon_yamllaunch.control.client_connection import Client
 from colcon_yamllaunch.control.journal import Journal
-from colcon_yamllaunch.control.server import listen
 from colcon_yamllaunch.control.server import Server
-from colcon_yamllaunch.control.service import Service
-from colcon_yamllaunch.control.subscribers import Holder
 from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.commands import Command
@@ -101,7 +99,7 @@ class Part(Participant):
         self._is_finished = self._is_lost = self._is_held = False
         # whether the launch there has ended
         self._is_over = False
-        self._connection: Holder | None = None
+        self._connection: Client | None = None
         # whether nothing runs, and what the launcher knows of that
         self._is_idle = self._told_idle = False
         self._checked_at = time.monotonic()
@@ -112,11 +110,11 @@ class Part(Participant):
     def join(self, engine: Engine) -> None:
         """Serve the launcher, and execute what only that may ask for."""
         self._engine, self._loop = engine, engine.loop
-        service = Service(engine, self._journal, engine.lease)
-        self._subscribers = service.subscribers
+        self._server = Server(
+            self._listener, engine, self._journal, engine.lease
+        )
+        self._subscribers = self._server.service.subscribers
         self._subscribers.when_held = self._holder_changed
-        self._server = Server(self._listener, engine.loop, service)
-        listen(engine, service)
         dispatcher = engine.dispatcher
         dispatcher.add(Finish, self._finish)
         dispatcher.add(Measure, self._measure)
@@ -197,7 +195,7 @@ class Part(Participant):
 
     # the launcher
 
-    def _holder_changed(self, connection: Holder | None) -> None:
+    def _holder_changed(self, connection: Client | None) -> None:
         before, self._connection = self._connection, connection
         if connection is not None and before is not None:
             # the launcher has given it up
@@ -304,7 +302,7 @@ class _Shown:
         self._engine = engine
         self._label = label
         #: The connection of the launcher.
-        self.connection: Holder | None = None
+        self.connection: Client | None = None
         self._modes: int | None = None
         self._timer: TimerHandle | None = None
 

@@ -30,7 +30,7 @@ from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.common.printable import printable
 from colcon_yamllaunch.control import protocol
-from colcon_yamllaunch.control.messages import MessageReader
+from colcon_yamllaunch.control.protocol import MessageReader
 from colcon_yamllaunch.control.protocol import ProtocolError
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan_json import plan_to_json

@@ -8,7 +8,6 @@ import os
 from typing import Any
 import zlib
 
-from colcon_yamllaunch.control import messages
 from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.commands import Describe
@@ -22,6 +21,7 @@ from colcon_yamllaunch.remote.deployment.deployment import Machine
 from colcon_yamllaunch.remote.machine_link import MachineLink
 from colcon_yamllaunch.remote.part_protocol import PartSettings
 from colcon_yamllaunch.remote.remote_part import RemotePart
+from colcon_yamllaunch.verb import messages
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
