@@ -42,6 +42,7 @@ from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.writer import Writer
 from colcon_yamllaunch.observers.display import can_have_status
 from colcon_yamllaunch.observers.display import Display
+from colcon_yamllaunch.observers.display import is_same_terminal
 from colcon_yamllaunch.observers.failures import Failures
 from colcon_yamllaunch.observers.failures import OwnerOf
 from colcon_yamllaunch.observers.line_formats import layout_of
@@ -53,11 +54,11 @@ from colcon_yamllaunch.observers.presentation import present
 from colcon_yamllaunch.observers.presentation import Presentation
 from colcon_yamllaunch.plan.plan import ParametersOf
 from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.terminal.launch_terminal import LaunchTerminal
-from colcon_yamllaunch.terminal.launch_terminal import status_writer
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.observers.log_store import LogStore
+    from colcon_yamllaunch.terminal.attachment import LocalAttachment
+    from colcon_yamllaunch.terminal.terminal_session import TerminalSession
 
 # of a launch that other terminals do not see
 _UNKNOWN = About('', None, '', '')
@@ -215,12 +216,12 @@ class _Launch:
             tty=context.tty,
         )
         self._failures = Failures(state, self._advise)
-        self._terminal = self._open_terminal(whole, state, stack)
+        self._keyboards: list[LocalAttachment | TerminalSession] = []
         listeners: list[events.Listener] = [self._failures.handle]
         if logs is not None:
             listeners.append(logs.handle)
         if not context.is_hidden:
-            listeners.append(self._terminal.show)
+            listeners.append(self._open_terminal(whole, state, stack))
         self.engine = Engine(
             plan,
             settings,
@@ -248,7 +249,9 @@ class _Launch:
         :param stack: Ends that
         """
         engine, context = self.engine, self._context
-        self._terminal.connect(engine, stack)
+        for keyboard in self._keyboards:
+            keyboard.connect(engine)
+            stack.callback(keyboard.close)
 
         def show() -> None:
             engine.serve = bool
@@ -298,12 +301,13 @@ class _Launch:
         self._has_status = context.presentation.status and can_have_status(
             stream, context.environment
         )
-        display = Display(
-            stream,
-            context.color,
-            context.environment,
-            status_writer if self._has_status else Writer,
-        )
+        writer = Writer
+        if self._has_status:
+            # most launches by programs have no terminal
+            from colcon_yamllaunch.terminal.status_writer import StatusWriter
+
+            writer = StatusWriter
+        display = Display(stream, context.color, context.environment, writer)
         stack.callback(display.writer.close)
         return display
 
@@ -363,19 +367,41 @@ class _Launch:
 
     def _open_terminal(
         self, whole: Plan, state: LaunchState, stack: ExitStack
-    ) -> LaunchTerminal:
+    ) -> events.Listener:
+        """Return what shows events, with keyboard and status block if any."""
         context, display, screen = self._context, self._display, self._screen
-        return LaunchTerminal(
-            present(context.presentation, screen, whole, display, stack),
-            state,
-            display,
-            screen,
-            self.guard,
-            self._conditions,
-            context.clock,
-            context.attach,
-            has_status=self._has_status,
+        show = present(context.presentation, screen, whole, display, stack)
+        has_keys = self._has_status and is_same_terminal(
+            sys.stdin, display.descriptor
         )
+        if context.attach is not None and not has_keys:
+            from colcon_yamllaunch.terminal.attachment import LocalAttachment
+
+            descriptor = sys.stdin.fileno()
+            keyboard = LocalAttachment(
+                context.attach, descriptor, screen, show
+            )
+            self._keyboards.append(keyboard)
+            show = keyboard.handle
+        if self._has_status:
+            from colcon_yamllaunch.terminal.terminal_session import (
+                TerminalSession,
+            )
+
+            session = TerminalSession(
+                state,
+                display,
+                screen,
+                show,
+                self.guard,
+                self._conditions,
+                context.clock,
+                context.attach,
+                has_keys=has_keys,
+            )
+            self._keyboards.insert(0, session)
+            show = session.handle
+        return show
 
     def _advise(self, event: events.Exited, tail: Sequence[str]) -> str | None:
         """Return why a process failed, and what to do about that."""

@@ -3,33 +3,36 @@
 
 """The connection of the keyboard to one process of the launch."""
 
+from abc import abstractmethod
 import termios
+from typing import ClassVar
 
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.observers.screen import Screen
+from colcon_yamllaunch.terminal.keyboard import ESCAPE
 from colcon_yamllaunch.terminal.keyboard import ESCAPE_NAME
+from colcon_yamllaunch.terminal.keyboard import WatchedKeyboard
 from colcon_yamllaunch.terminal.keys import Keys
-
-_HINT = f'attached: {ESCAPE_NAME} goes back'
 
 
 class Attachment:
     """
     The connection of the keyboard and the screen to a process.
 
-    A process that reads lines gets lines, which are edited below the output;
-    one that has its terminal in raw mode gets each key. When it is restarted,
-    the connection is restored.
+    When the process is restarted, the connection is restored.
 
     :param label: The process to connect when it starts; None for none
     """
 
-    def __init__(self, keys: Keys, screen: Screen, label: str | None) -> None:
-        self._keys = keys
+    #: What is said about the keys when a process is connected.
+    hint: ClassVar[str]
+
+    def __init__(self, screen: Screen, label: str | None) -> None:
         self._screen = screen
         self._engine: Engine | None = None
         self._wanted = label
+        self._attached: str | None = None
         self._started: dict[str, events.Started] = {}
 
     def connect(self, engine: Engine) -> None:
@@ -41,14 +44,9 @@ class Attachment:
         self._end()
         self._engine = None
 
-    @property
-    def is_wanted(self) -> bool:
-        """Whether a process is connected, or will be when it starts."""
-        return self._wanted is not None or self._keys.attached is not None
-
     def shows(self, label: str) -> bool:
         """Return whether the output of a process is shown as it comes."""
-        return self._keys.attached == label
+        return self._attached == label
 
     def before(self, event: events.Event) -> None:
         """Handle an event before it is shown."""
@@ -59,13 +57,73 @@ class Attachment:
 
     def after(self, event: events.Event) -> None:
         """Handle an event after it was shown."""
-        if not isinstance(event, events.Started):
-            return
-        label = event.process.label
-        self._started[label] = event
-        if label == self._wanted:
-            self._wanted = None
-            self.attach(label)
+        if isinstance(event, events.Started):
+            label = event.process.label
+            self._started[label] = event
+            if label == self._wanted:
+                self.attach(label)
+
+    def attach(self, label: str) -> bool:
+        """Connect a process, and return whether that is possible."""
+        engine, started = self._engine, self._started.get(label)
+        if (
+            engine is None
+            or started is None
+            or not engine.terminals.has_keyboard(label)
+            or not self._begin(label)
+        ):
+            return False
+        self._wanted = self._attached = label
+        engine.tell(events.Attached(started.process, self.hint))
+        engine.terminals.add_sink(label, self._show)
+        return True
+
+    def detach(self, label: str) -> None:
+        """Disconnect a process, as the user pressed the escape key."""
+        self._wanted = None
+        self._end()
+        started = self._started.get(label)
+        if started is not None and self._engine is not None:
+            self._engine.tell(events.Detached(started.process))
+
+    def _end(self) -> None:
+        label, self._attached = self._attached, None
+        if label is not None and self._engine is not None:
+            self._release()
+            self._engine.terminals.remove_sink(label, self._show)
+            # what is shown next may be of another one, or the shell's
+            self._screen.end_line()
+
+    def _show(self, stream: events.Stream, data: bytes) -> None:
+        self._screen.show_raw((self._attached, stream), data)
+
+    @abstractmethod
+    def _begin(self, label: str) -> bool:
+        """Send what is typed to a process; return whether that is possible."""
+
+    @abstractmethod
+    def _release(self) -> None:
+        """Send what is typed to it no more."""
+
+
+class KeysAttachment(Attachment):
+    """
+    The connection of a process to the keys of a status block.
+
+    A process that reads lines gets lines, which are edited below the output;
+    one that has its terminal in raw mode gets each key.
+    """
+
+    hint = f'attached: {ESCAPE_NAME} goes back'
+
+    def __init__(self, keys: Keys, screen: Screen, label: str | None) -> None:
+        super().__init__(screen, label)
+        self._keys = keys
+
+    @property
+    def is_wanted(self) -> bool:
+        """Whether a process is connected, or will be when it starts."""
+        return self._wanted is not None
 
     def await_start(self, label: str) -> None:
         """Connect a process when it starts next."""
@@ -73,52 +131,103 @@ class Attachment:
 
     def attach(self, label: str) -> bool:
         """Connect a process, and return whether that is possible."""
-        engine, started = self._engine, self._started.get(label)
-        if engine is None or started is None:
-            return False
-        if not engine.terminals.has_keyboard(label):
-            return False
-        self._wanted = label
-        self._keys.attach(label)
-        engine.tell(events.Attached(started.process, _HINT))
-        engine.terminals.add_sink(label, self._show)
+        is_attached = super().attach(label)
         self.read_modes()
-        return True
-
-    def detached(self, label: str) -> None:
-        """Disconnect, as the user pressed the escape key."""
-        self._wanted = None
-        self._end(label)
-        started = self._started.get(label)
-        if started is not None and self._engine is not None:
-            self._engine.tell(events.Detached(started.process))
+        return is_attached
 
     def type(self, keys: bytes) -> None:
         """Send what was typed to the process."""
-        label = self._keys.attached
-        if label is not None and self._engine is not None:
-            self._engine.terminals.type(label, keys)
+        if self._attached is not None and self._engine is not None:
+            self._engine.terminals.type(self._attached, keys)
 
     def read_modes(self) -> None:
         """Read whether the process takes lines or keys now."""
-        label = self._keys.attached
-        if label is None or self._engine is None:
+        if self._attached is None or self._engine is None:
             return
-        local = self._engine.terminals.input_modes(label)
-        if local is None:
-            return
-        is_raw = not local & termios.ICANON
-        is_secret = not local & termios.ECHO
-        self._keys.attach(label, is_raw=is_raw, is_secret=is_secret)
+        local = self._engine.terminals.input_modes(self._attached)
+        if local is not None:
+            self._keys.attach(
+                self._attached,
+                is_raw=not local & termios.ICANON,
+                is_secret=not local & termios.ECHO,
+            )
+
+    def _begin(self, label: str) -> bool:
+        self._end()
+        self._keys.attach(label)
+        return True
+
+    def _release(self) -> None:
+        self._keys.detach()
 
     def _show(self, stream: events.Stream, data: bytes) -> None:
         self.read_modes()
-        self._screen.show_raw((self._keys.attached, stream), data)
+        super()._show(stream, data)
 
-    def _end(self, label: str | None = None) -> None:
-        label = label or self._keys.attached
-        if label is not None and self._engine is not None:
-            self._keys.detach()
-            self._engine.terminals.remove_sink(label, self._show)
-            # what is shown next may be of another one
-            self._screen.end_line()
+
+class LocalAttachment(Attachment):
+    """
+    The connection of a process to a keyboard, without a status block.
+
+    Its output has no prefix and may be half a line, such as a prompt; that of
+    other processes starts a new line.
+
+    :param show: Shows an event
+    """
+
+    hint = (
+        f'attached: {ESCAPE_NAME} detaches, Ctrl-C stops the launch, Ctrl-Z '
+        'suspends it'
+    )
+
+    def __init__(
+        self,
+        label: str,
+        descriptor: int,
+        screen: Screen,
+        show: events.Listener,
+    ) -> None:
+        super().__init__(screen, label)
+        self._label = label
+        self._keyboard = WatchedKeyboard(descriptor, self._typed)
+        self._show_event = show
+
+    def connect(self, engine: Engine) -> None:
+        """Use an engine, before it runs."""
+        super().connect(engine)
+        self._keyboard.connect(engine.loop)
+        engine.when_suspended.append(self._suspend)
+
+    def handle(self, event: events.Event) -> None:
+        """Show an event, and follow the process."""
+        if isinstance(event, events.Output) and self.shows(
+            event.process.label
+        ):
+            return
+        self.before(event)
+        self._show_event(event)
+        self.after(event)
+
+    def _begin(self, label: str) -> bool:  # noqa: ARG002
+        return self._keyboard.watch(keeps_early=True) is not None
+
+    def _release(self) -> None:
+        self._keyboard.release()
+
+    def _suspend(self, is_suspended: bool) -> None:
+        if is_suspended:
+            self._keyboard.release()
+        elif self._attached is None:
+            if self._wanted is not None:
+                self.attach(self._wanted)
+        elif self._keyboard.watch(keeps_early=True) is None:
+            # the launch goes on in the background
+            self._end()
+
+    def _typed(self, data: bytes) -> None:
+        """Pass on what was typed; nothing is the end of the terminal."""
+        assert self._engine is not None
+        keys, escape, _ = data.partition(ESCAPE)
+        self._engine.terminals.type(self._label, keys)
+        if escape or not data:
+            self.detach(self._label)

@@ -162,22 +162,24 @@ def is_in_foreground(descriptor: int) -> bool:
         return os.isatty(descriptor)
 
 
-class WatchedKeyboard:
+class WatchedKeyboard(Keyboard):
     """
     A keyboard in the loop of a launch, while its terminal is the launch's.
 
-    :param keyboard: The keyboard; None if somebody else has its keys
     :param typed: Is called with what was typed, and with nothing when the
       terminal is gone
     """
 
     def __init__(
-        self, keyboard: Keyboard | None, typed: Callable[[bytes], None]
+        self,
+        descriptor: int,
+        typed: Callable[[bytes], None],
+        *,
+        takes_keys: bool = True,
     ) -> None:
-        self._keyboard = keyboard
+        super().__init__(descriptor, takes_keys=takes_keys)
         self._typed = typed
         self._loop: Loop | None = None
-        self._is_grabbed = False
         self._has_had_keys = False
 
     def connect(self, loop: Loop) -> None:
@@ -187,12 +189,11 @@ class WatchedKeyboard:
     @property
     def has_keys(self) -> bool:
         """Whether keys are read now."""
-        keyboard = self._keyboard
-        return (
-            self._is_grabbed and keyboard is not None and keyboard.takes_keys
-        )
+        return self.modes is not None and self.takes_keys
 
-    def grab(self, *, keeps_early: bool) -> tuple[list[Any], list[Any]] | None:
+    def watch(
+        self, *, keeps_early: bool
+    ) -> tuple[list[Any], list[Any]] | None:
         """
         Read keys from now on.
 
@@ -202,25 +203,21 @@ class WatchedKeyboard:
         :param keeps_early: Whether to keep what was typed before the first
           time, as it is for a process
         """
-        keyboard, loop = self._keyboard, self._loop
-        if keyboard is None or loop is None or not keyboard.grab():
+        if self._loop is None or not self.grab():
             return None
-        self._is_grabbed = True
-        modes = keyboard.modes
-        if keyboard.takes_keys:
+        if self.takes_keys:
             if not self._has_had_keys and not keeps_early:
-                termios.tcflush(keyboard.descriptor, termios.TCIFLUSH)
+                termios.tcflush(self.descriptor, termios.TCIFLUSH)
             self._has_had_keys = True
-            loop.add_reader(keyboard.descriptor, self._readable)
-            loop.add_hangup_handler(keyboard.descriptor, self._hung_up)
-        return modes
+            self._loop.add_reader(self.descriptor, self._readable)
+            self._loop.add_hangup_handler(self.descriptor, self._hung_up)
+        return self.modes
 
     def release(self) -> None:
         """Leave the keyboard to others."""
-        if self._is_grabbed and self._keyboard and self._loop:
-            self._is_grabbed = False
-            self._loop.remove(self._keyboard.descriptor)
-            self._keyboard.release()
+        if self.modes is not None and self._loop is not None:
+            self._loop.remove(self.descriptor)
+        super().release()
 
     def _hung_up(self) -> None:
         if not self._readable():
@@ -229,9 +226,8 @@ class WatchedKeyboard:
 
     def _readable(self) -> bool:
         """Read what was typed, and return whether there was something."""
-        assert self._keyboard is not None
         try:
-            keys = self._keyboard.keys()
+            keys = self.keys()
         except OSError:
             keys = b''
         if keys:

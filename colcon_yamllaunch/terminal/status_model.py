@@ -3,19 +3,26 @@
 
 """What both views show of the processes and components of a launch."""
 
+from collections.abc import Iterator
 from collections.abc import Mapping
 import os
 import re
+import shlex
+from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.common.process_scan import read_process
 from colcon_yamllaunch.engine import cgroup
 from colcon_yamllaunch.engine.state import ComponentState
 from colcon_yamllaunch.engine.state import Condition
 from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.state import Part
 from colcon_yamllaunch.engine.state import UNKNOWN
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.control import resource_usage
+    from colcon_yamllaunch.engine.description import Description
+    from colcon_yamllaunch.engine.description import Parameter
 
 #: The keys that choose a process, in the order in which they are assigned:
 #: those that mean something for all processes are left out.
@@ -30,7 +37,6 @@ DIM, BOLD, REVERSE = '\x1b[2m', '\x1b[1m', '\x1b[7m'
 RED, GREEN, YELLOW = '\x1b[31m', '\x1b[32m', '\x1b[33m'
 ALARM = '\x1b[1;31m'
 
-_TICKS = os.sysconf('SC_CLK_TCK')
 #: How a process failed, in full; see `outcome.Outcome`.
 _FAILED = re.compile(r'exited with code (\d+)|died by (\w+)( \([^)]*\))?')
 
@@ -223,8 +229,8 @@ class CpuShares:
         self._processors = os.cpu_count() or 1
         # the time, and the seconds of processors that were taken until then
         self._before: tuple[float, float] | None = None
-        self._seconds: dict[int, float] = {}
-        self._folders: dict[int, str | None] = {}
+        # the same of each process, while they take much
+        self._last: resource_usage.Look | None = None
         # of the whole launch
         self._folder: str | None = None
 
@@ -239,22 +245,22 @@ class CpuShares:
         """
         taken = self._taken(now)
         before, self._before = self._before, (now, taken)
+        last, self._last = self._last, None
         if before is None:
             self._folder = _launch_folder(groups)
             self._before = (now, self._taken(now))
             return {}
         passed = now - before[0]
         if passed <= 0.0 or taken - before[1] < MUCH_CPU * passed:
-            self._seconds = {}
             return {}
-        last, self._seconds = self._seconds, {}
-        shares = {}
-        for label, group in groups.items():
-            seconds = self._seconds[group] = self._spent(group)
-            if group in last:
-                shares[label] = max(0.0, seconds - last[group]) / passed
-        self._folders = {g: self._folders[g] for g in self._seconds}
-        return shares
+        # few launches take much
+        from colcon_yamllaunch.control import resource_usage
+
+        self._last = resource_usage.look(groups.values(), lambda: now)
+        if last is None:
+            return {}
+        used = resource_usage.usage_between(last, self._last)
+        return {n: used[g].cpu for n, g in groups.items() if g in used}
 
     def _taken(self, now: float) -> float:
         """Return the seconds that the launch has taken, or all has."""
@@ -263,18 +269,6 @@ class CpuShares:
             if taken is not None:
                 return taken
         return self._processors * now - _idle_seconds()
-
-    def _spent(self, group: int) -> float:
-        """Return the seconds of processors that a process has taken."""
-        if group not in self._folders:
-            self._folders[group] = cgroup.process_folder(group)
-        folder = self._folders[group]
-        if folder is not None:
-            spent = cgroup.processor_time(folder)
-            if spent is not None:
-                return spent
-        leader = read_process(group)
-        return 0.0 if leader is None else leader.ticks / _TICKS
 
 
 def _launch_folder(groups: Mapping[str, int]) -> str | None:
@@ -292,3 +286,52 @@ def _idle_seconds() -> float:
     except (OSError, ValueError, IndexError):
         # then it is not known that nothing is busy
         return 0.0
+
+
+def description_lines(description: 'Description') -> Iterator[str]:
+    """Return lines with all of a process or component, first its name."""
+    label = description.label
+    name = '' if description.name == label else description.name
+    fields = (
+        ('node', description.node),
+        ('package', description.package),
+        ('in ROS 2', name),
+        ('from', description.position),
+        *(
+            (place.kind, _block(place.title, place.position))
+            for place in description.within
+        ),
+        ('command', shlex.join(description.argv)),
+        ('plugin', description.plugin),
+        ('container', description.container),
+        ('folder', description.cwd),
+        ('log', description.log),
+    )
+    yield f'{label}:'
+    for field, value in fields:
+        if value:
+            yield f'  {field}: {value}'
+    if description.environment:
+        yield '  environment:'
+        for variable, text in description.environment:
+            yield f'    {variable}' + (
+                ' unset' if text is None else f'={shlex.quote(text)}'
+            )
+    if description.parameters:
+        yield '  parameters:'
+        yield from map(_parameter, description.parameters)
+    if description.remaps:
+        yield '  remapping:'
+        for rule in description.remaps:
+            yield f'    {rule}'
+
+
+def _block(title: str, position: str) -> str:
+    is_told = position.startswith(title)
+    return position if is_told else f'{title} ({position})'
+
+
+def _parameter(parameter: 'Parameter') -> str:
+    origins = ''.join(f', from {origin}' for origin in parameter.origins)
+    value = f'{parameter.name}: {parameter.value}'
+    return f'    {value}  ({parameter.position}{origins})'

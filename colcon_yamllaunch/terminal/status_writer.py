@@ -19,18 +19,16 @@ written above its prompt waits in a queue without a bound, where processes are
 to wait that write more than a terminal takes.
 """
 
+import codecs
 from collections.abc import Callable
 import math
 import os
+import re
 import select
 import time
-from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.engine.writer import Writer
 from colcon_yamllaunch.terminal.status_block import Block
-
-if TYPE_CHECKING:
-    from colcon_yamllaunch.terminal.escape_sequences import InLineOutput
 
 #: Seconds between two drawings of the block. What is written meanwhile is held
 #: back, so that the block is not missing for a moment.
@@ -52,6 +50,30 @@ _CUT = '\x1b[?7l'
 _WRAP = '\x1b[?7h'
 _TO_LINE_END = '\x1b[K'
 _TO_SCREEN_END = '\x1b[J'
+
+# of ECMA-48: CSI, OSC and other strings, and escape sequences; controls of
+# both sets, those of eight bits also where they are no UTF-8
+_SEQUENCES = (
+    r'\x1b\[(?P<parameters>[0-?]*)(?P<end>[ -/]*[@-~])'
+    r'|\x1b\][^\x07\x1b]*(?:\x07|\x1b\\)'
+    r'|\x1b[PX^_][^\x1b]*\x1b\\'
+    r'|\x1b[ -/]*[0-~]'
+    r'|\x1b'
+    r'|[\x00-\x06\x0b\x0c\x0e-\x1f\x7f-\x9f\udc80-\udc9f]'
+)
+# the start of one
+_UNFINISHED = (
+    r'\x1b(?:\[[0-?]*[ -/]*|\][^\x07\x1b]*\x1b?|[PX^_][^\x1b]*\x1b?'
+    r'|[ -/]*)\Z'
+)
+# colours, and what moves, erases and inserts inside a line
+_HARMLESS = frozenset('mCDGKPX@a`')
+# how the parameters of private sequences of terminals begin
+_PRIVATE = ('<', '=', '>', '?')
+#: Bytes that are no UTF-8 stay as they are.
+_ERRORS = 'surrogateescape'
+#: Characters of a sequence that are waited for at most.
+_LONGEST = 4096
 
 #: Returns the block at a time, None for none, and when it may be another one,
 #: if nothing happens before.
@@ -153,11 +175,6 @@ class StatusWriter(Writer):
     def write_raw(self, key: object, data: bytes) -> None:
         """Write the raw output of a process; it cannot alter the block."""
         if key not in self._in_line:
-            # few processes have the keyboard
-            from colcon_yamllaunch.terminal.escape_sequences import (
-                InLineOutput,
-            )
-
             self._in_line[key] = InLineOutput()
         data = self._in_line[key].feed(data)
         self._is_painted |= b'\x1b' in data
@@ -349,3 +366,34 @@ def erased(block: Block, is_mid_line: bool) -> bytes:
     start, down = ('', '\x1b[B') if is_mid_line else ('\r', '')
     erase = f'{_PLAIN}{down}\r{_TO_SCREEN_END}'
     return f'{back}{start}{_SAVE}{erase}{_RESTORE}'.encode()
+
+
+class InLineOutput:
+    """
+    The output of a process that has the keyboard, without what leaves a line.
+
+    It is shown as it comes, half lines and all, so that prompts and editing
+    work; but it keeps to its line. A program that draws in all of its terminal
+    needs a terminal of its own.
+    """
+
+    def __init__(self) -> None:
+        self._decoder = codecs.getincrementaldecoder('utf-8')(_ERRORS)
+        self._unfinished = ''
+
+    def feed(self, data: bytes) -> bytes:
+        """Return what is to be shown now."""
+        text = self._unfinished + self._decoder.decode(data)
+        self._unfinished = ''
+        start = re.search(_UNFINISHED, text)
+        if start is not None and len(start[0]) <= _LONGEST:
+            self._unfinished = start[0]
+            text = text[: start.start()]
+        return re.sub(_SEQUENCES, _if_harmless, text).encode(errors=_ERRORS)
+
+
+def _if_harmless(match: re.Match[str]) -> str:
+    parameters, end = match['parameters'], match['end']
+    if end in _HARMLESS and not parameters.startswith(_PRIVATE):
+        return match[0]
+    return ''

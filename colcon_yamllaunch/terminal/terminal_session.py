@@ -35,10 +35,9 @@ from colcon_yamllaunch.observers.display import Display
 from colcon_yamllaunch.observers.log_levels import FORMAT
 from colcon_yamllaunch.observers.screen import Screen
 from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.terminal.attachment import Attachment
+from colcon_yamllaunch.terminal.attachment import KeysAttachment
 from colcon_yamllaunch.terminal.keyboard import ESCAPE_DELAY
 from colcon_yamllaunch.terminal.keyboard import is_in_foreground
-from colcon_yamllaunch.terminal.keyboard import Keyboard
 from colcon_yamllaunch.terminal.keyboard import WatchedKeyboard
 from colcon_yamllaunch.terminal.keymap import cannot_be_typed_at
 from colcon_yamllaunch.terminal.keymap import FOR_ALL
@@ -57,6 +56,7 @@ from colcon_yamllaunch.terminal.status_block import next_second
 from colcon_yamllaunch.terminal.status_block import Style
 from colcon_yamllaunch.terminal.status_block import View
 from colcon_yamllaunch.terminal.status_model import CpuShares
+from colcon_yamllaunch.terminal.status_model import description_lines
 from colcon_yamllaunch.terminal.status_model import StatusModel
 from colcon_yamllaunch.terminal.status_writer import StatusWriter
 
@@ -112,6 +112,7 @@ class TerminalSession:
         #: What the block tells.
         self.model = StatusModel(state)
         self._writer = display.writer
+        self._descriptor = display.writer.descriptor
         self._screen = screen
         self._show = show
         self._color, self._is_plain = display.color, display.is_ascii
@@ -120,15 +121,17 @@ class TerminalSession:
             color=self._color, is_ascii=self._is_plain, form_of=self._form_of
         )
         self._keys = Keys(self.model)
-        self._attachment = Attachment(
+        self._attachment = KeysAttachment(
             self._keys, screen, attach if has_keys else None
         )
-        keyboard = None
-        if has_keys:
-            keyboard = Keyboard(sys.stdin.fileno())
-        elif attach is None:
+        # None where a process has its keys
+        self._keyboard: WatchedKeyboard | None = None
+        if has_keys or attach is None:
             # what would be shown of keys would be in the block
-            keyboard = Keyboard(display.descriptor, takes_keys=False)
+            descriptor = sys.stdin.fileno() if has_keys else self._descriptor
+            self._keyboard = WatchedKeyboard(
+                descriptor, self._typed, takes_keys=has_keys
+            )
         # when an Esc has been a key
         self._escape_due: float | None = None
         # while a pager has the terminal
@@ -136,7 +139,6 @@ class TerminalSession:
         # when it came that is shown after that
         self._time: float | None = None
         self._guard = guard
-        self._keyboard = WatchedKeyboard(keyboard, self._typed)
         self._conditions = conditions
         self._clock = clock
         self._engine: Engine | None = None
@@ -151,7 +153,8 @@ class TerminalSession:
         """Use an engine, before it runs."""
         self._engine = engine
         self._attachment.connect(engine)
-        self._keyboard.connect(engine.loop)
+        if self._keyboard is not None:
+            self._keyboard.connect(engine.loop)
         engine.when_suspended.append(self._suspend)
         engine.when_resized.append(self._writer.resized)
         self._writer.begin(self._compose)
@@ -214,20 +217,23 @@ class TerminalSession:
 
     def _follow_foreground(self) -> None:
         """Take the terminal, or leave it to the job that has it now."""
-        if is_in_foreground(self._writer.descriptor) == self._is_active:
+        if is_in_foreground(self._descriptor) == self._is_active:
             return
         self._is_active = not self._is_active
-        if not self._is_active:
-            self._keyboard.release()
-            return
-        modes = self._keyboard.grab(keeps_early=self._attachment.is_wanted)
-        self._guard.terminal(self._writer.descriptor, modes)
+        keyboard, modes = self._keyboard, None
+        if keyboard is not None and self._is_active:
+            modes = keyboard.watch(keeps_early=self._attachment.is_wanted)
+        elif keyboard is not None:
+            keyboard.release()
+        if self._is_active:
+            self._guard.terminal(self._descriptor, modes)
 
     def _end(self) -> None:
         self._show_all(self._filter.end())
         self._is_active = False
         self._writer.leave()
-        self._keyboard.release()
+        if self._keyboard is not None:
+            self._keyboard.release()
         self._guard.no_terminal()
 
     # keys
@@ -280,11 +286,6 @@ class TerminalSession:
 
     def after_describe(self, _: object, response: Described) -> None:
         """Show what a process or component is."""
-        # few are asked for it
-        from colcon_yamllaunch.control.description_lines import (
-            description_lines,
-        )
-
         self._show_all(self._filter.settle())
         self._screen.show_table(description_lines(response.description))
 
@@ -296,7 +297,7 @@ class TerminalSession:
 
     def key_detach(self, label: str) -> None:
         """Go back from the process that is typed at."""
-        self._attachment.detached(label)
+        self._attachment.detach(label)
 
     def key_log(self, label: str) -> None:
         """Show the log of a process in the pager."""
@@ -330,7 +331,7 @@ class TerminalSession:
 
         :param lines: Returns them, by the width of the terminal
         """
-        size = size_of(self._writer.descriptor)
+        size = size_of(self._descriptor)
         # one is for the output, and one for the way back
         self._keys.show(lines(size.columns), size.lines - 2)
 
@@ -356,7 +357,7 @@ class TerminalSession:
 
         self._end()
         try:
-            pager = Pager(Path(log), self._writer.descriptor, os.environ)
+            pager = Pager(Path(log), self._descriptor, os.environ)
         except (OSError, ValueError) as error:
             reason = error.strerror if isinstance(error, OSError) else error
             self._keys.show_note(f'there is no pager by $PAGER: {reason}')
@@ -411,7 +412,7 @@ class TerminalSession:
             shares = self._shares.look(groups, now)
             model.measure({**self._shares_elsewhere(), **shares})
         self._drawn_version = model.version
-        size = size_of(self._writer.descriptor)
+        size = size_of(self._descriptor)
         style = Style(
             size.columns,
             min(MAXIMUM_LINES, size.lines // PART),
@@ -422,7 +423,7 @@ class TerminalSession:
         pending, until = self._pending(now)
         view = View(live=self._live())
         next_modes = None
-        if self._keyboard.has_keys:
+        if self._keyboard is not None and self._keyboard.has_keys:
             if self._keys.attached is not None:
                 # the process may have changed them without a word
                 self._attachment.read_modes()

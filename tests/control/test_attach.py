@@ -35,9 +35,9 @@ CRASH = (
     'import sys\n'
     'sys.argv[0] = {launcher!r}\n'
     'sys.path.insert(0, {folder!r})\n'
-    'from colcon_yamllaunch.terminal import local_attachment\n'
+    'from colcon_yamllaunch.terminal import attachment\n'
     'def crash(*arguments): raise ZeroDivisionError\n'
-    'local_attachment.LocalAttachment._typed = crash\n'
+    'attachment.LocalAttachment._typed = crash\n'
     'import launcher\n'
     'launcher.main()\n'
 )

@@ -5,6 +5,8 @@
 
 from types import SimpleNamespace
 
+from colcon_yamllaunch.control import resource_usage
+from colcon_yamllaunch.control.resource_usage import Look
 from colcon_yamllaunch.terminal import status_model
 from colcon_yamllaunch.terminal.status_model import CpuShares
 import pytest
@@ -13,16 +15,16 @@ import pytest
 @pytest.fixture
 def machine(monkeypatch):
     """Return a machine with two processors."""
-    made = SimpleNamespace(idle=0.0, ticks={}, looks=0)
+    made = SimpleNamespace(idle=0.0, seconds={}, looks=0)
 
-    def read_process(pid):
+    def look(groups, clock):
         made.looks += 1
-        return SimpleNamespace(ticks=made.ticks[pid])
+        sizes = dict.fromkeys(groups, 0)
+        return Look(clock(), {g: made.seconds[g] for g in groups}, sizes)
 
-    monkeypatch.setattr(status_model, '_TICKS', 100)
+    monkeypatch.setattr(resource_usage, 'look', look)
     monkeypatch.setattr(status_model.os, 'cpu_count', lambda: 2)
     monkeypatch.setattr(status_model, '_idle_seconds', lambda: made.idle)
-    monkeypatch.setattr(status_model, 'read_process', read_process)
     monkeypatch.setattr(
         status_model.cgroup, 'process_folder', lambda pid: None
     )
@@ -31,7 +33,6 @@ def machine(monkeypatch):
 
 def test_nobody_is_looked_at_while_the_machine_is_idle(machine):
     shares = CpuShares()
-    machine.ticks = {7: 0}
     for now in range(0, 10, 2):
         machine.idle = 2 * now - 0.1
         assert shares.look({'a': 7}, float(now)) == {}
@@ -42,31 +43,34 @@ def test_shares_are_of_one_processor(machine):
     shares = CpuShares()
     groups = {'a': 7, 'b': 8}
     for now in range(0, 10, 2):
-        machine.ticks = {7: 180 * now // 2, 8: 20 * now // 2}
+        machine.seconds = {7: 0.9 * now, 8: 0.1 * now}
         found = shares.look(groups, float(now))
     assert found == {'a': pytest.approx(0.9), 'b': pytest.approx(0.1)}
     # one that was started anew begins from nothing
-    machine.ticks = {9: 500, 8: 100}
-    assert shares.look({'a': 9, 'b': 8}, 10.0) == {'b': pytest.approx(0.1)}
+    machine.seconds = {9: 5.0, 8: 1.0}
+    found = shares.look({'a': 9, 'b': 8}, 10.0)
+    assert found == {'a': 0.0, 'b': pytest.approx(0.1)}
 
 
 def test_nobody_is_looked_at_while_the_launch_is_idle(machine, monkeypatch):
-    taken = {'/cgroup/launch': 0.0, '/cgroup/launch/0': 0.0}
     monkeypatch.setattr(
         status_model.cgroup, 'process_folder', lambda _: '/cgroup/launch/0'
     )
-
-    def processor_time(folder):
-        machine.looks += folder.endswith('/0')
-        return taken[folder]
-
-    monkeypatch.setattr(status_model.cgroup, 'processor_time', processor_time)
+    monkeypatch.setattr(
+        status_model.cgroup, 'processor_time', {'/cgroup/launch': 0.0}.get
+    )
     shares = CpuShares()
     for now in range(0, 10, 2):
         assert shares.look({'a': 7}, float(now)) == {}
     assert machine.looks == 0
     for now in range(10, 16, 2):
-        taken = dict.fromkeys(taken, 0.75 * (now - 10) + 8.0)
+        spent = 0.75 * (now - 10) + 8.0
+        machine.seconds = {7: spent}
+        monkeypatch.setattr(
+            status_model.cgroup,
+            'processor_time',
+            {'/cgroup/launch': spent}.get,
+        )
         found = shares.look({'a': 7}, float(now))
     assert found == {'a': pytest.approx(0.75)}
 

@@ -5,7 +5,7 @@
 
 import re
 
-from colcon_yamllaunch.terminal.escape_sequences import InLineOutput
+from colcon_yamllaunch.terminal.status_writer import InLineOutput
 from hypothesis import given
 from hypothesis import settings
 from hypothesis import strategies as st

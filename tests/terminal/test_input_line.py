@@ -3,9 +3,9 @@
 
 """A line that is typed."""
 
-from colcon_yamllaunch.terminal.input_line import InputLine
-from colcon_yamllaunch.terminal.input_line import LONGEST
-from colcon_yamllaunch.terminal.input_line import REMEMBERED
+from colcon_yamllaunch.terminal.keys import InputLine
+from colcon_yamllaunch.terminal.keys import LONGEST
+from colcon_yamllaunch.terminal.keys import REMEMBERED
 from hypothesis import given
 from hypothesis import settings
 from hypothesis import strategies as st

@@ -142,7 +142,8 @@ class LaunchApp(App[None]):
             # a process may end in the middle of it
             with suppress(OSError):
                 model.add_usage(await asyncio.to_thread(self._measure, pids))
-            self.panes.look_again()
+            model.ask_for_usage()
+            self.panes.changed()
             await asyncio.sleep(MEASURED_EVERY)
 
 

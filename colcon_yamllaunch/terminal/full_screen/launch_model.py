@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What the full screen shows of a launch, and how it receives that."""
+"""What the full screen shows of a launch, received in its event loop."""
 
 from asyncio import AbstractEventLoop
 from collections import deque
@@ -32,13 +32,11 @@ from colcon_yamllaunch.engine.description import Branch
 from colcon_yamllaunch.engine.state import ComponentState
 from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.observers.log_levels import Level
-from colcon_yamllaunch.terminal.full_screen.event_sentences import (
-    level_of_event,
-)
-from colcon_yamllaunch.terminal.full_screen.event_sentences import sentence_of
+from colcon_yamllaunch.observers.log_levels import level_of
 from colcon_yamllaunch.terminal.full_screen.output_store import Line
 from colcon_yamllaunch.terminal.full_screen.output_store import OutputStore
 from colcon_yamllaunch.terminal.full_screen.output_store import OutputView
+from colcon_yamllaunch.terminal.line_filter import Filtering
 from colcon_yamllaunch.terminal.status_model import Look
 from colcon_yamllaunch.terminal.status_model import Row
 from colcon_yamllaunch.terminal.status_model import StatusModel
@@ -61,6 +59,53 @@ _BLOCKS: Mapping[str, Look] = {
     kind: Look(sign, sign, '', 'cyan')
     for kind, sign in (('file', '▤'), ('group', '▣'), ('timer', '◷'))
 }
+#: What each event says, with its fields of `events.jsonl` in braces; nothing
+#: where it says nothing of its own.
+SENTENCES: Mapping[str, str] = {
+    'started': 'started, pid {pid}',
+    'start_failed': 'could not be started: {reason}',
+    'held': 'held by {signal}',
+    'continued': 'goes on',
+    'silent': 'no output for {seconds:g} s',
+    'requested': '{action} requested',
+    'attached': 'attached to a terminal',
+    'detached': 'detached',
+    'left_behind': 'pid {pid} cannot be stopped, not even by SIGKILL',
+    'loaded': 'loaded into {container}',
+    'load_failed': 'could not be loaded into {container}: {reason}',
+    'unloaded': 'unloaded from {container}: {reason}',
+    'state_changed': '{state}',
+    'transition_failed': "the transition '{transition}' failed: {reason}",
+    'ros_lost': '{reason}; no component is loaded any more',
+    'link_lost': '{machine}: the link is lost: {reason}',
+    'link_back': '{machine}: the link is back after {seconds:.1f} s',
+    'machine_gone': '{machine} is gone: {reason}',
+    'watched': '{text}',
+    'plan_failed': '{text}',
+    'host_lost': 'the host of launch files in Python {reason}',
+    'message': '{text}',
+    'warning': 'warning: {text}',
+    'shutdown': 'stopping: {reason}',
+    'ended': 'the launch has ended, exit code {exit_code}',
+    # what others say already, or the list of processes shows
+    **dict.fromkeys(('planned', 'dropped', 'respawned', 'signalled'), ''),
+    **dict.fromkeys(('changed', 'built', 'replanned', 'restarted'), ''),
+    # these take more than their fields
+    'exited': '',
+    'checked': '',
+}
+_FAILURES = frozenset(
+    (
+        'host_lost',
+        'left_behind',
+        'load_failed',
+        'machine_gone',
+        'plan_failed',
+        'ros_lost',
+        'start_failed',
+        'transition_failed',
+    )
+)
 _CONTAINER = Look('▢', '▢', '', 'dim')
 _DIGITS = '1234567890'
 
@@ -90,6 +135,14 @@ class LaunchModel(StatusModel):
         self.wants_tree = True
         self._gap: Line | None = None
         self._gap_bytes = 0
+        # the loop in which the launch is received
+        self._loop: AbstractEventLoop | None = None
+        # when an interval began, and how often was read in it
+        self._begin, self._reads = 0.0, 0
+        # the processes whose output is read, None for all; and what was
+        # missed when somebody last chose what is shown
+        self._wanted: Collection[str] | None = None
+        self._missed_before = 0
 
     @property
     def state(self) -> LaunchState:
@@ -100,6 +153,55 @@ class LaunchModel(StatusModel):
     def failed(self) -> set[str]:
         """The labels of what failed since somebody started it."""
         return {p.label for p in self.state.by_label.values() if p.failure}
+
+    def open(
+        self,
+        loop: AbstractEventLoop,
+        changed: Callable[[], None],
+        ended: Callable[[str], None],
+    ) -> None:
+        """
+        Receive what happens, in the loop of the full screen.
+
+        :param changed: Is called after something has changed
+        :param ended: Is called with the reason when nothing more is received;
+          it is empty where the launch has ended as it should
+        """
+        self._loop, self._changed, self._ended = loop, changed, ended
+        self._begin = loop.time()
+        loop.add_reader(self._launch.fileno(), self._read)
+        self._settle()
+
+    def close(self) -> None:
+        """Close the connection."""
+        loop, self._loop = self._loop, None
+        if loop is not None:
+            loop.remove_reader(self._launch.fileno())
+            self._launch.close()
+
+    def send(self, send: Callable[..., None], *what: Any, **more: Any) -> None:
+        """
+        Send something, unless the launch has ended.
+
+        :param send: `RunningLaunch.ask` or `send_request`, which gets the rest
+        """
+        if self._loop is not None:
+            try:
+                send(*what, **more)
+            except ControlError as error:
+                self._lose(error)
+
+    def choose(self, filtering: Filtering) -> None:
+        """Show and read the output that a filter lets through."""
+        self.view.choose(filtering)
+        self._missed_before = self.missed_bytes
+        self._narrow()
+
+    def ask_for_usage(self) -> None:
+        """Ask for what processes on other machines use."""
+        if any(process.machine for process in self.state.processes):
+            # it comes with the state
+            self.send(self._launch.send_request, 'status', bool)
 
     def receive(self, received: Received) -> None:
         """Add an event, output or gap."""
@@ -246,75 +348,13 @@ class LaunchModel(StatusModel):
         text = f'… {size(self._gap_bytes)} not shown …'
         self.store.alter(self._gap, text)
 
-
-def _block_row(look: Look, title: str, note: str, depth: int = 0) -> Row:
-    return Row(None, title, look, look.style, state=note, depth=depth)
-
-
-class LaunchReader:
-    """
-    Receives what happens in a launch, in the loop of the full screen.
-
-    :param changed: Is called after something has changed
-    :param ended: Is called with the reason when nothing more is received; it
-      is empty where the launch has ended as it should
-    """
-
-    def __init__(
-        self,
-        launch: RunningLaunch,
-        loop: AbstractEventLoop,
-        model: LaunchModel,
-        changed: Callable[[], None],
-        ended: Callable[[str], None],
-    ) -> None:
-        self._launch = launch
-        self._loop = loop
-        self._model = model
-        self._changed = changed
-        self._ended = ended
-        self._begin = loop.time()
-        self._reads = 0
-        # the processes whose output is read, None for all; and what was
-        # missed when somebody last chose what is shown
-        self._wanted: Collection[str] | None = None
-        self._missed_before = 0
-        self._is_open = True
-        loop.add_reader(launch.fileno(), self._read)
-        self._settle()
-
-    def close(self) -> None:
-        """Close the connection."""
-        if self._is_open:
-            self._is_open = False
-            self._loop.remove_reader(self._launch.fileno())
-            self._launch.close()
-
-    def send(self, send: Callable[..., None], *what: Any, **more: Any) -> None:
-        """
-        Send something, unless the launch has ended.
-
-        :param send: `RunningLaunch.ask` or `send_request`, which gets the rest
-        """
-        if self._is_open:
-            try:
-                send(*what, **more)
-            except ControlError as error:
-                self._end(error)
-
-    def choose(self) -> None:
-        """Read the output that somebody chose to see."""
-        self._missed_before = self._model.missed_bytes
-        self._narrow()
-
-    def look_again(self) -> None:
-        """Ask for what processes on other machines use."""
-        if any(process.machine for process in self._model.state.processes):
-            # it comes with the state
-            self.send(self._launch.send_request, 'status', bool)
+    # -- what is received
 
     def _read(self) -> None:
-        now = self._loop.time()
+        loop = self._loop
+        if loop is None:
+            return
+        now = loop.time()
         if now - self._begin > INTERVAL:
             self._begin = now
             self._reads = 0
@@ -322,30 +362,29 @@ class LaunchReader:
         try:
             self._launch.read()
             for received in self._launch.received():
-                self._model.receive(received)
+                self.receive(received)
             self._settle()
         except ControlError as error:
-            self._end(error)
+            self._lose(error)
             return
-        if self._is_open and self._reads >= READS:
-            self._loop.remove_reader(self._launch.fileno())
-            self._loop.call_at(self._begin + INTERVAL, self._go_on)
+        if self._loop is not None and self._reads >= READS:
+            loop.remove_reader(self._launch.fileno())
+            loop.call_at(self._begin + INTERVAL, self._go_on)
 
     def _go_on(self) -> None:
-        if self._is_open:
+        if self._loop is not None:
             self._loop.add_reader(self._launch.fileno(), self._read)
 
     def _settle(self) -> None:
-        model = self._model
-        if model.wants_tree:
-            model.wants_tree = False
-            self.send(self._launch.ask, Tree(), self._take_tree)
+        if self.wants_tree:
+            self.wants_tree = False
+            self.send(self._launch.ask, Tree(), self._set_tree)
         self._narrow()
         self._changed()
 
-    def _take_tree(self, response: PlanTree | Refused) -> None:
+    def _set_tree(self, response: PlanTree | Refused) -> None:
         if isinstance(response, PlanTree):
-            self._model.tree = response.tree
+            self.tree = response.tree
 
     def _narrow(self) -> None:
         """
@@ -353,17 +392,16 @@ class LaunchReader:
 
         Else all is read, so that it is there when somebody wants to see it.
         """
-        model = self._model
-        is_too_much = model.missed_bytes > self._missed_before
+        is_too_much = self.missed_bytes > self._missed_before
         wanted = None
         if self._wanted is not None or is_too_much:
-            wanted = model.shown_labels
+            wanted = self.shown_labels
         if wanted == self._wanted:
             return
         if self._wanted is None:
-            model.say('… too much: of what is not shown, nothing is read …')
+            self.say('… too much: of what is not shown, nothing is read …')
         elif wanted is None:
-            model.say('… all is read again …')
+            self.say('… all is read again …')
         self._wanted = wanted
         self.send(
             self._launch.send_request,
@@ -375,7 +413,73 @@ class LaunchReader:
             states=True,
         )
 
-    def _end(self, error: ControlError) -> None:
+    def _lose(self, error: ControlError) -> None:
         self.close()
         reason = '' if isinstance(error, LaunchEndedError) else str(error)
         self._ended(reason)
+
+
+def _block_row(look: Look, title: str, note: str, depth: int = 0) -> Row:
+    return Row(None, title, look, look.style, state=note, depth=depth)
+
+
+# events of a launch, as lines among its output
+
+
+def sentence_of(name: str, fields: Mapping[str, Any]) -> str:
+    """
+    Return what an event says, without whom it is about.
+
+    It is empty where there is nothing to say.
+    """
+    try:
+        if name == 'requested' and fields['action'] == 'change':
+            return ''
+        if name == 'exited':
+            text = _ending(fields)
+        elif name == 'checked':
+            text = 'green: all was seen' if fields['passed'] else _red(fields)
+        else:
+            text = SENTENCES.get(name, '').format_map(fields)
+    except (KeyError, TypeError, ValueError):
+        # that of a later version
+        return name
+    delay = fields.get('respawn_delay')
+    if delay is not None:
+        text += ', starts again' + (f' in {delay:g} s' if delay else '')
+    return one_line(text)
+
+
+def level_of_event(name: str, fields: Mapping[str, Any]) -> Level:
+    """Return how severe an event is."""
+    if name == 'message':
+        return level_of(f'[{fields.get("level")}]'.encode()) or Level.INFO
+    if name == 'warning':
+        return Level.WARN
+    failed = (
+        name in _FAILURES
+        or fields.get('failed') is True
+        or fields.get('passed') is False
+        or (name == 'ended' and fields.get('exit_code') != 0)
+    )
+    return Level.ERROR if failed else Level.INFO
+
+
+def _ending(fields: Mapping[str, Any]) -> str:
+    if fields['signal'] is not None:
+        text = f'died by {fields["signal"]}'
+    elif fields['exit_code']:
+        text = f'exited with code {fields["exit_code"]}'
+    elif fields['exit_code'] is None:
+        # nobody knows how, as it ran on a machine that is gone
+        text = 'lost'
+    else:
+        text = 'finished'
+    if fields['asked'] and not fields['failed']:
+        text = 'stopped'
+    return f'{text} after {fields["seconds"]:.1f} s'
+
+
+def _red(fields: Mapping[str, Any]) -> str:
+    missing = [f"'{text}' was not seen" for text in fields['missing']]
+    return f'red: {", ".join((*fields["failures"], *missing))}'

@@ -20,20 +20,19 @@ from colcon_yamllaunch.engine.commands import Watch
 from colcon_yamllaunch.engine.state import ComponentState
 from colcon_yamllaunch.engine.state import Part
 from colcon_yamllaunch.observers.log_levels import FORMAT
-from colcon_yamllaunch.terminal.full_screen.dialogs import Asked
-from colcon_yamllaunch.terminal.full_screen.dialogs import LeaveQuestion
-from colcon_yamllaunch.terminal.full_screen.dialogs import Leaving
-from colcon_yamllaunch.terminal.full_screen.dialogs import Prompt
-from colcon_yamllaunch.terminal.full_screen.dialogs import Reading
 from colcon_yamllaunch.terminal.full_screen.launch_model import LaunchModel
-from colcon_yamllaunch.terminal.full_screen.launch_model import LaunchReader
-from colcon_yamllaunch.terminal.full_screen.output_pane import OutputPane
-from colcon_yamllaunch.terminal.full_screen.part_list import PartList
 from colcon_yamllaunch.terminal.full_screen.screen_texts import help_table
 from colcon_yamllaunch.terminal.full_screen.screen_texts import in_full
 from colcon_yamllaunch.terminal.full_screen.screen_texts import in_short
 from colcon_yamllaunch.terminal.full_screen.screen_texts import keys_text
 from colcon_yamllaunch.terminal.full_screen.screen_texts import title_text
+from colcon_yamllaunch.terminal.full_screen.widgets import Asked
+from colcon_yamllaunch.terminal.full_screen.widgets import LeaveQuestion
+from colcon_yamllaunch.terminal.full_screen.widgets import Leaving
+from colcon_yamllaunch.terminal.full_screen.widgets import OutputPane
+from colcon_yamllaunch.terminal.full_screen.widgets import PartList
+from colcon_yamllaunch.terminal.full_screen.widgets import Prompt
+from colcon_yamllaunch.terminal.full_screen.widgets import Reading
 from colcon_yamllaunch.terminal.keymap import cannot_be_typed_at
 from colcon_yamllaunch.terminal.keymap import ON_ALL
 from colcon_yamllaunch.terminal.keymap import ON_ONE
@@ -84,18 +83,16 @@ class LaunchScreen(Screen[None]):
     """A launch: its processes left, what they write right."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        *(
-            # with priority, as others are for who had the focus when the key
-            # came: several at once, as by a slow line, would miss the prompt
-            Binding(
-                name,
-                f'press("{key.name}", "{name}")',
-                show=False,
-                priority=True,
-            )
-            for key in _KEYS.values()
-            for name in (key.names or key.key).split(',')
-        ),
+        # with priority, as others are for who had the focus when the key
+        # came: several at once, as by a slow line, would miss the prompt
+        Binding(
+            name,
+            f'press("{key.name}", "{name}")',
+            show=False,
+            priority=True,
+        )
+        for key in _KEYS.values()
+        for name in (key.names or key.key).split(',')
     ]
     AUTO_FOCUS = '#parts'
 
@@ -121,7 +118,6 @@ class LaunchScreen(Screen[None]):
         }
         self._shown: dict[str, Text] = {}
         self._said: tuple[str, str] = ('', '')
-        self._reader: LaunchReader | None = None
         self._stops_to_leave = False
         self._is_closed = False
 
@@ -139,13 +135,7 @@ class LaunchScreen(Screen[None]):
     def on_mount(self) -> None:
         """Begin to listen."""
         self.app.app_resume_signal.subscribe(self, self._resumed)
-        self._reader = LaunchReader(
-            self._launch,
-            get_running_loop(),
-            self.model,
-            self.changed,
-            self._ended,
-        )
+        self.model.open(get_running_loop(), self.changed, self._ended)
 
     def on_unmount(self) -> None:
         """Close the connection."""
@@ -164,8 +154,7 @@ class LaunchScreen(Screen[None]):
     def close(self) -> None:
         """Close the connection, and draw no more."""
         self._is_closed = True
-        if self._reader is not None:
-            self._reader.close()
+        self.model.close()
 
     def on_resize(self, event: Resize) -> None:
         """Show one pane, or both."""
@@ -180,12 +169,6 @@ class LaunchScreen(Screen[None]):
             loop = get_running_loop()
             due = max(loop.time(), self._drawn + DRAWN_EVERY)
             loop.call_at(due, self._draw)
-
-    def look_again(self) -> None:
-        """Draw what was measured, and ask for what others have measured."""
-        if self._reader is not None:
-            self._reader.look_again()
-        self.changed()
 
     # -- keys
 
@@ -223,8 +206,8 @@ class LaunchScreen(Screen[None]):
             elif isinstance(command, PartCommand):
                 self.say(f'{command.process}: {name} requested')
 
-        if not self._has_ended() and self._reader is not None:
-            self._reader.send(self._launch.ask, command, reply)
+        if not self._has_ended():
+            self.model.send(self._launch.ask, command, reply)
 
     def after_debug(self, command: PartCommand[Any], _: object) -> None:
         """Say how to go on."""
@@ -360,9 +343,7 @@ class LaunchScreen(Screen[None]):
         return self.model.view.filtering
 
     def _filter(self, filtering: Filtering) -> None:
-        self.model.view.choose(filtering)
-        if self._reader is not None:
-            self._reader.choose()
+        self.model.choose(filtering)
         self.changed()
 
     def _take_typed(self, asked: Asked, text: str) -> None:

@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.common.table import duration
 from colcon_yamllaunch.common.table import size
-from colcon_yamllaunch.control.description_lines import description_lines
 from colcon_yamllaunch.control.resource_usage import Usage
 from colcon_yamllaunch.engine.description import Description
 from colcon_yamllaunch.engine.state import ComponentState
@@ -18,6 +17,7 @@ from colcon_yamllaunch.terminal.full_screen.launch_model import LaunchModel
 from colcon_yamllaunch.terminal.keyboard import ESCAPE_NAME
 from colcon_yamllaunch.terminal.keymap import ON_ALL
 from colcon_yamllaunch.terminal.keymap import ON_ONE
+from colcon_yamllaunch.terminal.status_model import description_lines
 from colcon_yamllaunch.terminal.status_model import state_of
 from rich.table import Table
 from rich.text import Text

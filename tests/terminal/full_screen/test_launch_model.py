@@ -16,13 +16,11 @@ from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.observers.log_levels import Level
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.terminal.full_screen.event_sentences import (
-    level_of_event,
-)
-from colcon_yamllaunch.terminal.full_screen.event_sentences import sentence_of
-from colcon_yamllaunch.terminal.full_screen.event_sentences import SENTENCES
 from colcon_yamllaunch.terminal.full_screen.launch_model import HISTORY
 from colcon_yamllaunch.terminal.full_screen.launch_model import LaunchModel
+from colcon_yamllaunch.terminal.full_screen.launch_model import level_of_event
+from colcon_yamllaunch.terminal.full_screen.launch_model import sentence_of
+from colcon_yamllaunch.terminal.full_screen.launch_model import SENTENCES
 from colcon_yamllaunch.terminal.full_screen.screen_texts import curve
 import pytest
 from support.shown_launch import component

@@ -21,7 +21,7 @@ from colcon_yamllaunch.engine.description import Branch
 from colcon_yamllaunch.engine.events import Watched
 from colcon_yamllaunch.terminal.full_screen.launch_app import LaunchApp
 from colcon_yamllaunch.terminal.full_screen.launch_screen import LaunchScreen
-from colcon_yamllaunch.terminal.full_screen.part_list import PartList
+from colcon_yamllaunch.terminal.full_screen.widgets import PartList
 from colcon_yamllaunch.terminal.keymap import ON_ALL
 from colcon_yamllaunch.terminal.keymap import ON_ONE
 from rich.style import Style

@@ -3,10 +3,10 @@
 
 """A process as it is told on the screen."""
 
-from colcon_yamllaunch.control.description_lines import description_lines
 from colcon_yamllaunch.engine.description import Description
 from colcon_yamllaunch.engine.description import Parameter
 from colcon_yamllaunch.engine.description import Surrounding
+from colcon_yamllaunch.terminal.status_model import description_lines
 
 
 def test_a_process_with_all_that_it_was_given():
