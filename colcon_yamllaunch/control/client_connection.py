@@ -63,8 +63,6 @@ class Client:
         self._skipped = 0
         self._label: str | None = None
         self._cursor: Cursor | None = None
-        # whether it is called when there is more for it
-        self._is_called = False
         # for the answer to a request that takes its time
         self._is_waiting = False
         self._unanswered = 0
@@ -107,8 +105,7 @@ class Client:
         self._is_open = False
         if self._label is not None:
             self._service.detach(self._label, self)
-        if self._is_called:
-            self._journal.forget(self._call)
+        self._journal.forget(self._watch)
         if self._cursor is not None:
             self._journal.unsubscribe(self._cursor)
         self._loop.remove(self._connection.fileno())
@@ -301,11 +298,6 @@ class Client:
             else:
                 self.close()
 
-    def _call(self) -> None:
-        """Take note that there is more."""
-        self._is_called = False
-        self._watch()
-
     def _watch(self) -> None:
         if not self._is_open:
             return
@@ -315,9 +307,8 @@ class Client:
             self.close()
             return
         has_more = self._has_more()
-        if self._cursor is not None and not has_more and not self._is_called:
-            self._is_called = True
-            self._journal.call(self._call)
+        if self._cursor is not None and not has_more:
+            self._journal.call(self._watch)
         may_serve = not self._is_waiting and self._may_ask_more()
         waits = self._outgoing or has_more or (has_request and may_serve)
         descriptor = self._connection.fileno()

@@ -16,12 +16,12 @@ from colcon_yamllaunch.engine.commands import Command
 from colcon_yamllaunch.plan.plan_json import SPECIAL
 from colcon_yamllaunch.plan.plan_json import TAGS
 
-_T = TypeVar('_T', bound=Command[Any])
+_T = TypeVar('_T')
 
 
-def command_of(kind: type[_T], message: Mapping[str, Any]) -> _T:
+def read_request(kind: type[_T], message: Mapping[str, Any]) -> _T:
     """
-    Return the command that a request stands for.
+    Return the command, or what else a request stands for.
 
     :raises ProtocolError: when a field is missing or of another type
     """

@@ -151,7 +151,7 @@ class Journal:
         self._blocks: deque[_Block] = deque()
         self._file_size = 0
         self._cursors: list[Cursor] = []
-        self._waiting: list[Callable[[], None]] = []
+        self._waiting: set[Callable[[], None]] = set()
 
     @property
     def point(self) -> Mapping[str, int]:
@@ -167,7 +167,7 @@ class Journal:
             if record:
                 self._add_event(record)
         if self._waiting:
-            waiting, self._waiting = self._waiting, []
+            waiting, self._waiting = self._waiting, set()
             for wake in waiting:
                 wake()
 
@@ -223,12 +223,11 @@ class Journal:
 
     def call(self, wake: Callable[[], None]) -> None:
         """Call `wake` once, when there is more."""
-        self._waiting.append(wake)
+        self._waiting.add(wake)
 
     def forget(self, wake: Callable[[], None]) -> None:
         """Do not call `wake` any more."""
-        if wake in self._waiting:
-            self._waiting.remove(wake)
+        self._waiting.discard(wake)
 
     def read(self, cursor: Cursor, room: int) -> bytes:
         """

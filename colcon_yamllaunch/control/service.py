@@ -16,14 +16,16 @@ from dataclasses import asdict
 import math
 import time
 from typing import Any
-from typing import cast
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import RefusedError
+from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.control import protocol
+from colcon_yamllaunch.control.command_codec import read_request
 from colcon_yamllaunch.control.journal import Cursor
 from colcon_yamllaunch.control.journal import Journal
 from colcon_yamllaunch.control.protocol import ProtocolError
+from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.engine import Engine
@@ -33,7 +35,6 @@ from colcon_yamllaunch.plan.plan import Process
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.control.client_connection import Client
-    from colcon_yamllaunch.engine.commands import Done
 
 #: Takes the answer to a request.
 Reply = Callable[[Mapping[str, Any]], None]
@@ -158,11 +159,8 @@ class Service:
             # the answer was lost with a connection
             reply(protocol.success())
             return
-        # few launches are asked for anything
-        from colcon_yamllaunch.control.command_codec import command_of
-
         dispatcher.ask(
-            command_of(kind, message),
+            read_request(kind, message),
             lambda response: reply(_answer(response)),
         )
 
@@ -208,15 +206,12 @@ class Service:
         return label, None if state is None else state.pid
 
 
-def _answer(response: object) -> Mapping[str, Any]:
+def _answer(response: Any) -> Mapping[str, Any]:
     """Return the response to a command as an answer."""
-    from colcon_yamllaunch.engine.commands import Described
-    from colcon_yamllaunch.engine.commands import Refused
-
-    if isinstance(response, Refused):
+    if isinstance(response, commands.Refused):
         return protocol.failure(response.error)
-    answer = protocol.success(**asdict(cast('Done', response)))
-    if isinstance(response, Described):
+    answer = protocol.success(**asdict(response))
+    if isinstance(response, commands.Described):
         description = answer['description']
         description['environment'] = dict(description['environment'])
     return answer
@@ -227,6 +222,22 @@ def _name(message: Mapping[str, Any]) -> str:
     if not isinstance(name, str):
         raise ProtocolError("the request needs the name of a 'process'")
     return name
+
+
+@dataclass(frozen=True, slots=True)
+class _Subscribe:
+    """The request to subscribe; see `protocol`."""
+
+    since: Any = None
+    events: bool = True
+    output: bool = True
+    states: bool = False
+    raw: bool = False
+    relayed: bool = False
+    processes: frozenset[str] | None = None
+    behind: int | None = None
+    holder: str | None = None
+    lease: float | None = None
 
 
 class Subscribers:
@@ -276,37 +287,36 @@ class Subscribers:
         :raises ProtocolError: when the request has a wrong form
         :raises RefusedError: when another client is the holder
         """
-        holder = message.get('holder')
-        if not isinstance(holder, str | None):
-            raise ProtocolError("the 'holder' is a text, or null")
-        seconds = _seconds(message)
-        behind = message.get('behind')
-        if not (behind is None or (type(behind) is int and behind >= 0)):
+        request = read_request(_Subscribe, message)
+        holder, lease, behind = request.holder, request.lease, request.behind
+        if behind is not None and behind < 0:
             raise ProtocolError("'behind' is a number of bytes, or null")
+        if lease is not None and not 0 < lease <= _LONGEST_LEASE:
+            raise ProtocolError("a 'lease' is a number of seconds, or null")
+        if lease is not None and holder is None:
+            raise ProtocolError("a 'lease' is for a 'holder' only")
         if holder is not None and self._holder not in (None, holder):
             raise RefusedError('another client holds this launch')
-        if seconds is not None and holder is None:
-            raise ProtocolError("a 'lease' is for a 'holder' only")
         cursor = Cursor(
-            wants_events=_flag(message, 'events'),
-            wants_output=_flag(message, 'output'),
-            labels=_labels(message),
+            wants_events=request.events,
+            wants_output=request.output,
+            labels=request.processes,
             behind=limits.JOURNAL if behind is None else behind,
-            is_raw=_flag(message, 'raw', default=False),
-            is_relayed=_flag(message, 'relayed', default=False),
+            is_raw=request.raw,
+            is_relayed=request.relayed,
         )
-        if _flag(message, 'states', default=False):
+        if request.states:
             # what the client has not read of the state comes after all
             cursor.version = None if before is None else before.version
             if cursor.version is None:
                 state = self._journal.state
                 cursor.version = 0 if state is None else state.version
-        self._journal.subscribe(cursor, message.get('since'), before)
+        self._journal.subscribe(cursor, request.since, before)
         if holder is not None:
             self._holder, self._reads = holder, cursor
             self._acknowledge({'events': cursor.events, 'bytes': cursor.bytes})
-            self._seconds, self._renewed = seconds, -math.inf
-            if seconds is None:
+            self._seconds, self._renewed = lease, -math.inf
+            if lease is None:
                 self._lease(None)
             self.heard(cursor)
         return cursor
@@ -371,9 +381,7 @@ class Subscribers:
                 raise RefusedError('another client holds this launch')
             self._acknowledge(acknowledged)
         if self.is_holder(cursor):
-            self.is_reconnecting = _flag(
-                message, 'reconnecting', default=False
-            )
+            self.is_reconnecting = message.get('reconnecting') is True
         return {'clock': time.time()}
 
     def is_holder(self, cursor: Cursor | None) -> bool:
@@ -400,32 +408,3 @@ class Subscribers:
         self._acknowledged = self._journal.subscribe(
             Cursor(is_holder=True), point, self._acknowledged
         )
-
-
-def _seconds(message: Mapping[str, Any]) -> float | None:
-    seconds = message.get('lease')
-    if seconds is None:
-        return None
-    if type(seconds) in (int, float) and 0 < seconds <= _LONGEST_LEASE:
-        return float(seconds)
-    raise ProtocolError("a 'lease' is a number of seconds, or null")
-
-
-def _flag(
-    message: Mapping[str, Any], name: str, *, default: bool = True
-) -> bool:
-    flag = message.get(name, default)
-    if not isinstance(flag, bool):
-        raise ProtocolError(f"'{name}' is true or false")
-    return flag
-
-
-def _labels(message: Mapping[str, Any]) -> frozenset[str] | None:
-    labels = message.get('processes')
-    if labels is None:
-        return None
-    if not isinstance(labels, list) or not all(
-        isinstance(label, str) for label in labels
-    ):
-        raise ProtocolError("'processes' is a list of labels, or null")
-    return frozenset(labels)

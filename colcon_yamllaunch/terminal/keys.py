@@ -341,24 +341,19 @@ class Keys:
         view = View(
             live=live,
             chosen=self.attached or self._chosen or self._meant(),
-            muted=filtering.muted,
-            only=filtering.only,
-            filter=filtering.text,
+            filtering=filtering,
             hint=self._hint(),
             note=self._note,
             overlay=self._pages[0] if self._pages else (),
         )
-        line = self._line
-        prompt = self._prompt
-        text = line.text
-        if self.attached is not None:
-            if self._is_raw:
-                return view
+        line, prompt = self._line, self._prompt
+        if self.attached is not None and not self._is_raw:
             line = self._input_line(self.attached)
             prompt = f'{self.attached}> '
-            text = '*' * len(line.text) if self._is_secret else line.text
         if not prompt:
             return view
+        is_hidden = self.attached is not None and self._is_secret
+        text = '*' * len(line.text) if is_hidden else line.text
         return replace(
             view,
             prompt=prompt,

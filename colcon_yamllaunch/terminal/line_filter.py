@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from collections.abc import Sequence
 from dataclasses import replace
 import re
+import time
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.engine import events
@@ -377,6 +378,12 @@ def _has_many_lines(data: bytes) -> bool:
     # its start tells, as a rule
     starts = data.count(b'\n', 0, PROBE_SIZE)
     return starts >= FEW or data.count(b'\n', 0, -1) >= FEW
+
+
+def time_stamp(seconds: float) -> str:
+    """Return the time in front of a line, from seconds since the epoch."""
+    clock = time.strftime('%H:%M:%S', time.localtime(seconds))
+    return f'{clock}.{int(seconds % 1 * 1000):03} '
 
 
 def last_state(line: bytes) -> bytes:

@@ -18,6 +18,7 @@ from colcon_yamllaunch.engine.outcome import signal_name
 from colcon_yamllaunch.engine.state import Countdown
 from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.state import Part
+from colcon_yamllaunch.terminal.line_filter import Filtering
 from colcon_yamllaunch.terminal.status_model import ALARM
 from colcon_yamllaunch.terminal.status_model import BOLD
 from colcon_yamllaunch.terminal.status_model import DIM
@@ -56,11 +57,7 @@ class View:
 
     :param live: Lines of output that may still change, above the block
     :param chosen: The label of the process that the next key is for
-    :param muted: The labels of those whose output is not shown
-    :param only: The labels of those whose output alone is shown; empty for
-      all
-    :param filter: What else is left out of the output, in short; empty if
-      nothing is
+    :param filtering: What is shown of the output
     :param hint: What the next key may be, in one line, the first the most
       important; empty for none
     :param prompt: What stands before what is being typed; with it the last
@@ -74,9 +71,7 @@ class View:
 
     live: tuple[str, ...] = ()
     chosen: str | None = None
-    muted: frozenset[str] = frozenset()
-    only: frozenset[str] = frozenset()
-    filter: str = ''
+    filtering: Filtering = Filtering()
     hint: str = ''
     prompt: str | None = None
     typed: str = ''
@@ -253,7 +248,7 @@ def _chip(part: Part, model: StatusModel, view: View, style: Style) -> _Chip:
     row = model.row(part)
     label, look = part.label, row.look
     text, text_colour = row.title, look.text_colour
-    if label in view.muted or (view.only and label not in view.only):
+    if not view.filtering.has(label):
         text = f'({text})'
         text_colour = text_colour or DIM
     failure = part.failure
@@ -368,8 +363,8 @@ def _summary(
             summary.append(one_line(pending))
         if watched is not None and watched.is_final:
             summary.append(_watched(watched, style))
-    if view.filter:
-        summary.append(_painted(one_line(view.filter), YELLOW, style))
+    if view.filtering.text:
+        summary.append(_painted(one_line(view.filtering.text), YELLOW, style))
     return summary
 
 

@@ -48,6 +48,7 @@ from colcon_yamllaunch.terminal.keys import Keys
 from colcon_yamllaunch.terminal.keys import Press
 from colcon_yamllaunch.terminal.keys import Typed
 from colcon_yamllaunch.terminal.line_filter import LineFilter
+from colcon_yamllaunch.terminal.line_filter import time_stamp
 from colcon_yamllaunch.terminal.status_block import Block
 from colcon_yamllaunch.terminal.status_block import block_of
 from colcon_yamllaunch.terminal.status_block import MAXIMUM_LINES
@@ -390,8 +391,7 @@ class TerminalSession:
     def _stamp(self) -> bytes:
         """Return the time in front of a line."""
         now = time.time() if self._time is None else self._time
-        clock = time.strftime('%H:%M:%S', time.localtime(now))
-        return f'{clock}.{int(now * 1000) % 1000:03} '.encode()
+        return time_stamp(now).encode()
 
     def _form_of(self, process: Process) -> str | None:
         variables = dict(process.environment)

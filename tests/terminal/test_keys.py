@@ -160,8 +160,8 @@ def test_a_key_that_means_nothing(keys):
 def test_who_is_muted(keys):
     typed(keys, '1m')
     assert keys.filtering.muted == {'kitchen'}
-    assert keys.view().muted == {'kitchen'}
-    assert keys.view().filter == '1 muted'
+    assert keys.view().filtering.muted == {'kitchen'}
+    assert keys.view().filtering.text == '1 muted'
     typed(keys, 'M')
     assert keys.filtering.muted == {'kitchen', 'bath', 'bathroom'}
     typed(keys, '2m')
@@ -278,7 +278,7 @@ def test_a_search_takes_place_as_it_is_typed(keys):
     view = keys.view()
     assert (view.prompt, view.typed, view.cursor) == ('/', 'lo', 2)
     # it is not told twice
-    assert view.filter == ''
+    assert view.filtering.text == ''
     typed(keys, 'x\x7fw\r')
     assert keys.filtering.search == 'low'
     assert keys.view().prompt is None

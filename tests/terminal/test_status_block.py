@@ -8,6 +8,8 @@ from signal import SIGINT
 
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.observers.log_levels import Level
+from colcon_yamllaunch.terminal.line_filter import Filtering
 from colcon_yamllaunch.terminal.status_block import block_of
 from colcon_yamllaunch.terminal.status_block import next_change
 from colcon_yamllaunch.terminal.status_block import Style
@@ -187,11 +189,13 @@ def test_who_is_chosen_is_always_there(board):
 
 def test_who_is_not_shown_is_in_parentheses(board):
     one = board('a', 'b', 'c')
-    view = View(muted=frozenset('b'), filter='/foo')
-    assert lines(one, view=view) == [' 1 ● a  2 ● (b)  3 ● c', ' /foo']
-    assert lines(one, view=View(only=frozenset('b')))[0] == (
-        ' 1 ● (a)  2 ● b  3 ● (c)'
-    )
+    view = View(filtering=Filtering(muted=frozenset('b'), search='foo'))
+    assert lines(one, view=view) == [
+        ' 1 ● a  2 ● (b)  3 ● c',
+        ' /foo, 1 muted',
+    ]
+    view = View(filtering=Filtering(only=frozenset('b')))
+    assert lines(one, view=view)[0] == ' 1 ● (a)  2 ● b  3 ● (c)'
 
 
 def test_the_countdown_of_stopping(board):
@@ -275,7 +279,7 @@ def test_lines_that_may_still_change_are_above_it(board):
 
 def test_what_the_next_key_means_is_there_in_full(board):
     hint = 's stop  r restart  k kill  a attach  m mute  Esc none'
-    view = View(chosen='b', hint=hint, filter='level WARN')
+    view = View(chosen='b', filtering=Filtering(level=Level.WARN), hint=hint)
     assert lines(board('a', 'b'), 80, view)[1:] == [f' {hint}   level WARN']
     assert lines(board('a', 'b'), 40, view) == [
         ' 1 ● a  >2 ● b<',

@@ -7,7 +7,6 @@ from bisect import bisect_right
 from collections.abc import Callable
 from collections.abc import Collection
 from collections.abc import Sequence
-import time
 from typing import ClassVar
 from typing import Literal
 
@@ -17,6 +16,7 @@ from colcon_yamllaunch.terminal.full_screen.output_store import Line
 from colcon_yamllaunch.terminal.full_screen.output_store import OutputView
 from colcon_yamllaunch.terminal.full_screen.output_store import plain
 from colcon_yamllaunch.terminal.line_filter import Filtering
+from colcon_yamllaunch.terminal.line_filter import time_stamp
 from colcon_yamllaunch.terminal.status_model import LOOKS
 from colcon_yamllaunch.terminal.status_model import Row
 from rich.cells import cell_len
@@ -338,16 +338,15 @@ class OutputPane(ScrollView, can_focus=True):
 
     def _prefix_of(self, line: Line) -> tuple[str, str, str]:
         """Return the time, the label and the count in front of a line."""
-        moment = label = count = ''
+        stamp = label = count = ''
         if self._view.filtering.times and line.time:
-            clock = time.strftime('%H:%M:%S', time.localtime(line.time))
-            moment = f'{clock}.{int(line.time % 1 * 1000):03} '
+            stamp = time_stamp(line.time)
         if line.label is not None and self._names:
             label = f'[{one_line(line.label)}] '
         if line.count > 1:
             # in front, as it would not be seen behind a long line
             count = f'×{line.count} '
-        return moment, label, count
+        return stamp, label, count
 
     def _strip_of(self, line: Line) -> Strip:
         key = (line, line.text, line.count, self._layout)
@@ -360,8 +359,8 @@ class OutputPane(ScrollView, can_focus=True):
 
     def _text_of(self, line: Line) -> Text:
         text = Text(no_wrap=True, end='')
-        moment, label, count = self._prefix_of(line)
-        text.append(moment, 'dim')
+        stamp, label, count = self._prefix_of(line)
+        text.append(stamp, 'dim')
         if line.label is not None:
             text.append(label, self._style_of(line.label))
         text.append(count, 'bold')
