@@ -5,12 +5,14 @@
 The colcon verbs: arguments in, exit code out.
 
 - `extensions` is what colcon loads: a class for each verb.
-- `options` has all options (`option` says what one is), `command_line` reads
-  them, `target` finds the workspace and the launch file.
-- `launch`, `run`, `sweep` and `create` each have the `main` of a verb. A
-  launch goes through `context`, `prepare` (plan and `builds`, with `preflight`
-  and `machines`) and `run_launch`. `inspect_launch` and `watch_launch` are
-  `--plan` and the like, and `--watch`.
+- `options` describes all options, `command_line` reads them, `target` finds
+  the workspace and the launch file.
+- `launch`, `run`, `sweep` and `create` each have the `main` of a verb. All
+  steps of a launch are functions of one `LaunchContext` (`context`): `prepare`
+  evaluates the launch file and builds (`builds`, `preflight`, `machines`),
+  `run_launch` runs the plan. `inspect_launch` shows it instead (`--plan`,
+  `--check`), `watch_launch` prepares it again (`--watch`), and `sweep`
+  prepares it for each run.
 - `controlling` and what it imports act on running launches.
 - `completing` answers Tab.
 

@@ -81,7 +81,7 @@ class Builds:
 
         def decided(decisions: Sequence[Decision]) -> None:
             if self._why:
-                self._explainer(wanted, launch)(decisions)
+                self._explain(decisions, wanted, launch)
             if any(decision.is_stale for decision in decisions):
                 look_first()
 
@@ -106,7 +106,7 @@ class Builds:
                 self._fresh.add(decision.name)
         return update
 
-    def tell(self) -> None:
+    def report(self) -> None:
         """Say in one line what was built, if it came to that."""
         if self._has_decided:
             fresh = self._fresh - set(self._built)
@@ -114,30 +114,28 @@ class Builds:
 
     def explain(self, wanted: Collection[str], launch: str) -> None:
         """Say what would be built and why, and build nothing."""
-        if self._session.root is None:
-            return
         decisions = decide(
             self._session.colcon,
             self._request(wanted),
             self._session.build_environment(),
             self._session.announce,
         )
-        self._explainer(wanted, launch)(decisions)
+        self._explain(decisions, wanted, launch)
 
     def _request(self, wanted: Collection[str]) -> BuildRequest:
         return BuildRequest(wanted, self._exactly, self._force, self._built)
 
-    def _explainer(
-        self, wanted: Collection[str], launch: str
-    ) -> Callable[[Sequence[Decision]], None]:
-        def explain(decisions: Sequence[Decision]) -> None:
-            new = [d for d in decisions if d.name not in self._explained]
-            self._explained.update(d.name for d in new)
-            ways = self._session.needed_by(wanted)
-            for decision in new:
+    def _explain(
+        self,
+        decisions: Sequence[Decision],
+        wanted: Collection[str],
+        launch: str,
+    ) -> None:
+        ways = self._session.needed_by(wanted)
+        for decision in decisions:
+            if decision.name not in self._explained:
+                self._explained.add(decision.name)
                 say_line(explanation(decision, ways[decision.name], launch))
-
-        return explain
 
 
 def failure(update: Update) -> str:

@@ -9,21 +9,21 @@ from collections.abc import Sequence
 from contextlib import suppress
 import os
 from pathlib import Path
+from typing import Any
+from typing import TYPE_CHECKING
 
-from colcon_yamllaunch.language.actions.scope_actions import BOOLEAN_CHOICES
-from colcon_yamllaunch.language.evaluation.findings import DeclaredArgument
-from colcon_yamllaunch.language.evaluation.request import Request
-from colcon_yamllaunch.language.policies.check import find_declarations
-from colcon_yamllaunch.verb.target import package_target
-from colcon_yamllaunch.verb.target import path_target
-from colcon_yamllaunch.verb.workspace_session import exposed_by_packages
-from colcon_yamllaunch.verb.workspace_session import LaunchPackages
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.verb.target import find_workspace
+from colcon_yamllaunch.workspace.colcon.package_scan import scan_packages
 from colcon_yamllaunch.workspace.packages.launch_files import find_launch_files
 from colcon_yamllaunch.workspace.packages.launch_files import launch_file_names
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 from colcon_yamllaunch.workspace.packages.source_programs import (
     source_programs,
 )
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.language.evaluation.findings import DeclaredArgument
 
 #: The largest file of ssh that is read, in bytes.
 MAXIMUM_SIZE = 1_000_000
@@ -32,24 +32,51 @@ MAXIMUM_SIZE = 1_000_000
 Candidates = Mapping[str, str]
 
 
-def packages(locator: PackageLocator, prefix: str) -> Candidates:
-    """Return the packages whose names start with something."""
-    return {n: '' for n in locator.names() if n.startswith(prefix)}
+@dataclass(frozen=True, slots=True)
+class Cursor:
+    """
+    Where something is to be completed.
+
+    :param prefix: The word up to the cursor
+    :param known: What the parser has made of the words in front
+    :param parser: The parser of the verb
+    """
+
+    prefix: str
+    known: Any
+    parser: Any
+    environment: Mapping[str, str]
+
+    def given(self, key: str) -> Any:
+        """Return what was given for an option in front, or None."""
+        return getattr(self.known, key, None)
+
+    def locator(self, words: Sequence[str] = ()) -> PackageLocator:
+        """Return the packages; words may have the path of a launch file."""
+        root = find_workspace(self.given('workspace') or None, words)
+        return scan_packages(root, self.environment)
 
 
-def launch_files(
-    package: str, locator: PackageLocator, prefix: str
-) -> Candidates:
+def packages(cursor: Cursor, words: Sequence[str] = ()) -> Candidates:
+    """Return the packages whose names start with the word."""
+    names = cursor.locator(words).names()
+    return {n: '' for n in names if n.startswith(cursor.prefix)}
+
+
+def launch_files(cursor: Cursor, package: str) -> Candidates:
     """Return a package's launch files: names, or paths if one is begun."""
+    locator = cursor.locator([package])
     own = locator.package(package)
     folder = locator.share(package) if own is None else own.path
     files = () if folder is None else find_launch_files(Path(folder))
-    names = files if '/' in prefix else launch_file_names(package, files)
-    return dict.fromkeys(names, '')
+    if '/' in cursor.prefix:
+        return dict.fromkeys(files, '')
+    return dict.fromkeys(launch_file_names(package, files), '')
 
 
-def executables(package: str, locator: PackageLocator) -> Candidates:
+def executables(cursor: Cursor, package: str) -> Candidates:
     """Return the programs that a package has installed, or will install."""
+    locator = cursor.locator()
     names = set(locator.executables(package))
     own = locator.package(package)
     if own is not None:
@@ -78,14 +105,9 @@ def paths(prefix: str, suffixes: Sequence[str]) -> Candidates:
     return dict.fromkeys(sorted(found), '')
 
 
-def hosts(deployment: str | None, prefix: str, folder: Path) -> Candidates:
-    """
-    Find the hosts that the user's ssh knows, or the machines of a file.
-
-    :param deployment: The deployment file that is given, if one is
-    :param prefix: What is begun, maybe with a user in front of the host
-    :param folder: The user's folder for ssh
-    """
+def hosts(cursor: Cursor) -> Candidates:
+    """Return the hosts that ssh knows, or the machines of `--deploy`."""
+    deployment = cursor.given('deploy')
     if deployment:
         # it is read for this only
         from colcon_yamllaunch.remote.deployment.deployment_file import (
@@ -93,7 +115,9 @@ def hosts(deployment: str | None, prefix: str, folder: Path) -> Candidates:
         )
 
         return dict.fromkeys(read_deployment(deployment).machines, '')
-    user, at, _ = prefix.rpartition('@')
+    # there may be a user in front of the host
+    user, at, _ = cursor.prefix.rpartition('@')
+    folder = Path.home() / '.ssh'
     names = {*_configured(folder / 'config'), *_known(folder / 'known_hosts')}
     return {f'{user}{at}{name}': '' for name in sorted(names)}
 
@@ -124,19 +148,25 @@ def _lines(path: Path) -> list[str]:
 
 
 def launch_arguments(
-    positionals: Sequence[str],
-    locator: PackageLocator,
-    given: Sequence[str],
-    environment: Mapping[str, str],
-    prefix: str,
+    cursor: Cursor, positionals: Sequence[str], given: Sequence[str]
 ) -> Candidates:
     """
     Return the launch arguments, or the values of the one that is begun.
 
     :param positionals: A package and a launch file, or the path of one
+    :param given: The launch arguments in front
     :raises UserError: when there is no such launch file
     :raises LaunchError: when a launch file has mistakes
     """
+    # reading launch files takes longer to import than all else
+    from colcon_yamllaunch.language.evaluation.request import Request
+    from colcon_yamllaunch.language.policies.check import find_declarations
+    from colcon_yamllaunch.verb.target import package_target
+    from colcon_yamllaunch.verb.target import path_target
+    from colcon_yamllaunch.verb.workspace_session import exposed_by_packages
+    from colcon_yamllaunch.verb.workspace_session import LaunchPackages
+
+    locator = cursor.locator(positionals)
     cwd = Path.cwd()
     target = path_target(tuple(positionals), cwd, locator) or package_target(
         tuple(positionals), locator, tuple
@@ -148,13 +178,13 @@ def launch_arguments(
         target.path if located is None else located[0],
         target.path,
         packages=known,
-        environment=environment,
+        environment=cursor.environment,
         arguments=values,
         cwd=str(cwd),
-        exposed=exposed_by_packages(locator, environment),
+        exposed=exposed_by_packages(locator, cursor.environment),
     )
     arguments = find_declarations(request).arguments
-    name, found, _ = prefix.partition(':=')
+    name, found, _ = cursor.prefix.partition(':=')
     if found:
         choices = (_choices(a) for a in arguments if a.name == name)
         return {f'{name}:={c}': '' for c in next(choices, ())}
@@ -166,13 +196,17 @@ def launch_arguments(
     }
 
 
-def _choices(argument: DeclaredArgument) -> tuple[str, ...]:
+def _choices(argument: 'DeclaredArgument') -> tuple[str, ...]:
+    from colcon_yamllaunch.language.actions.scope_actions import (
+        BOOLEAN_CHOICES,
+    )
+
     # of the ways to write a boolean, one will do
     is_boolean = argument.choices == BOOLEAN_CHOICES
     return ('true', 'false') if is_boolean else argument.choices
 
 
-def _described(argument: DeclaredArgument) -> str:
+def _described(argument: 'DeclaredArgument') -> str:
     default = argument.default
     value = 'required' if default is None else f"default: '{default}'"
     text = f'{argument.description or ""} ({value})'

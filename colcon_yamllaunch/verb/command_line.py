@@ -23,15 +23,13 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.verb.messages import enumeration
 from colcon_yamllaunch.verb.messages import report_errors
 from colcon_yamllaunch.verb.messages import show
-from colcon_yamllaunch.verb.option import Option
-from colcon_yamllaunch.verb.options import ControlOptions
 from colcon_yamllaunch.verb.options import CreateOptions
 from colcon_yamllaunch.verb.options import LaunchOptions
+from colcon_yamllaunch.verb.options import Option
 from colcon_yamllaunch.verb.options import OPTIONS
 from colcon_yamllaunch.verb.options import REQUESTS
 from colcon_yamllaunch.verb.options import RunOptions
 from colcon_yamllaunch.verb.options import SweepOptions
-from colcon_yamllaunch.verb.options import TEXT
 from colcon_yamllaunch.verb.options import Verb
 
 SEPARATOR = '--'
@@ -307,10 +305,15 @@ def parse_launch_options(known: Any) -> LaunchOptions:
         return LaunchOptions(version=True)
     if values.help_all:
         return LaunchOptions(help_all=True)
-    control = _control_options(values, positionals)
-    if control is not None:
-        read_options(values, 'launch')
-        return LaunchOptions(control=control)
+    request = request_of(values, positionals)
+    if request is not None:
+        names, transition = _read_names(request, values, positionals)
+        return LaunchOptions(
+            request=request,
+            names=tuple(names),
+            transition=transition,
+            **read_options(values, 'launch'),
+        )
     refuse_unknown(positionals, 'launch')
     # the process of a new launch is no request to a running one
     attach, values.attach = values.attach, None
@@ -328,7 +331,7 @@ def parse_launch_options(known: Any) -> LaunchOptions:
     return options
 
 
-def control_action(values: Any, positionals: Sequence[str]) -> str | None:
+def request_of(values: Any, positionals: Sequence[str]) -> str | None:
     """Return what is asked of running launches; None for a new launch."""
     actions = [name.removeprefix('--') for name in REQUESTS]
     if not positionals and values.from_plan is None:
@@ -338,49 +341,35 @@ def control_action(values: Any, positionals: Sequence[str]) -> str | None:
     return next(given, None)
 
 
-def _control_options(
-    values: Any, positionals: Sequence[str]
-) -> ControlOptions | None:
-    action = control_action(values, positionals)
-    if action is None:
-        return None
+def _read_names(
+    request: str, values: Any, positionals: Sequence[str]
+) -> tuple[Sequence[str], str]:
+    """Return what a request is about, and what nodes are to do if they are."""
     names: Sequence[str] = positionals
-    if action == 'attach':
+    if request == 'attach':
         names = (values.attach,)
-    elif action not in ('status', 'ui'):
-        names = (*getattr(values, action), *positionals)
-    _refuse_options(action, names)
-    if action == 'status' and positionals:
+    elif request not in ('status', 'ui'):
+        names = (*getattr(values, request), *positionals)
+    if '--all' in names:
+        meant = f"--{request} '*' means all of a launch"
+        if request in ('status', 'stop'):
+            meant = f"--{request} --of '*' means all launches"
+        raise UserError("there is no option '--all'", meant)
+    # argparse takes options that do not exist for names
+    refuse_unknown(names, 'launch')
+    if request == 'status' and positionals:
         raise UserError(
             f"--status takes no '{positionals[0]}'",
             'it shows all running launches; one of them with --of LAUNCH',
         )
-    if action == 'restart' and not (values.restart or positionals):
+    if request == 'restart' and not names:
         raise UserError(
             '--restart needs the NAME of a process or component',
             "'*' means all of them",
         )
-    transition = ''
-    if action == 'lifecycle':
-        names, transition = _read_transition(names)
-    return ControlOptions(
-        action,
-        tuple(names),
-        values.of,
-        values.follow,
-        values.status or TEXT,
-        transition,
-    )
-
-
-def _refuse_options(action: str, names: Sequence[str]) -> None:
-    """Refuse options that do not exist, which argparse takes for names."""
-    if '--all' in names:
-        meant = f"--{action} '*' means all of a launch"
-        if action in ('status', 'stop'):
-            meant = f"--{action} --of '*' means all launches"
-        raise UserError("there is no option '--all'", meant)
-    refuse_unknown(names, 'launch')
+    if request == 'lifecycle':
+        return _read_transition(names)
+    return names, ''
 
 
 def _read_transition(words: Sequence[str]) -> tuple[Sequence[str], str]:

@@ -23,51 +23,21 @@ from types import TracebackType
 from typing import Any
 
 from colcon_yamllaunch.common.errors import OutputError
-from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.verb import candidates
 from colcon_yamllaunch.verb.candidates import Candidates
+from colcon_yamllaunch.verb.candidates import Cursor
 from colcon_yamllaunch.verb.command_line import given_options
 from colcon_yamllaunch.verb.command_line import split_line
 from colcon_yamllaunch.verb.messages import say
-from colcon_yamllaunch.verb.option import Completer
-from colcon_yamllaunch.verb.option import Option
+from colcon_yamllaunch.verb.options import Completer
+from colcon_yamllaunch.verb.options import Option
 from colcon_yamllaunch.verb.options import OPTIONS
 from colcon_yamllaunch.verb.options import REQUESTS
 from colcon_yamllaunch.verb.options import Verb
-from colcon_yamllaunch.verb.target import find_workspace
 from colcon_yamllaunch.verb.target import PATH_SUFFIXES
-from colcon_yamllaunch.workspace.colcon.package_scan import scan_packages
-from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
-
-@dataclass(frozen=True, slots=True)
-class _Cursor:
-    """
-    Where something is to be completed.
-
-    :param prefix: The word up to the cursor
-    :param known: What the parser has made of the words in front
-    """
-
-    prefix: str
-    known: Any
-    parser: Any
-    environment: Mapping[str, str]
-
-    def locator(self, words: Sequence[str] = ()) -> PackageLocator:
-        """Return the packages; words may have the path of a launch file."""
-        given = getattr(self.known, 'workspace', None) or None
-        return scan_packages(find_workspace(given, words), self.environment)
-
-    @property
-    def asked(self) -> tuple[Mapping[str, str], str | None, str]:
-        """The environment, the launch that is meant, and what is begun."""
-        launch = getattr(self.known, 'of', None)
-        return self.environment, launch, self.prefix
-
-
-_Find = Callable[[_Cursor], Candidates]
+_Find = Callable[[Cursor], Candidates]
 
 
 class _Completer:
@@ -90,7 +60,7 @@ class _Completer:
     ) -> Candidates:
         # whatever is broken, Tab offers nothing rather than fail
         with suppress(Exception):
-            cursor = _Cursor(prefix, parsed_args, parser, self._environment)
+            cursor = Cursor(prefix, parsed_args, parser, self._environment)
             # what a shell would show or put into the line as something else
             return {
                 word: one_line(text)
@@ -115,7 +85,7 @@ def complete(verb: Verb, parser: Any, environment: Mapping[str, str]) -> None:
 
     :param environment: The user's environment, with what argcomplete added
     """
-    sys.excepthook = _in_one_line
+    sys.excepthook = _report_output_error
     word = _word_at_cursor(environment)
     options = {option.key: option for option in OPTIONS[verb].all()}
     for action in parser._actions:
@@ -134,7 +104,7 @@ def complete(verb: Verb, parser: Any, environment: Mapping[str, str]) -> None:
             action.help = argparse.SUPPRESS
 
 
-def _in_one_line(
+def _report_output_error(
     kind: type[BaseException],
     error: BaseException,
     trace: TracebackType | None,
@@ -154,7 +124,7 @@ def _word_at_cursor(environment: Mapping[str, str]) -> str:
     return line.rpartition(' ')[2]
 
 
-def _launch_positionals(cursor: _Cursor, verb: Verb = 'launch') -> Candidates:
+def _launch_positionals(cursor: Cursor, verb: Verb = 'launch') -> Candidates:
     """Find words behind the package, which argparse leaves to the verb."""
     prefix = cursor.prefix
     options = OPTIONS[verb].by_flag()
@@ -175,9 +145,9 @@ def _launch_positionals(cursor: _Cursor, verb: Verb = 'launch') -> Candidates:
     if '--status' in given or '--from-plan' in given:
         return {}
     if '--lifecycle' in given:
-        return _lifecycles(cursor, words)
+        return _of_launches(cursor, 'lifecycles', words)
     if given.keys() & set(REQUESTS):
-        return _parts(cursor)
+        return _of_launches(cursor, 'parts')
     return _launched(cursor, words, arguments)
 
 
@@ -192,33 +162,25 @@ def _give_back(known: Any, options: Iterable[Option[Any]]) -> None:
 
 
 def _launched(
-    cursor: _Cursor, words: Sequence[str], arguments: Sequence[str]
+    cursor: Cursor, words: Sequence[str], arguments: Sequence[str]
 ) -> Candidates:
     """Find the package, then its launch file, then launch arguments."""
-    locator = cursor.locator(words)
     if not words:
-        found = candidates.packages(locator, cursor.prefix)
+        found = candidates.packages(cursor)
         return found or candidates.paths(cursor.prefix, PATH_SUFFIXES)
     if len(words) == 1 and not os.path.isfile(Path(words[0]).expanduser()):
-        return candidates.launch_files(words[0], locator, cursor.prefix)
-    # reading launch files takes longer to import than all else
-    from colcon_yamllaunch.verb.candidates import launch_arguments
-
-    return launch_arguments(
-        words, locator, arguments, cursor.environment, cursor.prefix
-    )
+        return candidates.launch_files(cursor, words[0])
+    return candidates.launch_arguments(cursor, words, arguments)
 
 
-def _run_positionals(cursor: _Cursor) -> Candidates:
+def _run_positionals(cursor: Cursor) -> Candidates:
     words = [word for word in cursor.known.positionals if word != '--']
     if not words:
-        return candidates.packages(cursor.locator(), cursor.prefix)
-    if len(words) == 1:
-        return candidates.executables(words[0], cursor.locator())
-    return {}
+        return candidates.packages(cursor)
+    return candidates.executables(cursor, *words) if len(words) == 1 else {}
 
 
-def _options(cursor: _Cursor) -> Candidates:
+def _options(cursor: Cursor) -> Candidates:
     formatter = cursor.parser._get_formatter()
     return {
         option: formatter._expand_help(action)
@@ -235,56 +197,29 @@ def _finder(option: Option[Any]) -> _Find:
     return _nothing if value is None else COMPLETERS[value.completer]
 
 
-def _parts(cursor: _Cursor) -> Candidates:
-    from colcon_yamllaunch.verb import process_candidates
+def _of_launches(
+    cursor: Cursor, completer: Completer, words: Sequence[str] = ()
+) -> Candidates:
+    """Find running launches, or processes and components of these."""
+    from colcon_yamllaunch.verb.process_candidates import candidates_of
 
-    return process_candidates.parts(*cursor.asked)
-
-
-def _terminals(cursor: _Cursor) -> Candidates:
-    from colcon_yamllaunch.verb import process_candidates
-
-    only = process_candidates.has_keyboard
-    return process_candidates.parts(*cursor.asked, only)
+    return candidates_of(cursor, completer, words)
 
 
-def _lifecycles(cursor: _Cursor, more: Sequence[str] = ()) -> Candidates:
-    """Find lifecycle nodes, then transitions."""
-    from colcon_yamllaunch.verb import process_candidates
-
-    names = (*(getattr(cursor.known, 'lifecycle', None) or ()), *more)
-    if names:
-        environment, launch, _ = cursor.asked
-        return process_candidates.transitions(environment, launch, names)
-    only = process_candidates.has_lifecycle
-    return process_candidates.parts(*cursor.asked, only)
-
-
-def _launches(cursor: _Cursor) -> Candidates:
-    from colcon_yamllaunch.verb.process_candidates import launches
-
-    return launches(cursor.environment)
-
-
-def _hosts(cursor: _Cursor) -> Candidates:
-    deployment = getattr(cursor.known, 'deploy', None)
-    return candidates.hosts(deployment, cursor.prefix, Path.home() / '.ssh')
-
-
-def _licenses(_cursor: _Cursor) -> Candidates:
+def _licenses(_cursor: Cursor) -> Candidates:
     from colcon_yamllaunch.workspace.create.new_package import LICENSES
 
     return dict.fromkeys(LICENSES, '')
 
 
-def _places(_cursor: _Cursor) -> Candidates:
+def _places(_cursor: Cursor) -> Candidates:
     """Offer Slurm where it is installed."""
     from shutil import which
 
     return {'slurm:': 'array jobs'} if which('sbatch') else {}
 
 
-def _nothing(_cursor: _Cursor) -> Candidates:
+def _nothing(_cursor: Cursor) -> Candidates:
     return {}
 
 
@@ -297,13 +232,13 @@ _POSITIONALS: Mapping[Verb, _Find] = {
 COMPLETERS: Mapping[Completer, _Find] = {
     'files': lambda cursor: candidates.paths(cursor.prefix, ('',)),
     'folders': lambda cursor: candidates.paths(cursor.prefix, ()),
-    'hosts': _hosts,
-    'launches': _launches,
+    'hosts': candidates.hosts,
+    'launches': lambda cursor: _of_launches(cursor, 'launches'),
     'licenses': _licenses,
-    'lifecycles': _lifecycles,
+    'lifecycles': lambda cursor: _of_launches(cursor, 'lifecycles'),
     'nothing': _nothing,
-    'packages': lambda c: candidates.packages(c.locator(), c.prefix),
-    'parts': _parts,
+    'packages': candidates.packages,
+    'parts': lambda cursor: _of_launches(cursor, 'parts'),
     'places': _places,
-    'terminals': _terminals,
+    'terminals': lambda cursor: _of_launches(cursor, 'terminals'),
 }

@@ -1,61 +1,57 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What a launch is about: its launch file, workspace and machines."""
+"""What all steps of a launch share."""
 
 from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Mapping
 from collections.abc import Sequence
-from importlib import import_module
+from copy import copy
+from functools import cached_property
+import os
 from pathlib import Path
+import time
 from typing import NoReturn
 from typing import TYPE_CHECKING
 
-from colcon_yamllaunch.control.socket_folder import has_sockets
 from colcon_yamllaunch.engine.state import About
-from colcon_yamllaunch.language.evaluation.request import FindExposed
-from colcon_yamllaunch.language.evaluation.request import NothingExposed
 from colcon_yamllaunch.language.evaluation.request import Request
-from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
+from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.diagnostics import render
 from colcon_yamllaunch.language.syntax.launch_tree import LaunchFile
-from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.verb.log_folders import ros_log_folder
 from colcon_yamllaunch.verb.messages import say
 from colcon_yamllaunch.verb.messages import say_line
+from colcon_yamllaunch.verb.messages import show
 from colcon_yamllaunch.verb.options import LaunchOptions
 from colcon_yamllaunch.verb.target import package_target
 from colcon_yamllaunch.verb.target import path_target
 from colcon_yamllaunch.verb.target import Target
 from colcon_yamllaunch.verb.target import workspace_root
-from colcon_yamllaunch.verb.workspace_session import exposed_by_packages
 from colcon_yamllaunch.verb.workspace_session import LaunchPackages
 from colcon_yamllaunch.verb.workspace_session import WorkspaceSession
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.engine.participants import Participant
-    from colcon_yamllaunch.language.evaluation.launch_worker import Growing
+    from colcon_yamllaunch.language.policies.evaluate import Evaluation
+    from colcon_yamllaunch.observers.junit import JUnitReport
     from colcon_yamllaunch.python_launch.worker_process import WorkerProcess
     from colcon_yamllaunch.remote.deployment.deployment import Deployment
-    from colcon_yamllaunch.verb.machines import DeployedLaunch
+    from colcon_yamllaunch.verb.builds import Builds
+    from colcon_yamllaunch.verb.machines import Machines
+    from colcon_yamllaunch.verb.own_launch import Background
 
-
-#: What is imported where it is needed, as that is behind the evaluation.
-_BEHIND = (
-    'colcon_yamllaunch.verb.builds',
-    'colcon_yamllaunch.verb.preflight',
-    'colcon_yamllaunch.run',
-)
+# what few launches need is imported where it is needed
 
 
 class GiveUpError(Exception):
     """
-    The launch ends here; the user was told why.
+    The launch ends here; the user knows why.
 
-    :param is_build: Whether that is a build
+    :param is_build: Whether a build failed
     """
 
     def __init__(self, returncode: int, *, is_build: bool = False) -> None:
@@ -64,14 +60,16 @@ class GiveUpError(Exception):
         self.is_build = is_build
 
 
-class LaunchBasis:
+class LaunchContext:
     """
-    What a launch is about, before anything is done.
+    A launch: its command line, its workspace, and what is known of it so far.
 
+    :param environment: The user's
     :param log_folder: The folder for the logs, or None to keep none
     :param announce: Is called with a line that the user should see at once;
-      by default it is said, unless the user wants it quiet
-    :param is_again: Whether the launch runs already
+      by default it is printed, unless the user wants it quiet
+    :param is_again: Whether the launch runs already, or many alike do
+    :raises UserError: when there is no such workspace
     """
 
     def __init__(
@@ -84,24 +82,17 @@ class LaunchBasis:
         *,
         is_again: bool = False,
     ) -> None:
-        if options.attach is not None:
-            # what few launches need is imported where it is needed
-            from colcon_yamllaunch.verb.attaching import need_terminal
-
-            need_terminal()
-        self._options = options
+        #: When it was begun, on the monotonic clock and since the epoch.
+        self.begun = time.monotonic()
+        self.begun_ns = time.time_ns()
+        self.options = options
         self.cwd = cwd
-        self._environment = environment
-        self._log_folder = log_folder
-        # the launches that were told to run the same nodes
-        self._told: set[int] = set()
-        # for which packages it was, and what gives what they bring
-        self._exposed: tuple[PackageLocator | None, FindExposed] = (
-            None,
-            NothingExposed,
-        )
-        self._log_dir = str(log_folder or ros_log_folder(environment))
-        self._workspace = WorkspaceSession(
+        self.environment = environment
+        self.log_folder = log_folder
+        self.is_again = is_again
+        quiet = _print_nothing if options.quiet else say_line
+        #: The workspace, as far as it has been built and sourced.
+        self.workspace = WorkspaceSession(
             workspace_root(
                 options.workspace,
                 options.positionals,
@@ -109,35 +100,64 @@ class LaunchBasis:
             ),
             options.build_args,
             environment,
-            announce or (_say_nothing if options.quiet else say_line),
+            announce or quiet,
             ' '.join(['colcon launch', *options.positionals]),
             runs=options.runs,
         )
-        self._packages = LaunchPackages(self._workspace.locator, built=False)
-        keeps_log = not options.inspects
-        self._host = HostKeeper(
-            cwd, environment, log_folder if keeps_log else None
-        )
-        # what makes more of the plan while it runs
-        self._growing: Growing | None = None
-        self._is_again = is_again
-        # what is done about other machines, if parts of it run there
-        self._deployed: DeployedLaunch | None = None
-        if options.is_deployed:
-            self._deployed = self._make_deployed()
-        # what is added to the environment of the processes
-        self._variables: Mapping[str, str] = {}
-        #: Whether an argument that no launch file declares is an error.
-        self.needs_declarations = False
-        #: What is typed, for messages.
-        self.command = 'colcon launch'
-        #: The launch files that have been read.
-        self.trees: dict[str, LaunchFile] = {}
-        #: What was evaluated last, and what is needed for it.
+        #: What was evaluated last, and the packages that are needed for it.
         self.evaluation: Evaluation | None = None
         self.wanted: set[str] = set()
+        #: The packages, as the last request has them.
+        self.packages = LaunchPackages(self.locator, built=False)
+        #: The launch files that have been read.
+        self.trees: dict[str, LaunchFile] = {}
+        #: The launches that the user knows to run the same nodes.
+        self.known_doubles: set[int] = set()
+        #: Variables for the processes, beside those of the workspace.
+        self.variables: Mapping[str, str] = {}
+        #: Whether an argument that no launch file declares is an error.
+        self.needs_declarations = False
+        #: The command, for messages.
+        self.command = 'colcon launch'
+        #: The report that `--junit` asks for.
+        self.junit: JUnitReport | None = None
+        #: Where it goes when it begins to run, if another process shows it.
+        self.background: Background | None = None
+        self._worker: WorkerProcess | None = None
+        self._worker_environment: Mapping[str, str] = {}
 
-    @property
+    def again(
+        self, options: LaunchOptions, announce: Callable[[str], None]
+    ) -> 'LaunchContext':
+        """Return the same launch, begun now; it reads only changed files."""
+        other = LaunchContext(
+            options,
+            self.cwd,
+            self.environment,
+            self.log_folder,
+            announce,
+            is_again=True,
+        )
+        other.trees.update(self.trees)
+        return other
+
+    def variant(
+        self,
+        options: LaunchOptions,
+        log_folder: Path,
+        variables: Mapping[str, str],
+    ) -> 'LaunchContext':
+        """Return the same launch with other options, in this workspace."""
+        other = copy(self)
+        other.options = options
+        other.log_folder = log_folder
+        other.variables = variables
+        other.is_again = True
+        other.evaluation, other.wanted = None, set()
+        other._worker = None
+        return other
+
+    @cached_property
     def deployment(self) -> 'Deployment | None':
         """
         Which machines parts of it run on; None where all of it runs here.
@@ -145,33 +165,46 @@ class LaunchBasis:
         :raises GiveUpError: when the deployment file is wrong
         :raises UserError: when there is no such machine
         """
-        return None if self._deployed is None else self._deployed.deployment
+        options, found = self.options, None
+        if not options.is_deployed:
+            return None
+        from colcon_yamllaunch.remote.deployment import deployment_file
 
-    def start_host(self) -> None:
-        """
-        Start the host of a launch file in Python before it is asked.
+        if options.deploy is not None:
+            path = str(self.cwd / options.deploy)
+            try:
+                found = deployment_file.read_deployment(path)
+            except LaunchError as e:
+                self.fail(e.diagnostics)
+        if options.on is not None:
+            found = deployment_file.deployed_on(options.on, found)
+        return found
 
-        It imports `launch` while this process imports what it needs behind
-        the evaluation.
+    @cached_property
+    def machines(self) -> 'Machines | None':
+        """The machines that parts of it run on, as far as connected."""
+        if self.deployment is None:
+            return None
+        from colcon_yamllaunch.verb.machines import Machines
 
-        :raises UserError: when the user's time limit is no number
-        """
-        if ''.join(self._options.positionals[-1:]).endswith('.py'):
-            self._host.open(self._process_environment()).start()
-            for name in _BEHIND:
-                import_module(name)
+        return Machines(self, self.deployment)
 
-    def close(self) -> None:
-        """End what has been started and the launch does not need."""
-        if self._deployed is not None:
-            self._deployed.close()
-        self._host.close()
+    @cached_property
+    def builds(self) -> 'Builds':
+        """The builds of this launch."""
+        from colcon_yamllaunch.verb.builds import Builds
 
-    def disown(self) -> None:
-        """Have nothing to do with all of that, in a fork of this process."""
-        self._host.disown()
-        if self._deployed is not None:
-            self._deployed.disown()
+        return Builds(
+            self.workspace,
+            exactly=bool(self.options.paths),
+            force=self.options.force,
+            why=self.options.why,
+        )
+
+    @property
+    def locator(self) -> PackageLocator:
+        """Where the packages are."""
+        return self.workspace.locator
 
     def target(self) -> Target:
         """
@@ -179,47 +212,36 @@ class LaunchBasis:
 
         :raises UserError: when there is none
         """
-        positionals = self._options.positionals
+        positionals = self.options.positionals
         return path_target(
             positionals, self.cwd, self.locator
         ) or package_target(
-            positionals, self.locator, self._workspace.broken_manifests
+            positionals, self.locator, self.workspace.broken_manifests
         )
 
-    def _about(self) -> About:
-        plan = self._options.from_plan
+    def about(self) -> About:
+        """
+        Return what other terminals know the launch by.
+
+        :raises UserError: when there is no such launch file
+        """
+        plan = self.options.from_plan
         if plan is not None:
             return About(str(plan), None, str(self.cwd / plan), str(self.cwd))
         target = self.target()
-        title = ' '.join(self._options.positionals)
+        title = ' '.join(self.options.positionals)
         return About(title, target.package, target.path, str(self.cwd))
 
     @property
-    def workspace(self) -> WorkspaceSession:
-        """The workspace, as far as it has been built and sourced."""
-        return self._workspace
+    def log_dir(self) -> str:
+        """The folder that `$(log_dir)` names."""
+        return str(self.log_folder or ros_log_folder(self.environment))
 
-    @property
-    def locator(self) -> PackageLocator:
-        """Where the packages are."""
-        return self._workspace.locator
-
-    @property
-    def setup_script(self) -> str | None:
-        """What a shell sources to have the workspace, None without one."""
-        setup = self._workspace.setup_script
-        return None if setup is None else str(setup)
-
-    @property
-    def guessed(self) -> Mapping[str, Path]:
-        """The packages whose names are guessed, with their `setup.py`."""
-        return self._workspace.guessed
-
-    def _process_environment(self) -> Mapping[str, str]:
+    def process_environment(self) -> Mapping[str, str]:
         """Return the environment for the processes."""
-        environment = dict(self._workspace.environment)
-        environment.setdefault('ROS_LOG_DIR', self._log_dir)
-        environment.update(self._variables)
+        environment = dict(self.workspace.environment)
+        environment.setdefault('ROS_LOG_DIR', self.log_dir)
+        environment.update(self.variables)
         return environment
 
     def request(
@@ -233,78 +255,102 @@ class LaunchBasis:
         :raises UserError: when there is no such launch file
         """
         target = target or self.target()
-        self._packages = LaunchPackages(
-            self.locator, built=built, only_there=self._only_there
+        self.packages = LaunchPackages(
+            self.locator, built=built, only_there=self.only_there
         )
-        located = self._packages.locate(target.name)
-        environment = self._process_environment()
+        located = self.packages.locate(target.name)
+        environment = self.process_environment()
         return Request(
             target.path if located is None else located[0],
             target.path,
-            packages=self._packages,
+            packages=self.packages,
             environment=environment,
-            arguments=self._options.arguments,
+            arguments=self.options.arguments,
             cwd=str(self.cwd),
-            log_folder=self._log_dir,
-            exposed=self._find_exposed(),
-            host=lambda: self._host.open(environment),
+            log_folder=self.log_dir,
+            exposed=self.workspace.exposed,
+            host=lambda: self.worker(environment),
             trees=self.trees,
         )
 
-    def _find_exposed(self) -> FindExposed:
-        """Return what gives what packages bring, as long as they are so."""
-        known, find = self._exposed
-        if known is not self.locator:
-            environment = self._workspace.environment
-            find = exposed_by_packages(self.locator, environment)
-            self._exposed = self.locator, find
-        return find
-
-    def _tell_of_doubled_nodes(
-        self, plan: Plan, environment: Mapping[str, str]
-    ) -> None:
-        """Warn of nodes that another launch of the user runs already."""
-        if self._is_again or not has_sockets(self._environment):
-            return
-        from colcon_yamllaunch.verb import doubled_nodes
-
-        file = self._about().file
-        for other in doubled_nodes.running(self._environment):
-            nodes = doubled_nodes.doubled_nodes(plan, environment, file, other)
-            if nodes and other.pid not in self._told:
-                self._told.add(other.pid)
-                text = doubled_nodes.warning(nodes, other)
-                say(f'colcon launch: warning: {text}')
-
     @property
-    def _only_there(self) -> frozenset[str]:
+    def only_there(self) -> frozenset[str]:
         """The packages that other machines have, and this one need not."""
-        if self._deployed is None:
-            return frozenset()
-        return self._deployed.only_there
+        machines = vars(self).get('machines')
+        return frozenset() if machines is None else machines.only_there
 
-    def _make_deployed(self) -> 'DeployedLaunch':
-        # most launches run here
-        from colcon_yamllaunch.verb.machines import DeployedLaunch
+    def worker(self, environment: Mapping[str, str]) -> 'WorkerProcess':
+        """
+        Return the process that reads launch files in Python.
 
-        return DeployedLaunch(
-            self._options,
-            self.cwd,
-            self._environment,
-            self._workspace,
-            self._log_folder,
-            self.report,
-            self._fail,
-            # who typed at a launch that runs would be heard by its processes
-            may_ask=not self._is_again,
-        )
+        It is the one that there is, unless it is in another environment.
 
-    def _fail(self, diagnostics: Sequence[Diagnostic]) -> NoReturn:
-        from colcon_yamllaunch.verb.run_launch import annotate
+        :raises UserError: when the user's time limit is no number
+        """
+        from colcon_yamllaunch.engine.launch_scan import new_identity
+        from colcon_yamllaunch.python_launch import worker_process
 
-        self.report(diagnostics)
-        annotate(diagnostics, self._environment)
-        raise GiveUpError(1)
+        if self._worker is not None and (
+            self._worker.is_spent or self._worker_environment != environment
+        ):
+            self.end_worker()
+        if self._worker is None:
+            log = None
+            if self.log_folder is not None and not self.options.inspects:
+                log = self.log_folder / worker_process.LOG_NAME
+            self._worker = worker_process.WorkerProcess(
+                environment,
+                str(self.cwd),
+                log,
+                new_identity(),
+                worker_process.timeout_of(self.environment),
+            )
+            self._worker_environment = environment
+        return self._worker
+
+    def release_worker(self) -> None:
+        """End this process in order, as nothing more is asked of it."""
+        if self._worker is not None:
+            self._worker.release()
+
+    def end_worker(self) -> None:
+        """End this process if it runs."""
+        if self._worker is not None:
+            self._worker.close()
+            self._worker = None
+
+    def plan_feeds(self) -> 'tuple[str, Sequence[Participant]]':
+        """
+        Return the identity that the launch has already, '' for none.
+
+        And the participant that extends its plan while it runs, if there is
+        one. To be called once, when the plan is about to run.
+        """
+        if self._worker is None:
+            return '', ()
+        identity = self._worker.identity
+        growing = self.evaluation and self.evaluation.growing
+        if not growing:
+            self._worker.release()
+            return identity, ()
+        from colcon_yamllaunch.python_launch.plan_feed import PlanFeed
+
+        self._worker.entrust()
+        return identity, (PlanFeed(self._worker, growing),)
+
+    def close(self) -> None:
+        """End what has been started and the launch does not need."""
+        if (machines := vars(self).get('machines')) is not None:
+            machines.close()
+        self.end_worker()
+
+    def detach(self) -> None:
+        """Leave all of that to the parent, in a fork of its process."""
+        if self._worker is not None:
+            self._worker.disown()
+            self._worker = None
+        if (machines := vars(self).get('machines')) is not None:
+            machines.detach()
 
     def report(self, diagnostics: Iterable[Diagnostic]) -> None:
         """Show problems to the user."""
@@ -312,97 +358,34 @@ class LaunchBasis:
         if text:
             say(text)
 
-
-def _say_nothing(line: str) -> None:
-    """Leave it at that."""
-
-
-class HostKeeper:
-    """
-    The process that reads launch files in Python, if there is one.
-
-    :param environment: The user's environment
-    :param log_folder: Where it keeps a log, or None to keep none
-    """
-
-    def __init__(
-        self,
-        cwd: Path,
-        environment: Mapping[str, str],
-        log_folder: Path | None,
-    ) -> None:
-        self._cwd = cwd
-        self._environment = environment
-        self._log_folder = log_folder
-        self._host: WorkerProcess | None = None
-        # what it runs in
-        self._variables: Mapping[str, str] = {}
-
-    @property
-    def identity(self) -> str:
-        """The identity that the launch has by it, or an empty text."""
-        return '' if self._host is None else self._host.identity
-
-    def open(self, variables: Mapping[str, str]) -> 'WorkerProcess':
+    def fail(self, diagnostics: Sequence[Diagnostic]) -> NoReturn:
         """
-        Return the process that reads launch files in Python.
+        Show problems to the user, and end the launch.
 
-        It is the one that there is, unless it is in another environment.
-
-        :param variables: What it is to run in
-        :raises UserError: when the user's time limit is no number
+        :raises GiveUpError: always
         """
-        # most launch files are not in Python
-        from colcon_yamllaunch.engine.launch_scan import new_identity
-        from colcon_yamllaunch.python_launch import worker_process
+        self.report(diagnostics)
+        self.annotate(diagnostics)
+        raise GiveUpError(1)
 
-        if self._host is not None and (
-            self._host.is_spent or self._variables != variables
-        ):
-            self.close()
-        if self._host is None:
-            log = None
-            if self._log_folder is not None:
-                log = self._log_folder / worker_process.LOG_NAME
-            self._host = worker_process.WorkerProcess(
-                variables,
-                str(self._cwd),
-                log,
-                new_identity(),
-                worker_process.timeout_of(self._environment),
-            )
-            self._variables = variables
-        return self._host
+    def annotate(self, diagnostics: Iterable[Diagnostic]) -> None:
+        """Have GitHub show problems beside their lines, in a workflow."""
+        if self.environment.get('GITHUB_ACTIONS') != 'true':
+            return
+        from dataclasses import replace
 
-    def feeds(self, growing: 'Growing | None') -> 'Sequence[Participant]':
-        """
-        Return what extends the plan while it runs, if there is anything.
+        from colcon_yamllaunch.language.reports import annotation
 
-        :param growing: What turns its answers into plan, if it is asked more
-        """
-        if self._host is None:
-            return ()
-        if growing is None:
-            self._host.release()
-            return ()
-        from colcon_yamllaunch.python_launch.plan_feed import PlanFeed
+        root = self.environment.get('GITHUB_WORKSPACE') or os.getcwd()
+        for diagnostic in diagnostics:
+            position = diagnostic.position
+            if position is not None:
+                # from an installed launch file to that in the repository
+                path = os.path.realpath(position.path)
+                source = replace(position, path=path)
+                diagnostic = replace(diagnostic, position=source)
+            show(annotation(diagnostic, os.path.realpath(root)))
 
-        self._host.entrust()
-        return (PlanFeed(self._host, growing),)
 
-    def release(self) -> None:
-        """End it in order, as nothing more is asked of it."""
-        if self._host is not None:
-            self._host.release()
-
-    def close(self) -> None:
-        """End it if it runs."""
-        if self._host is not None:
-            self._host.close()
-            self._host = None
-
-    def disown(self) -> None:
-        """Have nothing to do with it, in a fork of this process."""
-        if self._host is not None:
-            self._host.disown()
-            self._host = None
+def _print_nothing(line: str) -> None:
+    """Take no notice."""

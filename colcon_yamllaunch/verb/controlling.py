@@ -35,7 +35,8 @@ from colcon_yamllaunch.verb.messages import say
 from colcon_yamllaunch.verb.messages import say_line
 from colcon_yamllaunch.verb.messages import show
 from colcon_yamllaunch.verb.messages import show_json
-from colcon_yamllaunch.verb.options import ControlOptions
+from colcon_yamllaunch.verb.options import LaunchOptions
+from colcon_yamllaunch.verb.options import TEXT
 from colcon_yamllaunch.verb.selecting import Candidate
 from colcon_yamllaunch.verb.selecting import choose_launch
 from colcon_yamllaunch.verb.selecting import choose_parts
@@ -50,48 +51,47 @@ from colcon_yamllaunch.workspace.packages.workspace_root import find_root
 
 #: Seconds between two questions to a launch that was asked for something.
 POLL_INTERVAL = 0.05
-_COMMANDS = {'stop': commands.Stop, 'restart': commands.Restart}
 _UNSETTLED = ('stopping', 'loading', 'unloading', 'unknown')
 
 
-def control(options: ControlOptions, environment: Mapping[str, str]) -> int:
+def control(options: LaunchOptions, environment: Mapping[str, str]) -> int:
     """
     Do what was asked, and return the exit code.
 
     :raises UserError: when no launch or no process is meant
     """
-    root = _workspace()
-    found = find_launches(environment, options.launch)
+    root, names = _workspace(), options.names
+    found = find_launches(environment, options.of)
     candidates = nearest_first(found, root)
-    if options.action == 'status':
-        return _status(candidates, options.status_format)
-    ends = options.action in ('stop', 'restart')
-    if ends and is_pattern(options.launch) and len(candidates) > 1:
+    if options.request == 'status':
+        return _status(candidates, options.status or TEXT)
+    ends = options.request in ('stop', 'restart')
+    if ends and is_pattern(options.of) and len(candidates) > 1:
         return _end_in_all(candidates, options)
-    chosen = choose_launch(candidates, options.names, root, ends=ends)
+    chosen = choose_launch(candidates, names, root, ends=ends)
     try:
         if ends:
             return _end_in(chosen, options)
-        if options.action == 'lifecycle':
-            return change_states(chosen, options.names, options.transition)
-        if options.action == 'attach':
+        if options.request == 'lifecycle':
+            return _change_states(chosen, names, options.transition)
+        if options.request == 'attach':
             from colcon_yamllaunch.verb.attaching import attach
 
-            return attach(chosen, choose_parts(chosen.state, options.names))
-        if options.action == 'ui':
+            return attach(chosen, choose_parts(chosen.state, names))
+        if options.request == 'ui':
             from colcon_yamllaunch.verb.full_screen import show_launch
 
             return show_launch(chosen, environment)
-        processes = choose_processes(chosen.state, options.names)
         from colcon_yamllaunch.verb.reading_logs import show_logs
 
+        processes = choose_processes(chosen.state, names)
         return show_logs(chosen, processes, follow=options.follow)
     except ControlError as e:
         raise UserError(f'{chosen.state.title}: {e}') from e
 
 
 def _workspace() -> Path | None:
-    """Return the workspace that the user stands in, if any."""
+    """Return the workspace of the current folder, if any."""
     try:
         return find_root(Path.cwd())
     except (OSError, UntrustedError):
@@ -99,50 +99,57 @@ def _workspace() -> Path | None:
         return None
 
 
-def _end_in(chosen: Candidate, options: ControlOptions) -> int:
-    if options.action == 'stop' and not options.names:
-        return _stop_launch(chosen)
+def _end_in(chosen: Candidate, options: LaunchOptions) -> int:
+    if options.request == 'stop' and not options.names:
+        _begin_to_stop(chosen)
+        return _wait_for_end(chosen)
     parts = choose_parts(chosen.state, options.names)
-    return _end(chosen, _without_contents(parts), options.action)
+    labels = {part.label for part in parts}
+    # components go with their container
+    parts = [
+        part
+        for part in parts
+        if not isinstance(part, ComponentState) or part.process not in labels
+    ]
+    return _end(chosen, parts, is_restart=options.request == 'restart')
 
 
 def _end_in_all(
-    candidates: Sequence[Candidate], options: ControlOptions
+    candidates: Sequence[Candidate], options: LaunchOptions
 ) -> int:
     """Stop several launches, or processes of them; all begin at once."""
     if not options.names:
-        return _stop_launches(candidates)
+        stopping, code = _in_each(candidates, _begin_to_stop)
+        return max(code, _in_each(stopping, _wait_for_end)[1])
     having = [c for c in candidates if all(matches(c.state, options.names))]
     # the first one says which name is unknown
-    return _in_each(having or candidates[:1], lambda c: _end_in(c, options))
+    return _in_each(having or candidates[:1], lambda c: _end_in(c, options))[1]
 
 
 def _in_each(
     candidates: Iterable[Candidate], act: Callable[[Candidate], int]
-) -> int:
-    """Do something in several launches; one that refuses stops no other."""
-    code = 0
+) -> tuple[list[Candidate], int]:
+    """
+    Do something in several launches; one that refuses stops no other.
+
+    Return those where it was done, and the exit code.
+    """
+    done, code = [], 0
     for candidate in candidates:
         try:
             code = max(code, act(candidate))
+            done.append(candidate)
         except LaunchEndedError:
             continue
         except ControlError as e:
             say(f'colcon launch: error: {candidate.state.title}: {e}')
             code = 1
-    return code
+    return done, code
 
 
 def _status(candidates: Sequence[Candidate], form: str) -> int:
-    states = [c.state for c in candidates]
-    usage = usage_of(
-        {
-            p.local_pid
-            for s in states
-            for p in s.processes
-            if p.local_pid is not None
-        }
-    )
+    pids = (p.local_pid for c in candidates for p in c.state.processes)
+    usage = usage_of({pid for pid in pids if pid is not None})
     # what runs without a launcher is nothing that is as it should be
     code = int(any(c.is_orphaned for c in candidates))
     if form == 'json':
@@ -170,26 +177,10 @@ def _described(
     return described
 
 
-def _stop_launch(chosen: Candidate) -> int:
-    _begin_to_stop(chosen)
-    return _wait_for_end(chosen)
-
-
-def _stop_launches(candidates: Sequence[Candidate]) -> int:
-    stopping = []
-
-    def begin(candidate: Candidate) -> int:
-        _begin_to_stop(candidate)
-        stopping.append(candidate)
-        return 0
-
-    code = _in_each(candidates, begin)
-    return max(code, _in_each(stopping, _wait_for_end))
-
-
-def _begin_to_stop(chosen: Candidate) -> None:
+def _begin_to_stop(chosen: Candidate) -> int:
     chosen.launch.do(commands.Shutdown())
     say_line(f'stopping {chosen.state.title} (pid {chosen.state.pid})')
+    return 0
 
 
 def _wait_for_end(chosen: Candidate) -> int:
@@ -198,23 +189,14 @@ def _wait_for_end(chosen: Candidate) -> int:
     return 0
 
 
-def _without_contents(parts: Sequence[Part]) -> list[Part]:
-    """Leave out components that go with their container."""
-    labels = {part.label for part in parts}
-    return [
-        part
-        for part in parts
-        if not isinstance(part, ComponentState) or part.process not in labels
-    ]
-
-
-def _end(chosen: Candidate, parts: Sequence[Part], action: str) -> int:
+def _end(chosen: Candidate, parts: Sequence[Part], *, is_restart: bool) -> int:
     """Stop processes and components, or start them anew."""
-    waited = []
+    command = commands.Restart if is_restart else commands.Stop
+    waited: list[Part] = []
     refusals = []
     for part in parts:
         try:
-            chosen.launch.do(_COMMANDS[action](part.label))
+            chosen.launch.do(command(part.label))
         except LaunchEndedError:
             raise
         except ControlError as e:
@@ -227,31 +209,23 @@ def _end(chosen: Candidate, parts: Sequence[Part], action: str) -> int:
     for refusal in refusals:
         say_line(f'{chosen.state.title}: {refusal}')
     failed = bool(refusals)
-    if action == 'restart':
-        waited += _contents(chosen, waited)
+    if is_restart:
+        # containers bring back what they had
+        waited += [
+            component
+            for part in waited
+            for component in chosen.state.components_of(part.label)
+            if component.phase != 'unloaded'
+        ]
     for part in waited:
-        now = _wait_for(chosen, part)
-        text, is_done = _outcome(now, action)
+        text, is_done = _outcome(_wait_for(chosen, part), is_restart)
         failed = failed or not is_done
         say_line(f'{part.label}: {text}')
     return int(failed)
 
 
-def _contents(
-    chosen: Candidate, parts: Sequence[Part]
-) -> list[ComponentState]:
-    """Return what containers bring back that are started anew."""
-    return [
-        component
-        for part in parts
-        for component in chosen.state.components_of(part.label)
-        if component.phase != 'unloaded'
-    ]
-
-
-def _outcome(now: Part | None, action: str) -> tuple[str, bool]:
+def _outcome(now: Part | None, is_restart: bool) -> tuple[str, bool]:
     """Say what became of something, and whether that was asked for."""
-    is_restart = action == 'restart'
     if now is None:
         return 'the launch has ended', not is_restart
     if isinstance(now, ProcessState):
@@ -272,7 +246,7 @@ def _outcome(now: Part | None, action: str) -> tuple[str, bool]:
 def _wait_for(chosen: Candidate, part: Part) -> Part | None:
     """Wait until it is as it stays; None when the launch has ended."""
     asked = time.monotonic()
-    is_told = False
+    is_announced = False
     while True:
         try:
             state = chosen.launch.status()
@@ -282,8 +256,8 @@ def _wait_for(chosen: Candidate, part: Part) -> Part | None:
         for now in state.parts():
             if now.label == part.label and _is_settled(now, is_long):
                 return now
-        if is_long and not is_told:
-            is_told = True
+        if is_long and not is_announced:
+            is_announced = True
             say_line(f'waiting for {part.label}')
         time.sleep(POLL_INTERVAL)
 
@@ -297,7 +271,7 @@ def _is_settled(part: Part, is_long: bool) -> bool:
     return part.phase not in _UNSETTLED
 
 
-def change_states(
+def _change_states(
     chosen: Candidate, names: Sequence[str], transition: str
 ) -> int:
     """
@@ -314,7 +288,7 @@ def change_states(
     choose = choose_parts if chosen.is_orphaned else choose_lifecycle_nodes
     failed = False
     for node in choose(chosen.state, names):
-        reason = _change(chosen, node.label, transition)
+        reason = _change_state(chosen, node.label, transition)
         if reason is None:
             text = TRANSITIONS[transition].goal
         else:
@@ -344,7 +318,9 @@ def choose_lifecycle_nodes(
     return [p for p in choose_parts(state, names) if p.lifecycle is not None]
 
 
-def _change(chosen: Candidate, label: str, transition: str) -> str | None:
+def _change_state(
+    chosen: Candidate, label: str, transition: str
+) -> str | None:
     """Change the state of a node; return why that failed, if it did."""
     try:
         chosen.launch.do(

@@ -25,7 +25,7 @@ from colcon_yamllaunch.plan.plan import Process
 
 #: Seconds that a running launch may take to answer; one that is suspended
 #: must not hold up another one.
-PATIENCE = 0.2
+ANSWER_TIMEOUT = 0.2
 #: How many nodes are named.
 _SHOWN = 3
 
@@ -36,7 +36,7 @@ _NAMESPACE = '__ns:='
 def running(environment: Mapping[str, str]) -> Iterator[LaunchState]:
     """Iterate over the running launches of the user that answer at once."""
     for launch in running_launches(environment, lambda _: None):
-        launch.connection.settimeout(PATIENCE)
+        launch.connection.settimeout(ANSWER_TIMEOUT)
         try:
             yield launch.status()
         except ControlError:

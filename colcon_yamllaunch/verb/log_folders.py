@@ -17,14 +17,14 @@ from colcon_core.location import get_log_path
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.observers.log_files import lock_folder
 from colcon_yamllaunch.observers.log_store import LogStore
-from colcon_yamllaunch.verb.command_line import control_action
+from colcon_yamllaunch.verb.command_line import request_of
 from colcon_yamllaunch.verb.command_line import split_line
 from colcon_yamllaunch.verb.extensions import ALL_LOGS_LIMIT
 from colcon_yamllaunch.verb.extensions import KEPT_LOG_FOLDERS
 from colcon_yamllaunch.verb.extensions import LOG_FOLDERS
 from colcon_yamllaunch.verb.extensions import LOG_TOTAL
 from colcon_yamllaunch.verb.messages import say
-from colcon_yamllaunch.verb.option import read_size
+from colcon_yamllaunch.verb.options import read_size
 from colcon_yamllaunch.verb.target import find_workspace
 from colcon_yamllaunch.workspace.packages.trust import UntrustedError
 
@@ -145,7 +145,7 @@ def default_log_base(known: Any) -> Path | None:
             # the verb says so
             return None
     shows = values.version or getattr(values, 'help_all', False)
-    if shows or (verb == 'launch' and control_action(values, positionals)):
+    if shows or (verb == 'launch' and request_of(values, positionals)):
         return None
     try:
         root = find_workspace(

@@ -5,13 +5,10 @@
 
 from collections.abc import Callable
 from collections.abc import Iterator
-from collections.abc import Mapping
 from dataclasses import replace
 import os.path
 from pathlib import Path
 import re
-from typing import Any
-from typing import Protocol
 
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.plan.plan import Component
@@ -20,6 +17,9 @@ from colcon_yamllaunch.plan.plan import ParameterFile
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.remote.connection.machine_connection import (
+    MachineConnection,
+)
 from colcon_yamllaunch.remote.deployment.deployment import Machine
 from colcon_yamllaunch.remote.deployment.remote_paths import is_of_system
 from colcon_yamllaunch.remote.deployment.remote_paths import paths_in
@@ -28,21 +28,9 @@ from colcon_yamllaunch.watch.dependencies import is_user_file
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 #: What is asked of the machine.
-LOOK = 'inspection.find_missing'
+LOOK = 'paths.look'
 #: The fix for a program that no package has.
 INSTALL = 'install it there'
-
-
-class Asked(Protocol):
-    """A connection with the machine."""
-
-    def ask(
-        self,
-        request: str,
-        arguments: Mapping[str, Any],
-        on_line: Callable[[str], None] | None = None,
-    ) -> dict[str, Any]:
-        """Have a function called there, and return what it returns."""
 
 
 class PathsThere:
@@ -80,7 +68,9 @@ class PathsThere:
         entries = tuple(map(self._with_folder, plan.entries))
         return self.folders.plan(replace(plan, entries=entries))
 
-    def check(self, part: Plan, connection: Asked) -> Iterator[Diagnostic]:
+    def check(
+        self, part: Plan, connection: MachineConnection
+    ) -> Iterator[Diagnostic]:
         """
         Find what processes are given, and is not there.
 

@@ -3,7 +3,6 @@
 
 """Mistakes that show only once everything is built, and their cures."""
 
-from collections.abc import Callable
 from collections.abc import Container
 from collections.abc import Iterable
 from collections.abc import Iterator
@@ -11,8 +10,8 @@ from collections.abc import Mapping
 import os
 from pathlib import Path
 import shutil
+from typing import Literal
 
-from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.suggestions import way_to_program
 from colcon_yamllaunch.language.evaluation.findings import ExecutableUse
 from colcon_yamllaunch.language.evaluation.findings import PluginUse
@@ -24,20 +23,9 @@ from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import Severity
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.workspace.packages.missing_files import (
-    certainly_unknown_executable,
-)
-from colcon_yamllaunch.workspace.packages.missing_files import (
-    missing_executable,
-)
-from colcon_yamllaunch.workspace.packages.missing_files import missing_plugin
-from colcon_yamllaunch.workspace.packages.missing_files import MissingPlugin
-from colcon_yamllaunch.workspace.packages.missing_files import not_installed
-from colcon_yamllaunch.workspace.packages.missing_files import (
-    unknown_executable,
-)
-from colcon_yamllaunch.workspace.packages.missing_files import unknown_plugin
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
+
+# what explains mistakes is imported where it is needed
 
 
 def undeclared_packages(
@@ -75,19 +63,15 @@ def undeclared_imports(
 
     :param uses: The packages that the launch uses
     """
-    # only --check looks
     from colcon_yamllaunch.workspace.packages import python_modules
 
-    for name in uses:
-        user = locator.package(name)
-        if user is None:
-            continue
+    for user in filter(None, map(locator.package, uses)):
         for found in python_modules.undeclared_imports(
             user, locator.packages()
         ):
             yield Diagnostic(
                 'warning',
-                f"{name} imports '{found.module}' of the package "
+                f"{user.name} imports '{found.module}' of the package "
                 f'{found.owner} here, but its package.xml does not declare '
                 'that',
                 Position(str(found.path), found.line, found.column),
@@ -105,42 +89,33 @@ def invalid_manifests(
     """
     from colcon_yamllaunch.workspace.packages.manifest import invalid_manifest
 
-    for name in uses:
-        package = locator.package(name)
-        reason = package and invalid_manifest(package)
-        if package is not None and reason:
+    for package in filter(None, map(locator.package, uses)):
+        reason = invalid_manifest(package)
+        if reason:
             position = Position(str(package.path / 'package.xml'), 1, 1)
             yield Diagnostic('error', reason, position)
 
 
-def unknown_executables(
-    uses: Iterable[ExecutableUse], locator: PackageLocator
-) -> Iterator[Diagnostic]:
-    """Find programs that not even a build would bring."""
-    return _lacking(uses, locator, unknown_executable)
-
-
-def unknown_plugins(
-    uses: Iterable[PluginUse], locator: PackageLocator
-) -> Iterator[Diagnostic]:
-    """Find components that not even a build would bring."""
-    return _lacking_plugins(uses, locator, unknown_plugin)
-
-
-def executables_in_vain(
-    uses: Iterable[ExecutableUse], locator: PackageLocator
-) -> tuple[Diagnostic, ...]:
-    """Find programs for which it is in vain to build, as the source tells."""
-    return tuple(_lacking(uses, locator, certainly_unknown_executable))
-
-
-def _lacking(
+def missing_executables(
     uses: Iterable[ExecutableUse],
     locator: PackageLocator,
-    problem_of: Callable[[PackageLocator, str, str], UserError | None],
+    when: Literal['now', 'built', 'certainly'],
 ) -> Iterator[Diagnostic]:
+    """
+    Find programs that packages do not have.
+
+    :param when: `now`, after a build if that would not bring them either
+      (`built`), or only those of which the source tells so (`certainly`)
+    """
     for use in uses:
-        found = problem_of(locator, use.package, use.name)
+        from colcon_yamllaunch.workspace.packages import missing_files
+
+        explain = {
+            'now': missing_files.missing_executable,
+            'built': missing_files.unknown_executable,
+            'certainly': missing_files.certainly_unknown_executable,
+        }[when]
+        found = explain(locator, use.package, use.name)
         if found is not None:
             yield Diagnostic(
                 'error',
@@ -151,12 +126,22 @@ def _lacking(
             )
 
 
-def _lacking_plugins(
+def missing_plugins(
     uses: Iterable[PluginUse],
     locator: PackageLocator,
-    reason_of: Callable[[PackageLocator, str, str], MissingPlugin | None],
+    when: Literal['now', 'built'],
 ) -> Iterator[Diagnostic]:
+    """
+    Find components that packages do not have.
+
+    :param when: `now`, or after a build if that would not bring them either
+    """
     for use in uses:
+        from colcon_yamllaunch.workspace.packages import missing_files
+
+        explain = missing_files.missing_plugin
+        if when == 'built':
+            explain = missing_files.unknown_plugin
         if locator.prefix(use.package) is None:
             found = locator.no_package(use.package)
             yield Diagnostic(
@@ -167,7 +152,7 @@ def _lacking_plugins(
                 len(use.package),
             )
         elif use.plugin is not None:
-            missing = reason_of(locator, use.package, use.plugin)
+            missing = explain(locator, use.package, use.plugin)
             if missing is not None:
                 yield Diagnostic(
                     'error' if missing.is_certain else 'warning',
@@ -195,15 +180,17 @@ def preflight(
         use for use in evaluation.executables if use.package not in only_there
     ]
     plugins = [u for u in evaluation.plugins if u.package not in only_there]
-    yield from _lacking(executables, locator, missing_executable)
-    yield from _lacking_plugins(plugins, locator, missing_plugin)
+    yield from missing_executables(executables, locator, 'now')
+    yield from missing_plugins(plugins, locator, 'now')
     wanted = dict.fromkeys(missing) | _used_paths(evaluation)
     reported = {d.hint for d in evaluation.diagnostics}
     for path, position in wanted.items():
         owner = locator.owner(path)
-        if owner is not None and owner.name in only_there:
+        if owner is None or owner.name in only_there:
             continue
-        found = not_installed(locator, path)
+        from colcon_yamllaunch.workspace.packages import missing_files
+
+        found = missing_files.not_installed(locator, path)
         if found is not None and found.hint not in reported:
             reported.add(found.hint)
             yield Diagnostic('warning', found.problem, position, found.hint)

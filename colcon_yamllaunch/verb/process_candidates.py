@@ -12,7 +12,6 @@ from itertools import chain
 from pathlib import Path
 
 from colcon_yamllaunch.control.client import ControlError
-from colcon_yamllaunch.control.client import running_launches
 from colcon_yamllaunch.control.orphaned_launches import orphaned_launches
 from colcon_yamllaunch.control.process_names import ProcessNames
 from colcon_yamllaunch.engine.state import LaunchState
@@ -22,52 +21,64 @@ from colcon_yamllaunch.engine.state import UNKNOWN
 from colcon_yamllaunch.plan.plan import TRANSITIONS
 from colcon_yamllaunch.plan.plan import transitions_of
 from colcon_yamllaunch.verb.candidates import Candidates
+from colcon_yamllaunch.verb.candidates import Cursor
+from colcon_yamllaunch.verb.doubled_nodes import running
+from colcon_yamllaunch.verb.options import Completer
 from colcon_yamllaunch.verb.selecting import is_selected
 from colcon_yamllaunch.verb.selecting import matches
 
-#: Seconds that a running launch may take to answer: one that is suspended
-#: must not hold up the user.
-PATIENCE = 0.2
+
+def candidates_of(
+    cursor: Cursor, completer: Completer, words: Sequence[str] = ()
+) -> Candidates:
+    """
+    Return running launches, or processes and components of these.
+
+    :param completer: Which of them: `launches`, `parts`, `terminals` or
+      `lifecycles`; with the latter, transitions follow the names of nodes
+    :param words: The words in front that belong to no option
+    """
+    states = _running(cursor.environment)
+    if completer == 'launches':
+        return _launches(states)
+    if selector := cursor.given('of'):
+        states = [s for s in states if is_selected(s, selector)]
+    if completer == 'parts':
+        return _parts(states, cursor.prefix, lambda _: True)
+    if completer == 'terminals':
+        return _parts(states, cursor.prefix, _has_keyboard)
+    names = (*(cursor.given('lifecycle') or ()), *words)
+    if names:
+        return _transitions(states, names)
+    return _parts(states, cursor.prefix, _has_lifecycle)
 
 
-def anything(part: Part) -> bool:  # noqa: ARG001
-    """Whatever has a name."""
-    return True
-
-
-def has_keyboard(part: Part) -> bool:
-    """Tell whether keys get there."""
+def _has_keyboard(part: Part) -> bool:
     return isinstance(part, ProcessState) and part.terminal
 
 
-def has_lifecycle(part: Part) -> bool:
-    """Tell whether it has a lifecycle node."""
+def _has_lifecycle(part: Part) -> bool:
     return part.lifecycle is not None
 
 
-def parts(
-    environment: Mapping[str, str],
-    launch: str | None,
-    prefix: str,
-    only: Callable[[Part], bool] = anything,
+def _parts(
+    states: Sequence[LaunchState], prefix: str, only: Callable[[Part], bool]
 ) -> Candidates:
     """
-    Return the names of processes and components of running launches.
+    Return the names of processes and components.
 
     They are those of their output, shortened where that is clear; other names
     when none of those is begun.
 
-    :param launch: Which launch is meant, as `--of` takes it
     :param prefix: What the names begin with
-    :param only: Tells which of them are meant
+    :param only: Returns whether one is meant
     """
-    found = [
-        (state, part)
-        for state in _chosen(environment, launch)
+    named = [
+        (ProcessNames.of_state(part), part, state)
+        for state in states
         for part in state.parts()
         if only(part)
     ]
-    named = [(ProcessNames.of_state(p), p, state) for state, p in found]
     shared = Counter(names.program for names, _, _ in named)
     texts: dict[str, str] = {}
     others: dict[str, str] = {}
@@ -85,28 +96,24 @@ def parts(
     return texts if begun else others
 
 
-def transitions(
-    environment: Mapping[str, str], launch: str | None, names: Sequence[str]
+def _transitions(
+    states: Sequence[LaunchState], names: Sequence[str]
 ) -> Candidates:
-    """
-    Return the transitions that the states of lifecycle nodes have.
-
-    :param names: The words in front: the nodes that are meant
-    """
+    """Return the transitions that the states of some nodes have."""
     texts: dict[str, str] = {}
     if not TRANSITIONS.keys().isdisjoint(names):
         return texts
-    for state in _chosen(environment, launch):
-        for part in filter(has_lifecycle, chain(*matches(state, names))):
+    for state in states:
+        for part in filter(_has_lifecycle, chain(*matches(state, names))):
             for name in transitions_of(part.lifecycle) or TRANSITIONS:
                 texts[name] = f'{part.label} is {part.lifecycle}'
     return texts
 
 
-def launches(environment: Mapping[str, str]) -> Candidates:
-    """Return what the running launches are called, as `--of` takes it."""
+def _launches(states: Sequence[LaunchState]) -> Candidates:
+    """Return what launches are called, as `--of` takes it."""
     found = {}
-    for state in _running(environment):
+    for state in states:
         name = Path(state.file).name
         found[str(state.pid)] = found[name] = state.title
         if state.package is not None:
@@ -114,23 +121,8 @@ def launches(environment: Mapping[str, str]) -> Candidates:
     return found
 
 
-def _chosen(
-    environment: Mapping[str, str], launch: str | None
-) -> list[LaunchState]:
-    return [
-        state
-        for state in _running(environment)
-        if launch is None or is_selected(state, launch)
-    ]
-
-
 def _running(environment: Mapping[str, str]) -> list[LaunchState]:
-    states = []
-    for launch in running_launches(environment, lambda _: None):
-        launch.connection.settimeout(PATIENCE)
-        with suppress(ControlError):
-            states.append(launch.status())
-        launch.close()
+    states = list(running(environment))
     for orphaned in orphaned_launches(environment):
         with suppress(ControlError):
             states.append(orphaned.status())

@@ -51,7 +51,7 @@ def main(known: Any, environment: Mapping[str, str]) -> int:
         return show_versions()
     options = parse_run_options(known)
     package, executable = options.package, options.executable
-    with _standard_streams_aside():
+    with _program_streams_replaced():
         workspace = WorkspaceSession(
             workspace_root(options.workspace, []),
             options.build_args,
@@ -62,8 +62,7 @@ def main(known: Any, environment: Mapping[str, str]) -> int:
         returncode = _prepare(workspace, options)
     if returncode:
         return returncode
-    locator = workspace.locator
-    program = find_program(locator, package, executable)
+    program = _find_program(workspace.locator, package, executable)
     if not options.prefix:
         _warn_of_missing_module(workspace, package, program)
     argv = [*options.prefix, program, *options.arguments]
@@ -74,7 +73,7 @@ def main(known: Any, environment: Mapping[str, str]) -> int:
         raise UserError(e.problem, e.hint) from e
 
 
-def find_program(
+def _find_program(
     locator: PackageLocator, package: str, name: str | None
 ) -> str:
     """
@@ -85,26 +84,27 @@ def find_program(
     :raises UserError: when there is none, or more than one
     """
     names = locator.executables(package)
+    fitting = list(names)
+    if name is not None:
+        fitting = [n for n in names if n == name]
+        fitting = fitting or [n for n in names if Path(n).name == name]
+    listed = ''.join(f'\n  {one_line(n)}' for n in fitting)
+    if name is None and not names:
+        raise UserError(f'{package} has installed no executables')
     if name is None:
-        listed = ''.join(f'\n  {one_line(name)}' for name in names)
-        if not names:
-            raise UserError(f'{package} has installed no executables')
         raise UserError(
             f'no executable of {package} is given', f'it has:{listed}'
         )
-    fitting = [n for n in names if n == name]
-    fitting = fitting or [n for n in names if Path(n).name == name]
     if len(fitting) > 1:
-        listed = ''.join(f'\n  {one_line(n)}' for n in fitting)
         raise UserError(
             f"'{name}' may be one of several executables of {package}",
             f'name one by its path:{listed}',
         )
-    prefix = locator.prefix(package) or ''
     if not fitting:
         raise missing_executable(locator, package, name) or UserError(
             f"{package} has no '{name}'"
         )
+    prefix = locator.prefix(package) or ''
     return str(Path(prefix, 'lib', package, fitting[0]))
 
 
@@ -141,7 +141,11 @@ def _prepare(workspace: WorkspaceSession, options: RunOptions) -> int:
         broken = workspace.broken_manifests
         raise unknown_package(package, workspace.locator, broken)
     if not options.no_build and workspace.root is not None:
-        wanted = _wanted(workspace, options)
+        wanted = {package} & workspace.package_names
+        if options.build_all:
+            wanted = workspace.package_names
+        elif options.paths:
+            wanted = set(workspace.select(options.paths, Path.cwd()))
         builds = Builds(workspace, exactly=bool(options.paths))
 
         def look_first() -> None:
@@ -173,17 +177,8 @@ def _refuse_unknown(
         raise problem
 
 
-def _wanted(workspace: WorkspaceSession, options: RunOptions) -> set[str]:
-    """Return the packages of the workspace to bring up to date."""
-    if options.build_all:
-        return workspace.package_names
-    if options.paths:
-        return set(workspace.select(options.paths, Path.cwd()))
-    return {options.package} & workspace.package_names
-
-
 @contextmanager
-def _standard_streams_aside() -> Iterator[None]:
+def _program_streams_replaced() -> Iterator[None]:
     """
     Keep the input and output that are the program's out of a build.
 

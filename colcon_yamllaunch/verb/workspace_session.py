@@ -77,7 +77,7 @@ class WorkspaceSession:
                 colcon.root, colcon.build_base, colcon.install_base
             )
             self._find_packages()
-            if os.path.isfile(self._setup):
+            if os.path.isfile(colcon.install_base / 'setup.bash'):
                 self._source_what_is_there()
         self._make_locator()
 
@@ -139,28 +139,26 @@ class WorkspaceSession:
 
         :raises WorkspaceError: when an underlay's script fails
         """
-        from colcon_yamllaunch.workspace.environment.sourcing import source
-        from colcon_yamllaunch.workspace.environment.underlays import (
-            build_environment,
-        )
+        from colcon_yamllaunch.workspace.environment import sourcing
+        from colcon_yamllaunch.workspace.environment import underlays
 
-        sourcing: Callable[[Path, Mapping[str, str]], Environment] = source
+        source: Callable[[Path, Mapping[str, str]], Environment]
+        source = sourcing.source
         if not self._runs:
             # most launches run
             from colcon_yamllaunch.workspace.environment import (
                 described_environment,
             )
 
-            sourcing = described_environment.described_environment
-        build = build_environment(
-            self._user_environment, self.colcon.install_base, sourcing
+            source = described_environment.described_environment
+        build = underlays.build_environment(
+            self._user_environment, self.colcon.install_base, source
         )
+        known = self._sourced.notes
         return Environment(
             # what colcon sets for the programs that it calls
             {'COLCON': '1', **build.variables},
-            notes=tuple(
-                n for n in build.notes if n not in self._sourced.notes
-            ),
+            notes=tuple(n for n in build.notes if n not in known),
         )
 
     def source(self) -> None:
@@ -211,11 +209,9 @@ class WorkspaceSession:
     @property
     def setup_script(self) -> Path | None:
         """The script that sources it, whether it is there yet or not."""
-        return None if self._colcon is None else self._setup
-
-    @property
-    def _setup(self) -> Path:
-        return self.colcon.install_base / 'setup.bash'
+        if self._colcon is None:
+            return None
+        return self._colcon.install_base / 'setup.bash'
 
     def _find_packages(self) -> None:
         self._packages = {p.name: p for p in self.colcon.packages()}
@@ -235,13 +231,14 @@ class WorkspaceSession:
     def _source(self) -> None:
         from colcon_yamllaunch.workspace.environment import environment_cache
 
-        find = (
-            environment_cache.cached_environment
-            if self._runs
-            else environment_cache.known_environment
-        )
+        find = environment_cache.known_environment
+        if self._runs:
+            find = environment_cache.cached_environment
+        colcon = self.colcon
         self._sourced = find(
-            self._setup, self._user_environment, self.colcon.build_base
+            colcon.install_base / 'setup.bash',
+            self._user_environment,
+            colcon.build_base,
         )
         for note in self._sourced.notes:
             self.announce(note)
@@ -254,6 +251,8 @@ class WorkspaceSession:
             colcon is not None and colcon.merge_install,
             self.environment,
         )
+        #: Gives the actions and substitutions that packages bring.
+        self.exposed = exposed_by_packages(self.locator, self.environment)
 
     def refuse_invalid_manifests(self, names: Collection[str]) -> None:
         """

@@ -4,11 +4,11 @@
 """The words that are about running launches, read as colcon reads them."""
 
 import argparse
+import re
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.verb.command_line import add_options
 from colcon_yamllaunch.verb.command_line import parse_launch_options
-from colcon_yamllaunch.verb.options import ControlOptions
 from colcon_yamllaunch.verb.options import LaunchOptions
 import pytest
 
@@ -28,37 +28,40 @@ def parsed(line: str) -> LaunchOptions:
 @pytest.mark.parametrize(
     ('line', 'expected'),
     [
-        ('--status', ControlOptions('status')),
-        ('--status=json', ControlOptions('status', status_format='json')),
-        ('--status --of my_pkg', ControlOptions('status', launch='my_pkg')),
-        ('--stop', ControlOptions('stop')),
-        ('--stop a b*', ControlOptions('stop', ('a', 'b*'))),
-        ('--of 12 --stop a', ControlOptions('stop', ('a',), '12')),
-        ('--stop a --of 12', ControlOptions('stop', ('a',), '12')),
-        ('--restart a', ControlOptions('restart', ('a',))),
-        ('--logs', ControlOptions('logs')),
-        ('--logs a b', ControlOptions('logs', ('a', 'b'))),
-        ('--logs -f a', ControlOptions('logs', ('a',), follow=True)),
-        ('--logs a -f', ControlOptions('logs', ('a',), follow=True)),
-        ('-f --logs a', ControlOptions('logs', ('a',), follow=True)),
-        ('--attach a', ControlOptions('attach', ('a',))),
+        ('--status', {'status': 'text'}),
+        ('--status=json', {'status': 'json'}),
+        ('--status --of my_pkg', {'status': 'text', 'of': 'my_pkg'}),
+        ('--stop', {}),
+        ('--stop a b*', {'names': ('a', 'b*')}),
+        ('--of 12 --stop a', {'names': ('a',), 'of': '12'}),
+        ('--stop a --of 12', {'names': ('a',), 'of': '12'}),
+        ('--restart a', {'names': ('a',)}),
+        ('--logs', {'follow': False}),
+        ('--logs a b', {'names': ('a', 'b')}),
+        ('--logs -f a', {'names': ('a',), 'follow': True}),
+        ('--logs a -f', {'names': ('a',), 'follow': True}),
+        ('-f --logs a', {'names': ('a',), 'follow': True}),
+        ('--attach a', {'names': ('a',)}),
         (
             '--lifecycle a activate',
-            ControlOptions('lifecycle', ('a',), transition='activate'),
+            {'names': ('a',), 'transition': 'activate'},
         ),
         (
             '--lifecycle a b --of 12 cleanup',
-            ControlOptions(
-                'lifecycle', ('a', 'b'), '12', transition='cleanup'
-            ),
+            {'names': ('a', 'b'), 'of': '12', 'transition': 'cleanup'},
         ),
-        ('--attach=a --of 12', ControlOptions('attach', ('a',), '12')),
+        ('--attach=a --of 12', {'names': ('a',), 'of': '12'}),
     ],
 )
 def test_requests_to_running_launches(
-    line: str, expected: ControlOptions
+    line: str, expected: dict[str, object]
 ) -> None:
-    assert parsed(line).control == expected
+    options = parsed(line)
+    (request,) = re.findall('--(?!of)([a-z]+)', line)
+    assert options.request == request
+    default = {'names': (), 'of': None, 'follow': False, 'transition': ''}
+    for name, value in (default | expected).items():
+        assert getattr(options, name) == value
 
 
 @pytest.mark.parametrize(
@@ -73,7 +76,7 @@ def test_requests_to_running_launches(
 )
 def test_attach_with_something_to_launch_launches(line: str) -> None:
     options = parsed(line)
-    assert options.control is None
+    assert options.request is None
     assert options.attach == 'a'
     assert options.positionals or options.from_plan
 

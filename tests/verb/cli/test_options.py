@@ -14,9 +14,9 @@ from colcon_yamllaunch.verb.command_line import add_options
 from colcon_yamllaunch.verb.command_line import parse_launch_options
 from colcon_yamllaunch.verb.command_line import refuse_unknown
 from colcon_yamllaunch.verb.completing import COMPLETERS
-from colcon_yamllaunch.verb.option import Completer
-from colcon_yamllaunch.verb.option import Option
+from colcon_yamllaunch.verb.options import Completer
 from colcon_yamllaunch.verb.options import LaunchOptions
+from colcon_yamllaunch.verb.options import Option
 from colcon_yamllaunch.verb.options import OPTIONS
 from colcon_yamllaunch.verb.options import Verb
 import pytest

@@ -5,7 +5,10 @@
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
+from colcon_yamllaunch.verb import candidates
+from colcon_yamllaunch.verb.candidates import Cursor
 import pytest
 from support.user import User
 
@@ -154,23 +157,28 @@ def test_what_is_no_machine(
     assert not has_connected(robot)
 
 
-def test_completion_of_hosts(tmp_path: Path) -> None:
-    from colcon_yamllaunch.verb.candidates import hosts
+def test_completion_of_hosts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def hosts(prefix: str = '', deploy: str | None = None) -> list[str]:
+        known = SimpleNamespace(deploy=deploy)
+        return list(candidates.hosts(Cursor(prefix, known, None, {})))
 
-    (tmp_path / 'config').write_text(
+    monkeypatch.setenv('HOME', str(tmp_path))
+    assert hosts() == []
+    folder = tmp_path / '.ssh'
+    folder.mkdir()
+    (folder / 'config').write_text(
         'Host arm gpu-*\n  HostName 10.0.0.1\nHost=edge !bad\nMatch all\n'
     )
-    (tmp_path / 'known_hosts').write_text(
+    (folder / 'known_hosts').write_text(
         'base.local,10.0.0.2 ssh-ed25519 AAAA\n'
         '[port.local]:2222 ssh-ed25519 AAAA\n'
         '|1|hashed= ssh-ed25519 AAAA\n'
         '@cert-authority *.local ssh-ed25519 AAAA\n'
     )
-    assert list(hosts(None, '', tmp_path)) == [
-        *('10.0.0.2', 'arm', 'base.local', 'edge')
-    ]
-    assert 'me@arm' in hosts(None, 'me@', tmp_path)
-    assert hosts(None, '', tmp_path / 'none') == {}
+    assert hosts() == ['10.0.0.2', 'arm', 'base.local', 'edge']
+    assert 'me@arm' in hosts('me@')
     deployment = tmp_path / 'robot.yaml'
     deployment.write_text(ROBOT)
-    assert list(hosts(str(deployment), '', tmp_path)) == ['arm', 'gpu']
+    assert hosts(deploy=str(deployment)) == ['arm', 'gpu']

@@ -21,7 +21,9 @@ from colcon_yamllaunch.verb import attaching
 from colcon_yamllaunch.verb import controlling
 from colcon_yamllaunch.verb import process_candidates
 from colcon_yamllaunch.verb import reading_logs
-from colcon_yamllaunch.verb.options import ControlOptions
+from colcon_yamllaunch.verb.candidates import Cursor
+from colcon_yamllaunch.verb.options import Completer
+from colcon_yamllaunch.verb.options import LaunchOptions
 from colcon_yamllaunch.verb.selecting import Candidate
 import pytest
 from support.launch_states import component_state
@@ -101,7 +103,9 @@ def running(monkeypatch: pytest.MonkeyPatch) -> FakeLaunch:
 
 
 def ask(action: str, *names: str, **more: Any) -> int:
-    return controlling.control(ControlOptions(action, names, **more), {})
+    return controlling.control(
+        LaunchOptions(request=action, names=names, **more), {}
+    )
 
 
 @pytest.mark.parametrize(
@@ -276,24 +280,29 @@ def test_what_has_no_lifecycle_is_refused(running: FakeLaunch) -> None:
 
 
 def test_completion_offers_components(running: FakeLaunch) -> None:
-    assert set(process_candidates.parts({}, None, '')) == {
+    def offered(
+        completer: Completer, *words: str, prefix: str = ''
+    ) -> dict[str, str]:
+        cursor = Cursor(prefix, None, None, {})
+        found = process_candidates.candidates_of(cursor, completer, words)
+        return dict(found)
+
+    assert set(offered('parts')) == {
         *('box', 'camera', 'mapper', 'remote', 'talker'),
     }
-    full = process_candidates.parts({}, None, '/ns/t')
-    assert '/ns/talker' in full
-    only = process_candidates.has_lifecycle
-    assert process_candidates.parts({}, None, '', only) == {
+    assert '/ns/talker' in offered('parts', prefix='/ns/t')
+    assert offered('lifecycles') == {
         'camera': 'running, unconfigured in demo',
         'mapper': 'loaded, inactive in demo',
     }
-    offered = process_candidates.transitions({}, None, ['mapper'])
-    assert list(offered) == ['activate', 'cleanup', 'shutdown']
+    found = offered('lifecycles', 'mapper')
+    assert list(found) == ['activate', 'cleanup', 'shutdown']
     for words in (['talker'], ['mapper', 'activate']):
-        assert not process_candidates.transitions({}, None, words)
+        assert not offered('lifecycles', *words)
     mapper = component('mapper', lifecycle='unknown')
     by_label = {**LAUNCH.by_label, 'mapper': mapper}
     running.state = replace(LAUNCH, by_label=by_label)
-    assert len(process_candidates.transitions({}, None, ['mapper'])) == 5
+    assert len(offered('lifecycles', 'mapper')) == 5
 
 
 def test_the_launch_may_end_meanwhile(
@@ -320,7 +329,7 @@ def test_a_launch_that_refuses_holds_up_no_other(
         for launch in (refusing, running)
     ]
     monkeypatch.setattr(controlling, 'find_launches', lambda *_: candidates)
-    assert ask('restart', 'box-1', launch='*') == 1
+    assert ask('restart', 'box-1', of='*') == 1
     assert running.requests == [('restart', 'box-1')]
     said = capsys.readouterr()
     assert 'error: demo: the whole launch is being stopped' in said.err

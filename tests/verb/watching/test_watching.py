@@ -8,9 +8,9 @@ import os
 from pathlib import Path
 import shutil
 import signal
+from types import SimpleNamespace
 
-from colcon_yamllaunch.verb.options import LaunchOptions
-from colcon_yamllaunch.verb.watch_launch import WatchFlow
+from colcon_yamllaunch.verb.watch_launch import prepare_again
 from colcon_yamllaunch.watch.worker import Failed
 from colcon_yamllaunch.watch.worker import Job
 import pytest
@@ -174,10 +174,8 @@ def test_mistakes_stop_nothing_that_runs(flow):
 def test_removed_workspace_is_no_internal_error(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     cwd = tmp_path / 'ws'
-    watch = WatchFlow(
-        LaunchOptions(positionals=('flow', 'demo.yaml')), cwd, {}, None
-    )
-    answer = watch._prepare(Job({}, {}), print)
+    context = SimpleNamespace(cwd=cwd)
+    answer = prepare_again(context, Job({}, {}), print)
     assert answer == Failed('plan')
     assert capsys.readouterr().err == (
         f'colcon launch: error: there is no {cwd} any more, in which the '

@@ -3,6 +3,7 @@
 
 """Machines are connected with, given their parts, and left in order."""
 
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -16,8 +17,10 @@ from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.remote.deployment.deployment import Deployment
 from colcon_yamllaunch.remote.deployment.deployment import Machine
 from colcon_yamllaunch.remote.deployment.deployment import Rule
-from colcon_yamllaunch.remote.part_protocol import PartSettings
-from colcon_yamllaunch.verb import machines as verb_machines
+from colcon_yamllaunch.verb import machines
+from colcon_yamllaunch.verb.context import GiveUpError
+from colcon_yamllaunch.verb.machines import Machines
+from colcon_yamllaunch.verb.options import LaunchOptions
 import pytest
 
 AT = Position('a.yaml', 1, 1)
@@ -75,8 +78,8 @@ def contacts(monkeypatch):
     monkeypatch.setattr(PlayedContact, 'made', made)
     monkeypatch.setattr(PlayedContact, 'fails', {})
     monkeypatch.setattr(PlayedContact, 'asks', set())
-    monkeypatch.setattr(verb_machines, 'MachineConnection', PlayedContact)
-    monkeypatch.setattr(verb_machines, 'MachineLink', lambda part: part)
+    monkeypatch.setattr(machines, 'MachineConnection', PlayedContact)
+    monkeypatch.setattr(machines, 'MachineLink', lambda part: part)
     return made
 
 
@@ -84,36 +87,60 @@ def process(name, *words):
     return Process(name, words or ('sleep', '1'), '/here', AT)
 
 
-def machines(**fields):
-    rules = tuple(Rule(name, AT, name) for name in MACHINES)
-    locator = SimpleNamespace(owner=lambda _: None, package_of=lambda _: None)
-    return verb_machines.MachinesThere(
-        Deployment(MACHINES, rules),
-        SimpleNamespace(root=None, locator=locator),
-        VARIABLES,
-        Path('/here'),
-        None,
-        None,
-        'colcon launch',
-        **fields,
-    )
+class Context(SimpleNamespace):
+    """A launch with processes on the machines."""
+
+    def __init__(self, plan, *, is_again=False, is_growing=False):
+        locator = SimpleNamespace(
+            owner=lambda _: None, package_of=lambda _: None
+        )
+        super().__init__(
+            options=LaunchOptions(positionals=('a.yaml',)),
+            environment=VARIABLES,
+            cwd=Path('/here'),
+            log_folder=None,
+            is_again=is_again,
+            locator=locator,
+            workspace=SimpleNamespace(
+                root=None, locator=locator, announce=print
+            ),
+            reported=[],
+        )
+        rules = tuple(Rule(name, AT, name) for name in MACHINES)
+        self.plan = plan
+        self.is_growing = is_growing
+        self.machines = Machines(self, Deployment(MACHINES, rules))
+
+    def report(self, diagnostics):
+        self.reported += diagnostics
+
+    def fail(self, diagnostics):
+        self.report(diagnostics)
+        raise GiveUpError(1)
+
+    def connect(self):
+        evaluation = SimpleNamespace(
+            plan=self.plan,
+            executables=(),
+            growing=self.is_growing or None,
+            has_run_programs=False,
+        )
+        self.machines.bring_code(evaluation, ())
+
+    def start(self):
+        whole = self.machines.settled(self.plan)
+        return self.machines.start(whole, is_growing=self.is_growing)
 
 
 BOTH = Plan((process('arm'), process('gpu'), process('other')))
 
 
-def begin(there, plan=BOTH, *, is_growing=False):
-    placed = there.place(plan)
-    there.begin(there.needed(placed, frozenset(), is_growing=is_growing))
-    return placed
-
-
 def test_parts_are_started_with_the_paths_and_variables_of_machines(contacts):
-    there = machines()
-    placed = begin(there)
-    there.wait()
-    assert list(there.check(placed)) == []
-    parts = there.start(placed, PartSettings(''), is_growing=False)
+    context = Context(BOTH)
+    context.connect()
+    local, parts = context.start()
+    assert context.reported == []
+    assert [p.label for p in local.processes()] == ['other']
     arm, gpu = contacts
     (started,) = arm.link.plan.processes()
     assert started.label == 'arm│arm'
@@ -126,38 +153,46 @@ def test_parts_are_started_with_the_paths_and_variables_of_machines(contacts):
     assert [p.label for p in gpu.link.plan.processes()] == ['gpu│gpu']
     labels = [p.label for part in parts.parts for p in part.processes()]
     assert labels == ['arm│arm', 'gpu│gpu']
-    # they are the launch's from here on
-    there.close()
     assert not arm.is_closed
     assert not arm.link.is_closed
 
 
 def test_only_machines_with_parts_are_connected_with(contacts):
-    begin(machines(), Plan((process('gpu'),)))
+    Context(Plan((process('gpu'),))).connect()
     assert [c.machine.name for c in contacts] == ['gpu']
 
 
 def test_all_machines_that_may_get_more_are_connected_with(contacts):
-    there = machines()
     plan = Plan((process('gpu'), HostCall(1, 'call', AT)))
-    placed = begin(there, plan, is_growing=True)
-    there.start(placed, PartSettings(''), is_growing=True)
+    context = Context(plan, is_growing=True)
+    context.connect()
+    context.start()
     assert [c.machine.name for c in contacts] == ['arm', 'gpu']
     assert contacts[0].link.plan.entries == ()
 
 
-def test_all_that_cannot_be_reached_are_told(contacts):
+def test_all_unreachable_machines_are_in_one_error(contacts):
     PlayedContact.fails = {'arm': 'connect', 'gpu': 'connect'}
-    there = machines()
+    context = Context(BOTH)
+    context.machines.expect()
     with pytest.raises(UserError, match=r'^arm: is off\ngpu: is off$'):
-        begin(there)
-    there.close()
+        context.connect()
+    context.machines.close()
     assert all(c.is_closed for c in contacts)
+
+
+def test_unreachable_machine_without_processes_is_no_error(contacts):
+    PlayedContact.fails = {'arm': 'connect'}
+    context = Context(Plan((process('gpu'),)))
+    context.machines.expect()
+    context.connect()
+    assert [c.machine.name for c in contacts] == ['arm', 'gpu']
+    assert contacts[0].is_closed
 
 
 def test_a_password_is_asked_for_before_the_launch(contacts):
     PlayedContact.asks = {'gpu'}
-    begin(machines())
+    Context(BOTH).connect()
     assert [(c.machine.name, c.may_ask) for c in contacts] == [
         ('arm', False),
         ('gpu', False),
@@ -168,16 +203,16 @@ def test_a_password_is_asked_for_before_the_launch(contacts):
 def test_nobody_is_asked_while_the_launch_runs(contacts):
     PlayedContact.asks = {'gpu'}
     with pytest.raises(UserError, match='gpu: a password'):
-        begin(machines(may_ask=False))
+        Context(BOTH, is_again=True).connect()
     assert not any(c.may_ask for c in contacts)
 
 
 def test_no_part_is_left_when_another_one_does_not_start(contacts):
     PlayedContact.fails = {'gpu': 'start'}
-    there = machines()
-    placed = begin(there)
+    context = Context(BOTH)
+    context.connect()
     with pytest.raises(UserError, match='gpu: does not start'):
-        there.start(placed, PartSettings(''), is_growing=False)
+        context.start()
     arm, gpu = contacts
     assert arm.link.is_closed
     assert gpu.is_closed
@@ -193,9 +228,14 @@ def test_no_part_is_left_when_another_one_does_not_start(contacts):
 def test_only_a_missing_program_of_a_package_is_an_error(
     contacts, package, severity, hint
 ):
-    there = machines()
-    plan = Plan((replace(process('arm', '/missing'), package=package),))
-    (found,) = there.check(begin(there, plan))
+    context = Context(
+        Plan((replace(process('arm', '/missing'), package=package),))
+    )
+    context.connect()
+    with suppress(GiveUpError):
+        context.start()
+    # the rule for the other machine has no process
+    *_, found = context.reported
     assert found.severity == severity
     assert found.message == (
         "arm│arm runs on arm, and there is no program '/missing' there"
