@@ -11,8 +11,8 @@ The colcon verbs: arguments in, exit code out.
   steps of a launch are functions of one `LaunchContext` (`context`): `prepare`
   evaluates the launch file and builds (`builds`, `preflight`, `machines`),
   `run_launch` runs the plan. `inspect_launch` shows it instead (`--plan`,
-  `--check`), `watch_launch` prepares it again (`--watch`), and `sweep`
-  prepares it for each run.
+  `--check`), `watch_launch` (`--watch`) and `sweep` prepare it again and
+  again.
 - `controlling` and what it imports act on running launches.
 - `completing` answers Tab.
 

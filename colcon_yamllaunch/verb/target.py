@@ -9,16 +9,19 @@ from contextlib import suppress
 import os
 from pathlib import Path
 import re
+from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.common.suggestions import nearest
 from colcon_yamllaunch.common.text_files import text_of
-from colcon_yamllaunch.workspace.packages.manifest import BrokenManifest
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 from colcon_yamllaunch.workspace.packages.trust import Trust
 from colcon_yamllaunch.workspace.packages.workspace_root import find_root
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.workspace.packages.manifest import BrokenManifest
 
 #: The variable that names a workspace to use outside of all.
 WORKSPACE = 'ROS_WORKSPACE'
@@ -158,7 +161,7 @@ def path_target(
 def package_target(
     positionals: tuple[str, ...],
     locator: PackageLocator,
-    broken: Callable[[], Iterable[BrokenManifest]],
+    broken: 'Callable[[], Iterable[BrokenManifest]]',
 ) -> Target:
     """
     Return the launch file of a package.
@@ -196,7 +199,7 @@ def package_target(
 def unknown_package(
     package: str,
     locator: PackageLocator,
-    broken: Callable[[], Iterable[BrokenManifest]],
+    broken: 'Callable[[], Iterable[BrokenManifest]]',
 ) -> UserError:
     """
     Return what to say of a package that does not exist.
