@@ -56,7 +56,7 @@ from colcon_yamllaunch.verb.machine_paths import packages_of
 from colcon_yamllaunch.verb.machine_paths import PathsThere
 from colcon_yamllaunch.verb.messages import say
 from colcon_yamllaunch.verb.prepare import stop_at_unknown_executables
-from colcon_yamllaunch.watch.consequences import Products
+from colcon_yamllaunch.watch.dependencies import Products
 from colcon_yamllaunch.watch.dependencies import RemoteDependencies
 from colcon_yamllaunch.workspace.packages.closure import closure
 

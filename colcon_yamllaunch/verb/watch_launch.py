@@ -32,8 +32,8 @@ from colcon_yamllaunch.verb.messages import say
 from colcon_yamllaunch.verb.prepare import prepare
 from colcon_yamllaunch.watch.change_loop import ChangeLoop
 from colcon_yamllaunch.watch.consequences import changed_products
-from colcon_yamllaunch.watch.find_dependencies import build_products
-from colcon_yamllaunch.watch.find_dependencies import find_dependencies
+from colcon_yamllaunch.watch.dependencies import build_products
+from colcon_yamllaunch.watch.dependencies import find_dependencies
 from colcon_yamllaunch.watch.python_syntax import source_error
 from colcon_yamllaunch.watch.worker import Announce
 from colcon_yamllaunch.watch.worker import Failed

@@ -4,11 +4,9 @@
 """
 `--watch`: changes of files become changes of the running launch.
 
-- `watcher` is a process that watches files (`watched_files` compares their
-  contents), and `watcher_client` the launcher's side of it. It reports
-  `changes`.
-- `dependencies` has what the launch uses, as data; `find_dependencies` and
-  `process_dependencies` find it.
+- `watcher` is a process that watches files, and the launcher's side of it. It
+  reports changes; `watched_files` compares the contents of files.
+- `dependencies` finds the files that the launch uses.
 - `consequences` returns what follows from changes, as data.
 - `worker` is a process that prepares the launch again: it builds and
   evaluates.

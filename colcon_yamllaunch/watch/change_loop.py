@@ -40,8 +40,6 @@ from colcon_yamllaunch.plan.plan import Entry
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.plan_difference import plan_difference
-from colcon_yamllaunch.watch.changes import Batch
-from colcon_yamllaunch.watch.changes import Change
 from colcon_yamllaunch.watch.consequences import affected_by_build
 from colcon_yamllaunch.watch.consequences import after_rewrite
 from colcon_yamllaunch.watch.consequences import Consequence
@@ -49,12 +47,14 @@ from colcon_yamllaunch.watch.consequences import consequences
 from colcon_yamllaunch.watch.consequences import Steps
 from colcon_yamllaunch.watch.consequences import steps
 from colcon_yamllaunch.watch.consequences import why_lines
+from colcon_yamllaunch.watch.dependencies import with_libraries
 from colcon_yamllaunch.watch.pending_changes import PendingChange
 from colcon_yamllaunch.watch.pending_changes import PendingChanges
 from colcon_yamllaunch.watch.pending_changes import without
-from colcon_yamllaunch.watch.process_dependencies import with_libraries
 from colcon_yamllaunch.watch.python_syntax import compiles
-from colcon_yamllaunch.watch.watcher_client import WatcherClient
+from colcon_yamllaunch.watch.watched_files import Batch
+from colcon_yamllaunch.watch.watched_files import Change
+from colcon_yamllaunch.watch.watcher import WatcherClient
 from colcon_yamllaunch.watch.worker import Announced
 from colcon_yamllaunch.watch.worker import Begun
 from colcon_yamllaunch.watch.worker import Failed

@@ -22,11 +22,12 @@ from colcon_yamllaunch.plan.labels import machine_of
 from colcon_yamllaunch.plan.labels import MACHINE_SEPARATOR
 from colcon_yamllaunch.plan.position import shown_path
 from colcon_yamllaunch.remote.sync.inspection import ANY_PACKAGE
-from colcon_yamllaunch.watch.changes import Change
-from colcon_yamllaunch.watch.changes import Kind
 from colcon_yamllaunch.watch.dependencies import Dependencies
 from colcon_yamllaunch.watch.dependencies import PackageDependencies
 from colcon_yamllaunch.watch.dependencies import ProcessDependencies
+from colcon_yamllaunch.watch.dependencies import Products
+from colcon_yamllaunch.watch.watched_files import Change
+from colcon_yamllaunch.watch.watched_files import Kind
 
 #: What to do; `restart after build` waits until the packages of the same batch
 #: are built, whether or not the build changes anything; `keep` means that a
@@ -56,10 +57,6 @@ _PHRASES: Mapping[Action, str] = {
     'restart after build': 'restart {} after the build',
     'keep': 'nothing on {}',
 }
-
-#: The products of packages: what identifies the content of each built and
-#: installed file, by its path behind all links.
-Products = Mapping[str, Mapping[str, str]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,7 +157,7 @@ def steps(found: Iterable[Consequence], dependencies: Dependencies) -> Steps:
         dependencies.labels(names.get('restart', set()) - late),
         dependencies.labels(late),
         tuple(
-            f'{machine} ({dependencies.unsynced[machine]})'
+            f'{machine} ({dependencies.remote.unsynced[machine]})'
             for machine in sorted(names.get('keep', ()))
         ),
     )
@@ -221,6 +218,8 @@ class _Index:
                 labels.append(process.label)
             for path in process.files:
                 self._named.setdefault(path, []).append(process.label)
+        files = dependencies.remote.files.values()
+        self._remote_files = frozenset[str]().union(*files)
         self._packages = {p.path: p for p in dependencies.packages}
         self._readers: dict[str, list[str]] = {}
         for package in dependencies.packages:
@@ -261,7 +260,7 @@ class _Index:
                 yield Consequence(change, 'replan', (), reason)
             else:
                 yield Consequence(change, 'restart', tuple(labels), reason)
-        if not self._dependencies.remote_files.isdisjoint((real, change.path)):
+        if not self._remote_files.isdisjoint((real, change.path)):
             reason = 'what runs on another machine names it'
             yield Consequence(change, 'replan', (), reason)
         labels = self._named.get(real, ())
@@ -332,8 +331,10 @@ class _Index:
         self, change: Change, package: PackageDependencies, *, is_built: bool
     ) -> Iterator[Consequence]:
         """Iterate over what follows for other machines with the package."""
-        kept = self._dependencies.unsynced
-        sent = [m for m in package.machines if m not in kept]
+        remote = self._dependencies.remote
+        kept = remote.unsynced
+        machines = [m for m, p in remote.packages.items() if package.name in p]
+        sent = [m for m in machines if m not in kept]
         if sent and not is_built:
             # a machine has copies of the files that are linked here
             reason = f'{package.name} is also on {_listed(sent)}'
@@ -341,7 +342,7 @@ class _Index:
         if change.real in self._dependencies.plan_files:
             # launch files are evaluated here
             return
-        for machine in package.machines:
+        for machine in machines:
             if machine in kept:
                 reason = f'it is sent nothing ({kept[machine]})'
                 yield Consequence(change, 'keep', (machine,), reason)

@@ -1,15 +1,59 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""The files that the processes and packages of a launch use, as data."""
+"""
+The files that the processes and packages of a launch use.
+
+They are found in the plan, the programs, the memory maps of processes, and the
+records of builds. The record of a package's last successful build lists which
+source files stand for installed files. Nothing is started to find them.
+"""
 
 from collections.abc import Iterable
+from collections.abc import Iterator
 from collections.abc import Mapping
 from dataclasses import field
+from dataclasses import replace
+from functools import cache
+from functools import lru_cache
 import os
+from pathlib import Path
+import re
+import shlex
+import shutil
 
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.language.policies.evaluate import Evaluation
+from colcon_yamllaunch.plan.labels import MACHINE_SEPARATOR
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.plan import ParameterFile
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import SetParameter
+from colcon_yamllaunch.workspace.colcon.colcon_cache import CachedColcon
+from colcon_yamllaunch.workspace.freshness.build_record import (
+    DamagedRecordError,
+)
+from colcon_yamllaunch.workspace.freshness.build_record import read_record
+from colcon_yamllaunch.workspace.freshness.build_record import Record
+from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
+from colcon_yamllaunch.workspace.packages.closure import closure
+from colcon_yamllaunch.workspace.packages.package import Package
+from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
+#: The products of packages: what identifies the content of each built and
+#: installed file, by its path behind all links.
+Products = Mapping[str, Mapping[str, str]]
+
+_PYTHON_SUFFIX = '.py'
+_LINK = 'link to '
+#: More than workspaces have packages.
+_RECORDS = 10_000
+_ELF = b'\x7fELF'
+_LONGEST_PATH = 4096
+_SHELLS = frozenset(('bash', 'dash', 'sh', 'zsh'))
+_ROS = 'ros2'
+_DELETED = ' (deleted)'
 #: Where installers put files; nobody edits them.
 _SYSTEM = tuple(
     f'/{name}/'
@@ -81,7 +125,6 @@ class PackageDependencies:
     :param modules: The live files that Python programs import
     :param module_folders: Folders where a new file would be such a module
     :param inputs: Files outside its source that its last build read
-    :param machines: The other machines that need it
     :param share: Its share folder in the install space, empty if there is none
     """
 
@@ -91,7 +134,6 @@ class PackageDependencies:
     modules: frozenset[str] = frozenset()
     module_folders: frozenset[str] = frozenset()
     inputs: frozenset[str] = frozenset()
-    machines: tuple[str, ...] = ()
     share: str = ''
 
 
@@ -109,9 +151,7 @@ class Dependencies:
     :param is_plan_broken: Whether the launch file had errors when it was last
       evaluated
     :param products: The build and install folders, which are not watched
-    :param remote_files: The files that processes on other machines name, by
-      their paths on this computer
-    :param unsynced: See :class:`RemoteDependencies`
+    :param remote: What its parts on other machines use
     """
 
     processes: tuple[ProcessDependencies, ...] = ()
@@ -120,8 +160,7 @@ class Dependencies:
     reads_more: bool = False
     is_plan_broken: bool = False
     products: tuple[str, ...] = ()
-    remote_files: frozenset[str] = frozenset()
-    unsynced: Mapping[str, str] = field(default_factory=dict)
+    remote: RemoteDependencies = field(default_factory=RemoteDependencies)
 
     def folders(self) -> tuple[str, ...]:
         """Return the folders to watch with everything below them."""
@@ -130,7 +169,7 @@ class Dependencies:
     def files(self) -> tuple[str, ...]:
         """Return the other files to watch."""
         found = self.plan_files.union(
-            self.remote_files,
+            *self.remote.files.values(),
             *(process.files for process in self.processes),
             *(package.inputs for package in self.packages),
             (p.program for p in self.processes if p.program is not None),
@@ -160,3 +199,418 @@ def is_user_file(path: str, workspace: tuple[str, ...] = ()) -> bool:
     return os.path.isabs(path) and (
         not path.startswith(_SYSTEM) or path.startswith(workspace)
     )
+
+
+def find_dependencies(
+    plan: Plan,
+    evaluation: Evaluation,
+    colcon: CachedColcon | None,
+    locator: PackageLocator,
+    wanted: Iterable[str],
+    libraries: Mapping[str, frozenset[str] | None],
+    environment: Mapping[str, str],
+    remote: RemoteDependencies | None = None,
+) -> Dependencies:
+    """
+    Return what a launch uses.
+
+    :param plan: Its plan, with the labels that are in use
+    :param evaluation: The evaluation that made the plan
+    :param colcon: The colcon of the workspace, None without a workspace
+    :param locator: Finds the packages of the workspace
+    :param wanted: The packages of the workspace that it names
+    :param libraries: The files mapped into processes, as far as known
+    :param environment: The environment of the processes
+    :param remote: The dependencies of parts on other machines
+    """
+    remote = remote or RemoteDependencies()
+    packages: list[Package] = []
+    products: set[str] = set()
+    folders: list[Path] = []
+    used: list[PackageDependencies] = []
+    install = os.sep
+    if colcon is not None:
+        for base in (colcon.build_base, colcon.install_base):
+            products |= {str(base), os.path.realpath(base)}
+        install = f'{colcon.install_base}{os.sep}'
+        by_name = {p.name: p for p in locator.packages()}
+        needed = frozenset(wanted).union(*remote.packages.values())
+        packages = [by_name[n] for n in closure(by_name.values(), needed)]
+        folders = [colcon.root, *(package.path for package in packages)]
+        for package in packages:
+            share = locator.share(package.name) or ''
+            used.append(_package(colcon, package, share))
+    finder = _ProcessFinder(
+        plan,
+        packages,
+        libraries,
+        environment,
+        install,
+        tuple(f'{os.path.realpath(p)}{os.sep}' for p in folders),
+        remote,
+    )
+    read = [*(file.path for file in evaluation.files), *evaluation.inputs]
+    return Dependencies(
+        tuple(finder.find()),
+        tuple(used),
+        frozenset(map(os.path.realpath, read)),
+        reads_more=evaluation.has_run_programs,
+        is_plan_broken=bool(evaluation.errors),
+        products=tuple(sorted(products)),
+        remote=remote,
+    )
+
+
+def build_products(colcon: CachedColcon, names: Iterable[str]) -> Products:
+    """Return the products of the last successful builds of packages."""
+    found: dict[str, dict[str, str]] = {}
+    for name in names:
+        products = found[name] = {}
+        if (record := _record(colcon, name)) is None:
+            continue
+        for folder, files in (
+            (colcon.install_base, record.installed),
+            (colcon.build_base / name, record.products),
+        ):
+            real = os.path.realpath(folder)
+            for path, file in files.items():
+                text = f'{file.digest} {file.executable:d}'
+                products[f'{real}{os.sep}{path}'] = text
+    return found
+
+
+def _record(colcon: CachedColcon, name: str) -> Record | None:
+    """Return the record of the last build of a package, if there is one."""
+    path = f'{colcon.build_base}{os.sep}{name}{os.sep}{RECORD_NAME}'
+    try:
+        status = os.stat(path)
+    except OSError:
+        return None
+    return _read_record(path, status.st_mtime_ns, status.st_ino)
+
+
+@lru_cache(_RECORDS)
+def _read_record(path: str, _time: int, _inode: int) -> Record | None:
+    try:
+        return read_record(Path(path))
+    except DamagedRecordError:
+        return None
+
+
+def _package(
+    colcon: CachedColcon, package: Package, share: str
+) -> PackageDependencies:
+    """Return what is used of a package, as of its last build."""
+    name, path = package.name, str(package.path)
+    record = _record(colcon, name)
+    if record is None:
+        return PackageDependencies(name, path, share=share)
+    modules = frozenset(_modules(package, record, colcon.build_base / name))
+    return PackageDependencies(
+        name,
+        path,
+        record.live,
+        modules,
+        frozenset(map(os.path.dirname, modules)),
+        frozenset(filter(os.path.isabs, record.files)),
+        share,
+    )
+
+
+def _modules(package: Package, record: Record, build: Path) -> Iterator[str]:
+    """
+    Iterate over the files that programs in Python import.
+
+    :param build: The package's folder in the build space, where those of
+      packages in Python are linked, too
+    """
+    folder = package.path
+    candidates = [r for r in record.live if r.endswith(_PYTHON_SUFFIX)]
+    if not candidates:
+        return
+    data, programs = set(), set()
+    for start in {str(folder), os.path.realpath(folder), str(build)}:
+        link = f'{_LINK}{start}{os.sep}'
+        for installed, found in record.installed.items():
+            if not found.digest.startswith(link):
+                continue
+            parts = installed.split(os.sep)
+            target = found.digest[len(link) :].rstrip(os.sep)
+            if 'share' in parts:
+                data.add(target)
+            elif parts[-3:-1] == ['lib', package.name]:
+                programs.add(target)
+    imported = _imported(folder, programs)
+    for relative in candidates:
+        above = {relative, *map(str, Path(relative).parents)}
+        if data.isdisjoint(above) and (
+            relative not in programs
+            or Path(relative).stem in imported
+            or not os.access(folder / relative, os.X_OK)
+        ):
+            yield relative
+
+
+def _imported(folder: Path, programs: Iterable[str]) -> set[str]:
+    """Return the modules that programs import, up to the first dot."""
+    found: set[str] = set()
+    for program in programs:
+        try:
+            text = (folder / program).read_text('utf-8')
+        except (OSError, UnicodeDecodeError):
+            continue
+        found.update(re.findall(r'(?m)^\s*(?:from|import)\s+(\w+)', text))
+    return found
+
+
+class _ProcessFinder:
+    """
+    Finds what the processes and components of a plan use.
+
+    :param packages: Those of the workspace that the launch needs
+    :param libraries: The files mapped into processes, as far as known
+    :param environment: The environment of the processes
+    :param install: The install base, with a separator at its end
+    :param folders: The folders that may have files of the user, each so
+    :param remote: The dependencies of parts on other machines
+    """
+
+    def __init__(
+        self,
+        plan: Plan,
+        packages: list[Package],
+        libraries: Mapping[str, frozenset[str] | None],
+        environment: Mapping[str, str],
+        install: str,
+        folders: tuple[str, ...],
+        remote: RemoteDependencies,
+    ) -> None:
+        self._plan = plan
+        self._names = frozenset(package.name for package in packages)
+        self._libraries = libraries
+        self._environment = environment
+        self._install = install
+        self._folders = folders
+        self._remote = remote
+        # most processes share files and packages
+        self._closure = cache(
+            lambda names: frozenset(closure(packages, names))
+        )
+        self._named_file = cache(self._find_named_file)
+        self._may_run_python = cache(_may_run_python)
+
+    def find(self) -> Iterator[ProcessDependencies]:
+        """Iterate over the dependencies, in the order of the launch."""
+        components = tuple(self._plan.components())
+        for process in self._plan.processes():
+            name = process.node_name or ''
+            inside = {c.package for c in components if c.container == name}
+            yield self._placed(self._of_process(process, inside))
+        for component in components:
+            yield self._placed(self._of_component(component))
+
+    def _placed(self, found: ProcessDependencies) -> ProcessDependencies:
+        """Return what a process uses on the machine that it runs on."""
+        machine = self._remote.machines.get(found.label)
+        if machine is None:
+            return found
+        # links on this computer say nothing about files of the machine
+        return replace(
+            found,
+            program=None,
+            files=frozenset(
+                f'{machine}{MACHINE_SEPARATOR}{path}'
+                for path in self._remote.files[found.label]
+            ),
+            may_run_python=found.may_run_python
+            or not os.path.exists(found.program or ''),
+            libraries=None,
+            machine=machine,
+        )
+
+    def _of_process(
+        self, process: Process, packages: set[str]
+    ) -> ProcessDependencies:
+        words = [w for w in process.argv if isinstance(w, str)]
+        if words and os.path.basename(words[0]) in _SHELLS:
+            # a shell command
+            words += [part for word in words[1:] for part in _split(word)]
+        program = self._program(process, words[0]) if words else None
+        parameters = [*process.parameters]
+        for word in process.argv:
+            if isinstance(word, ParameterFile):
+                parameters += word.parameters
+        values = [v for _, v in process.environment if v is not None]
+        named = self._named(
+            (*words[1:], *_values(parameters), *values), process.cwd
+        )
+        packages |= {*map(self._owner, words), *self._commanded(words)}
+        packages |= {process.package or ''}
+        return ProcessDependencies(
+            process.label,
+            program,
+            self._closure(frozenset(packages - {''})),
+            named - {program},
+            program is None
+            or self._may_run_python(program)
+            or any(map(self._may_run_python, named)),
+            self._libraries.get(process.label),
+        )
+
+    def _of_component(self, component: Component) -> ProcessDependencies:
+        parameters = (*component.parameters, *component.extra_arguments)
+        return ProcessDependencies(
+            component.label,
+            packages=self._closure(frozenset((component.package,))),
+            files=self._named(_values(parameters), ''),
+            is_component=True,
+        )
+
+    def _owner(self, word: str) -> str:
+        """Return the package of the workspace that has a program, or ''."""
+        if word.startswith(self._install):
+            # merged or not, programs are in lib/PACKAGE
+            _, _, inside = word[len(self._install) - 1 :].partition('/lib/')
+            name, separator, _ = inside.partition(os.sep)
+            if separator and name in self._names:
+                return name
+        return ''
+
+    def _commanded(self, words: Iterable[str]) -> frozenset[str]:
+        """Return the packages whose programs a `ros2` command starts."""
+        names = {os.path.basename(word) for word in words}
+        if _ROS not in names:
+            return frozenset()
+        # `ros2 launch` may start any of them
+        return self._names if 'launch' in names else self._names & names
+
+    def _program(self, process: Process, word: str) -> str | None:
+        if os.sep not in word:
+            changed = dict(process.environment)
+            path = changed.get('PATH', self._environment.get('PATH'))
+            found = shutil.which(word, path=path)
+            if found is None:
+                return None
+            word = found
+        return os.path.realpath(os.path.join(process.cwd, word))
+
+    def _named(self, words: Iterable[str], cwd: str) -> frozenset[str]:
+        """Return the files that words name, behind all links."""
+        found = {
+            self._named_file(os.path.join(cwd, part))
+            for word in words
+            # as `--file=PATH`, `file:=PATH`
+            for part in (word, word.rpartition('=')[2])
+            if os.sep in part
+        }
+        return frozenset(path for path in found if path is not None)
+
+    def _find_named_file(self, path: str) -> str | None:
+        """Return the file that a path names, if a user may edit it."""
+        if len(path) > _LONGEST_PATH or not path.isprintable():
+            return None
+        real = os.path.realpath(path)
+        if not is_user_file(real, self._folders):
+            return None
+        if os.path.isfile(real):
+            return real
+        # a file that may be created
+        is_likely = '.' in os.path.basename(real) and not os.path.exists(real)
+        is_likely = is_likely and os.path.isdir(os.path.dirname(real))
+        return real if is_likely else None
+
+
+def with_libraries(
+    dependencies: Dependencies, processes: Mapping[str, int]
+) -> Dependencies:
+    """
+    Return `dependencies` with the files that are mapped into processes now.
+
+    A process that has ended keeps its files.
+
+    :param processes: The process IDs of those that run, by label
+    """
+    folders = tuple(folder + os.sep for folder in dependencies.products)
+    found = []
+    for process in dependencies.processes:
+        pid = processes.get(process.label)
+        mapped = mapped_files(pid, folders) if pid else None
+        if mapped is not None:
+            process = replace(
+                process,
+                libraries=mapped,
+                may_run_python=process.may_run_python
+                or any('/libpython' in path for path in mapped),
+            )
+        found.append(process)
+    return replace(dependencies, processes=tuple(found))
+
+
+def mapped_files(
+    pid: int, folders: tuple[str, ...] = ()
+) -> frozenset[str] | None:
+    """
+    Return the user's files that are mapped into a process and its children.
+
+    A file that was replaced since is returned with its former name. None is
+    returned for a process that has ended, or of another user.
+
+    :param pid: The process; one that was started with a prefix or in a shell
+      maps nothing itself, so its children count
+    :param folders: The folders of the user, with a separator at the end
+    """
+    found: set[str] = set()
+    is_known = False
+    pending = [pid]
+    while pending:
+        current = pending.pop()
+        try:
+            # fields are separated by spaces, and the path comes last
+            with open(f'/proc/{current}/maps', errors='surrogateescape') as f:
+                lines = f.readlines()
+        except OSError:
+            continue
+        is_known = is_known or bool(lines)
+        for line in lines:
+            path = line[line.find('/') :].rstrip('\n') if '/' in line else ''
+            path = path.removesuffix(_DELETED)
+            if is_user_file(path, folders):
+                found.add(path)
+        pending += _children(current)
+    return frozenset(found) if is_known else None
+
+
+def _children(pid: int) -> list[int]:
+    found: list[int] = []
+    try:
+        for thread in os.listdir(f'/proc/{pid}/task'):
+            with open(f'/proc/{pid}/task/{thread}/children') as file:
+                found += map(int, file.read().split())
+    except OSError:
+        # not every kernel has these files
+        pass
+    return found
+
+
+def _may_run_python(path: str) -> bool:
+    if os.path.basename(path).startswith('python'):
+        return True
+    if not os.access(path, os.X_OK):
+        return path.endswith(_PYTHON_SUFFIX)
+    try:
+        with open(path, 'rb') as file:
+            # a shell script may start one
+            return file.read(len(_ELF)) != _ELF
+    except OSError:
+        return True
+
+
+def _values(parameters: Iterable[SetParameter]) -> Iterator[str]:
+    return (p.value.strip('"\'') for p in parameters)
+
+
+def _split(text: str) -> list[str]:
+    try:
+        return shlex.split(text)
+    except ValueError:
+        return text.split()

@@ -14,20 +14,51 @@ from collections.abc import Iterator
 import os
 from pathlib import Path
 import stat
+from typing import Literal
 from typing import NamedTuple
 
 from colcon_yamllaunch.common.fingerprint import Fingerprint
 from colcon_yamllaunch.common.fingerprint import has_same_times
 from colcon_yamllaunch.common.fingerprint import TICK
 from colcon_yamllaunch.common.fingerprint import with_content
-from colcon_yamllaunch.watch.changes import Change
-from colcon_yamllaunch.watch.changes import Kind
 from colcon_yamllaunch.workspace.packages.source_files import entries_of
 from colcon_yamllaunch.workspace.packages.source_files import is_skipped_file
 from colcon_yamllaunch.workspace.packages.source_files import is_skipped_folder
 
 #: Exists while git writes the work tree.
 _GIT_LOCK = 'index.lock'
+#: What happened to a file; `mode` means that it became executable or is not
+#: any more, and `again` that it was rewritten with its former content.
+Kind = Literal['new', 'changed', 'deleted', 'mode', 'again']
+
+
+class Change(NamedTuple):
+    """
+    A changed file.
+
+    A file that is watched under several names has a change for each of them,
+    all in one batch.
+
+    :param path: The name under which it is watched: below the folder of a
+      package, or as the plan names it
+    :param real: Its path behind all symbolic links
+    """
+
+    kind: Kind
+    path: str
+    real: str
+
+
+class Batch(NamedTuple):
+    """
+    Changes that are handled together, such as those of a checkout.
+
+    :param seen_ns: When the first of them was noticed, by the monotonic clock
+      (nanoseconds)
+    """
+
+    changes: tuple[Change, ...]
+    seen_ns: int
 
 
 class _File(NamedTuple):

@@ -25,6 +25,7 @@ import fcntl
 import importlib.util
 import json
 import os
+from pathlib import Path
 import select
 import signal
 import sys
@@ -32,11 +33,21 @@ import time
 from typing import Any
 from typing import TYPE_CHECKING
 
-from colcon_yamllaunch.watch.changes import Change
+from colcon_yamllaunch.watch.watched_files import Batch
+from colcon_yamllaunch.watch.watched_files import Change
 from colcon_yamllaunch.watch.watched_files import WatchedFiles
 
 if TYPE_CHECKING:
+    from colcon_yamllaunch.engine.loop import Loop
     from watchfiles._rust_notify import RustNotify
+
+#: The error without the library that watches.
+MISSING = (
+    "--watch needs the Python package 'watchfiles': "
+    "pip install 'colcon-yamllaunch[watch]'"
+)
+#: The module that the process runs.
+PROGRAM = 'colcon_yamllaunch.watch.watcher'
 
 #: The variable of the library that asks for polling.
 POLLING_VARIABLE = 'WATCHFILES_FORCE_POLLING'
@@ -73,6 +84,103 @@ NETWORK_FILE_SYSTEMS = frozenset(
 )
 _READ_SIZE = 1 << 16
 _LIMITS = '/proc/sys/fs/inotify'
+_LIBRARY = 'watchfiles'
+#: Finds the modules that the launcher finds, and none in the current folder.
+_START = 'import sys; sys.path[:] = {!r}; from {} import main; main()'
+#: The values of the variable that ask for no polling.
+_FALSE = ('', 'false', 'disable', 'disabled')
+
+
+def is_installed() -> bool:
+    """Return whether the library that watches is installed."""
+    return importlib.util.find_spec(_LIBRARY) is not None
+
+
+class WatcherClient:
+    """
+    The watcher of a launch.
+
+    :param handle: Is called with changes
+    :param warn: Is called with what the user should know about the watching
+    :param log: The file for its standard error, or None
+    """
+
+    def __init__(
+        self,
+        loop: 'Loop',
+        handle: Callable[[Batch], None],
+        warn: Callable[[str], None],
+        log: Path | None = None,
+    ) -> None:
+        # the watcher itself needs less memory without it
+        from colcon_yamllaunch.engine.helper_process import HelperProcess
+
+        self._process = HelperProcess(
+            loop, self._spawn, self._receive, self._lost, log
+        )
+        self._handle = handle
+        self._warn = warn
+        self._request: dict[str, Any] = {}
+        self._reported_at = 0
+
+    def start(self) -> None:
+        """Start the process, without waiting until it watches."""
+        self._process.start()
+
+    def watch(
+        self, folders: Iterable[str], files: Iterable[str], since: int
+    ) -> None:
+        """
+        Watch folders and files from now on, and no others.
+
+        :param since: Files that were not watched before and were written
+          after this time count as changed (nanoseconds since the epoch)
+        """
+        self._request = {
+            'folders': list(folders),
+            'files': list(files),
+            'since': since,
+        }
+        self._process.send(self._request)
+
+    def hang_up(self) -> None:
+        """Let the process end, and do not start it again."""
+        self._process.stop()
+
+    def close(self) -> None:
+        """End the process, and wait for that."""
+        self._process.close()
+
+    def _spawn(self, streams: tuple[int, int, int]) -> int:
+        from colcon_yamllaunch.engine.spawn import spawn_process
+
+        code = _START.format([path for path in sys.path if path], PROGRAM)
+        # the code sets the path, so the site module is not needed
+        argv = [sys.executable, '-S', '-c', code]
+        pid = spawn_process(argv, os.environ, '/', streams)
+        if self._request:
+            self._process.send(self._request)
+        return pid
+
+    def _lost(self, reason: str, _was_killed: bool) -> None:
+        if not self._process.restart_later():
+            last = self._process.last_line()
+            details = f' ({last})' if last else ''
+            self._warn(
+                f'the process that watches files {reason}: nothing is watched '
+                f'any more{details}'
+            )
+        elif self._request and self._reported_at:
+            # the next process reports what happens meanwhile
+            self._request['since'] = self._reported_at
+
+    def _receive(self, message: dict[str, Any]) -> None:
+        self._reported_at = message['at']
+        for note in message['notes']:
+            self._warn(note)
+        changes = tuple(Change(*fields) for fields in message['changes'])
+        if changes:
+            self._handle(Batch(changes, message['seen']))
 
 
 class Watcher:
@@ -285,10 +393,6 @@ class Watcher:
             self._report(changes, seen or time.monotonic_ns(), notes)
 
 
-#: The values of the variable that ask for no polling.
-_FALSE = ('', 'false', 'disable', 'disabled')
-
-
 def _identities(folders: Iterable[str]) -> dict[str, tuple[int, int]]:
     """Return the identities of folders, which names may change."""
     found = {}
@@ -378,10 +482,10 @@ def _write(changes: list[Change], seen: int, notes: list[str]) -> None:
 
 def _import_less() -> None:
     """Import only the extension module of the library."""
-    spec = importlib.util.find_spec('watchfiles')
+    spec = importlib.util.find_spec(_LIBRARY)
     if spec is not None:
         # the package itself imports asyncio, which takes 4 MiB
-        sys.modules['watchfiles'] = importlib.util.module_from_spec(spec)
+        sys.modules[_LIBRARY] = importlib.util.module_from_spec(spec)
 
 
 def main() -> None:

@@ -21,11 +21,11 @@ from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.watch import change_loop
 from colcon_yamllaunch.watch.change_loop import ChangeLoop
-from colcon_yamllaunch.watch.changes import Batch
-from colcon_yamllaunch.watch.changes import Change
 from colcon_yamllaunch.watch.dependencies import Dependencies
 from colcon_yamllaunch.watch.dependencies import PackageDependencies
 from colcon_yamllaunch.watch.dependencies import ProcessDependencies
+from colcon_yamllaunch.watch.watched_files import Batch
+from colcon_yamllaunch.watch.watched_files import Change
 from colcon_yamllaunch.watch.worker import Announced
 from colcon_yamllaunch.watch.worker import Begun
 from colcon_yamllaunch.watch.worker import Failed

@@ -6,7 +6,6 @@
 from dataclasses import replace
 from pathlib import PurePosixPath
 
-from colcon_yamllaunch.watch.changes import Change
 from colcon_yamllaunch.watch.consequences import after_rewrite
 from colcon_yamllaunch.watch.consequences import consequences
 from colcon_yamllaunch.watch.consequences import Steps
@@ -15,6 +14,7 @@ from colcon_yamllaunch.watch.consequences import why_lines
 from colcon_yamllaunch.watch.dependencies import Dependencies
 from colcon_yamllaunch.watch.dependencies import PackageDependencies
 from colcon_yamllaunch.watch.dependencies import ProcessDependencies
+from colcon_yamllaunch.watch.watched_files import Change
 from hypothesis import given
 from hypothesis import strategies
 import pytest

@@ -22,12 +22,12 @@ from colcon_yamllaunch.plan.plan import SetParameter
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.watch.consequences import affected_by_build
 from colcon_yamllaunch.watch.consequences import changed_products
+from colcon_yamllaunch.watch.dependencies import build_products
 from colcon_yamllaunch.watch.dependencies import Dependencies
+from colcon_yamllaunch.watch.dependencies import find_dependencies
+from colcon_yamllaunch.watch.dependencies import mapped_files
 from colcon_yamllaunch.watch.dependencies import ProcessDependencies
-from colcon_yamllaunch.watch.find_dependencies import build_products
-from colcon_yamllaunch.watch.find_dependencies import find_dependencies
-from colcon_yamllaunch.watch.process_dependencies import mapped_files
-from colcon_yamllaunch.watch.process_dependencies import with_libraries
+from colcon_yamllaunch.watch.dependencies import with_libraries
 from colcon_yamllaunch.workspace.freshness.build_record import Record
 from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
 from colcon_yamllaunch.workspace.freshness.build_record import write_record

@@ -15,14 +15,14 @@ from colcon_yamllaunch.language.syntax.source_text import Source
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.watch.changes import Change
 from colcon_yamllaunch.watch.consequences import affected_by_build
 from colcon_yamllaunch.watch.consequences import consequences
 from colcon_yamllaunch.watch.consequences import Steps
 from colcon_yamllaunch.watch.consequences import steps
 from colcon_yamllaunch.watch.dependencies import Dependencies
+from colcon_yamllaunch.watch.dependencies import find_dependencies
 from colcon_yamllaunch.watch.dependencies import RemoteDependencies
-from colcon_yamllaunch.watch.find_dependencies import find_dependencies
+from colcon_yamllaunch.watch.watched_files import Change
 from colcon_yamllaunch.workspace.freshness.build_record import Record
 from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
 from colcon_yamllaunch.workspace.freshness.build_record import write_record
@@ -201,7 +201,8 @@ def test_only_changes_on_the_machine_restart_its_processes(
 
 def test_file_of_no_package_is_compared_on_the_machine() -> None:
     path = '/home/me/a.yaml'
-    known = Dependencies(remote_files=frozenset((path,)))
+    files = {'arm│talk': frozenset((path,))}
+    known = Dependencies(remote=RemoteDependencies(files=files))
     assert known.files() == (path,)
     change = Change('changed', path, path)
     assert steps(consequences([change], known), known) == Steps(replan=True)

@@ -19,11 +19,10 @@ from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.loop import ended_children
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.watch import watcher
-from colcon_yamllaunch.watch import watcher_client
-from colcon_yamllaunch.watch.changes import Batch
-from colcon_yamllaunch.watch.changes import Change
-from colcon_yamllaunch.watch.watcher_client import is_installed
-from colcon_yamllaunch.watch.watcher_client import WatcherClient
+from colcon_yamllaunch.watch.watched_files import Batch
+from colcon_yamllaunch.watch.watched_files import Change
+from colcon_yamllaunch.watch.watcher import is_installed
+from colcon_yamllaunch.watch.watcher import WatcherClient
 import pytest
 from support.waiting import is_running
 from support.waiting import wait_until
@@ -34,7 +33,7 @@ DEADLINE = 60
 LAUNCHER = """\
 import sys, time
 from colcon_yamllaunch.engine.loop import Loop
-from colcon_yamllaunch.watch.watcher_client import WatcherClient
+from colcon_yamllaunch.watch.watcher import WatcherClient
 loop = Loop()
 link = WatcherClient(loop, print, print)
 link.start()
@@ -289,7 +288,7 @@ def test_killed_watcher_is_restarted_and_misses_nothing(
 def test_watcher_that_cannot_run_is_given_up(
     watched: Watched, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(watcher_client, 'PROGRAM', 'no_such_module')
+    monkeypatch.setattr(watcher, 'PROGRAM', 'no_such_module')
     monkeypatch.setattr(limits, 'SHORTEST_PAUSE', 0.001)
     monkeypatch.setattr(limits, 'HELPER_RESTARTS', 1)
     watched.link.start()
