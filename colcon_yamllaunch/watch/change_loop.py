@@ -17,20 +17,11 @@ from contextlib import suppress
 from dataclasses import replace
 import os
 from pathlib import Path
-import re
 import signal
 
 from colcon_yamllaunch.common.errors import RefusedError
+from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine.commands import DONE
-from colcon_yamllaunch.engine.commands import Done
-from colcon_yamllaunch.engine.commands import Drop
-from colcon_yamllaunch.engine.commands import Extend
-from colcon_yamllaunch.engine.commands import Forget
-from colcon_yamllaunch.engine.commands import RestartChanged
-from colcon_yamllaunch.engine.commands import Revise
-from colcon_yamllaunch.engine.commands import Shutdown
-from colcon_yamllaunch.engine.commands import Watch
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.participants import Participant
@@ -70,7 +61,6 @@ _MOST_COMPILED = 50
 #: Seconds after a file was different for a moment, or before that was noticed,
 #: within which a process may fail because of it.
 READ_WINDOW = 3.0
-_NUMBER = re.compile(r'\d+')
 
 
 class ChangeLoop(Participant):
@@ -105,7 +95,7 @@ class ChangeLoop(Participant):
         self._launch: Engine | None = None
         self._restarts_launch = False
         self._changes = PendingChanges()
-        # changes since `pause`; None if it is not paused
+        # the changes since the user paused watching; None if it goes on
         self._paused: list[Batch] | None = None
         # all labels that were in use
         self._labels: set[str] = set()
@@ -119,7 +109,6 @@ class ChangeLoop(Participant):
         # what the last failed job left undone, if the last job failed
         self._has_failed_job = False
         self._late: set[str] = set()
-        self._last_output = ''
         # since when builds may have run, none of which succeeded
         self._unsure_since: float | None = None
         # when the launch was last prepared
@@ -147,7 +136,7 @@ class ChangeLoop(Participant):
         self._launch = engine
         engine.state.watch = ''
         engine.supervisor.outlasts_failures = True
-        engine.dispatcher.add(Watch, self._switch)
+        engine.dispatcher.add(commands.Watch, self._switch)
         if self._worker.pid:
             engine.add_helper(self._worker.pid, self._worker_ended)
 
@@ -156,7 +145,7 @@ class ChangeLoop(Participant):
         launch = self.launch
         self._watcher = WatcherClient(
             launch.loop,
-            self._take,
+            self._receive,
             lambda text: launch.tell(events.Warned(text)),
             self._log,
         )
@@ -190,39 +179,34 @@ class ChangeLoop(Participant):
         """Return whether to wait for a change, though no process runs."""
         return not self.launch.is_stopping
 
-    def _switch(self, command: Watch, _: Reply) -> Done:
-        if command.action == 'pause':
-            self.pause()
-        else:
-            self.resume()
-        return DONE
-
-    def pause(self) -> None:
-        """Collect changes until :meth:`resume`; earlier ones are finished."""
-        if self._paused is None:
+    def _switch(self, command: commands.Watch, _: Reply) -> commands.Done:
+        """Collect changes from now on, or handle the collected ones."""
+        pauses = command.action == 'pause'
+        if pauses and self._paused is None:
             self._paused = []
             text = 'off: what is saved now has to wait'
             self.launch.tell(events.Watched(text, is_paused=True))
-
-    def resume(self) -> None:
-        """Handle the changes since :meth:`pause`."""
-        if self._paused is None:
-            return
-        batches, self._paused = self._paused, None
-        self.launch.tell(events.Watched('on again', is_paused=False))
-        if batches:
-            changes = tuple(c for batch in batches for c in batch.changes)
-            # a process that has started since may have read the old files
-            self._follow(Batch(changes, batches[0].seen_ns), self._clock())
+        elif not pauses and self._paused is not None:
+            batches, self._paused = self._paused, None
+            self.launch.tell(events.Watched('on again', is_paused=False))
+            if batches:
+                changes = tuple(c for batch in batches for c in batch.changes)
+                # a process that started since may have read the old files
+                self._follow(Batch(changes, batches[0].seen_ns), self._clock())
+        return commands.DONE
 
     def end_turn(self) -> None:
         """Do what is due; nothing more while the launch is being stopped."""
         if self.launch.is_stopping:
-            self._hang_up()
+            self._changes.clear()
+            self._unchecked.clear()
+            self._worker.cancel()
+            if self._watcher is not None:
+                self._watcher.hang_up()
             return
         if self._can_check:
             files, self._unchecked = tuple(self._unchecked), []
-            self._take(Batch(files, round(self._unchecked_since * 1e9)))
+            self._receive(Batch(files, round(self._unchecked_since * 1e9)))
         for change in self._changes.pop_done(self._clock()):
             self._report(change)
         if self._is_due:
@@ -231,13 +215,6 @@ class ChangeLoop(Participant):
     @property
     def _is_due(self) -> bool:
         return self._can_check or self._changes.has_done
-
-    def _hang_up(self) -> None:
-        self._changes.clear()
-        self._unchecked.clear()
-        self._worker.cancel()
-        if self._watcher is not None:
-            self._watcher.hang_up()
 
     def close(self) -> None:
         """End the helper processes, and wait for that."""
@@ -251,7 +228,7 @@ class ChangeLoop(Participant):
 
     # from the change to the steps
 
-    def _take(self, batch: Batch) -> None:
+    def _receive(self, batch: Batch) -> None:
         if self._paused is None:
             self._follow(batch, batch.seen_ns / 1e9)
         else:
@@ -409,7 +386,7 @@ class ChangeLoop(Participant):
         current.has_job = True
 
     def _restart(self, labels: Iterable[str], current: PendingChange) -> None:
-        command = RestartChanged(tuple(labels))
+        command = commands.RestartChanged(tuple(labels))
         current.add_restarted(self.launch.dispatcher.do(command).labels)
 
     # from the answer of the worker to what runs
@@ -464,10 +441,6 @@ class ChangeLoop(Participant):
 
     def _fail(self, failure: Failed, current: PendingChange) -> None:
         output = self._end_job(current)
-        # the same output again may differ in times
-        before, self._last_output = self._last_output, _NUMBER.sub('', output)
-        if current.is_rewrite and self._last_output == before:
-            output = ''
         self._has_failed_job = True
         self._late |= current.late
         for path in current.suspects:
@@ -525,16 +498,16 @@ class ChangeLoop(Participant):
             current.stopped = new.gone
         current.pending.update(new.gone)
         for label in new.gone:
-            launch.dispatcher.do(Drop(label))
-        launch.dispatcher.do(Forget(new.dropped))
+            launch.dispatcher.do(commands.Drop(label))
+        launch.dispatcher.do(commands.Forget(new.dropped))
         kept = {*new.same, *new.differs}
         parts = [p for p in _parts(new.plan.entries) if p.label in kept]
         for part in parts:
             at_once = part.label not in new.differs
-            launch.dispatcher.do(Revise(part, at_once))
+            launch.dispatcher.do(commands.Revise(part, at_once))
         labels = [p.label for p in parts if p.label in wanted]
         self._restart(self._compiled(labels, prepared, current), current)
-        launch.dispatcher.do(Extend(new.new))
+        launch.dispatcher.do(commands.Extend(new.new))
         # others are started by timers
         now = {e.label for e in new.new if isinstance(e, Process)}
         current.pending |= now
@@ -605,11 +578,10 @@ class ChangeLoop(Participant):
         :param why: Why, as a part of a sentence
         """
         line = f'the launch begins anew, as {why}'
-        text = current.line(line, self._clock())
         self._changes.remove(current)
         self._restarts_launch = True
-        self.launch.tell(events.Watched(text))
-        self.launch.dispatcher.do(Shutdown('it begins anew'))
+        self.launch.tell(events.Watched(current.line(line, self._clock())))
+        self.launch.dispatcher.do(commands.Shutdown('it begins anew'))
 
     # what starts and fails
 
