@@ -7,10 +7,17 @@ The runner on this machine: worker processes launch runs, some at a time.
 Each run has a network of its own where that is possible, and ends when this
 process ends, for any reason. The next runs are planned while others go on, and
 wait for their turn.
+
+Workers are forks of a process that has imported all modules and knows the
+workspace, as a new program takes longer to import these than a short run
+costs. A worker launches one run after the other, with one guard for all of
+them, as each fork makes both processes copy their memory.
 """
 
 from collections import deque
+from collections.abc import Callable
 from collections.abc import Iterator
+from collections.abc import Mapping
 from collections.abc import Sequence
 from contextlib import closing
 from contextlib import contextmanager
@@ -22,27 +29,33 @@ import resource
 import signal
 import socket
 import sys
+from typing import Any
 from typing import Literal
 
+from colcon_yamllaunch.common.codec import to_json
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.prctl import end_with_parent
+from colcon_yamllaunch.engine.cgroup import expect_moves
+from colcon_yamllaunch.engine.guard_link import GuardProcess
 from colcon_yamllaunch.engine.loop import caught
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.loop import received
 from colcon_yamllaunch.engine.loop import STOPPING
 from colcon_yamllaunch.engine.outcome import signal_name
 from colcon_yamllaunch.sweep.isolation import DomainIds
+from colcon_yamllaunch.sweep.isolation import enter_own_network
 from colcon_yamllaunch.sweep.isolation import reason_for_no_network
+from colcon_yamllaunch.sweep.isolation import VARIABLE
 from colcon_yamllaunch.sweep.results import failed_run
 from colcon_yamllaunch.sweep.results import MESSAGES
 from colcon_yamllaunch.sweep.results import result_from_json
 from colcon_yamllaunch.sweep.results import RunResult
+from colcon_yamllaunch.sweep.run import first_error
+from colcon_yamllaunch.sweep.run import NotBuiltError
+from colcon_yamllaunch.sweep.run import perform
+from colcon_yamllaunch.sweep.run import PlanError
 from colcon_yamllaunch.sweep.run import Sweep
 from colcon_yamllaunch.sweep.table import Run
-from colcon_yamllaunch.sweep.worker import fork
-from colcon_yamllaunch.sweep.worker import GO
-from colcon_yamllaunch.sweep.worker import keep_moves_fast
-from colcon_yamllaunch.sweep.worker import MESSAGES_SIZE
-from colcon_yamllaunch.sweep.worker import Worker
 
 #: Bytes of a message of a worker; a reason and metrics are shorter.
 _MESSAGE = 256 * 1024
@@ -56,12 +69,24 @@ _ESCALATION_INTERVAL = 0.3
 #: Seconds of a short run on average, and runs after which that is known.
 _SHORT = 1.0
 _KNOWN_FROM = 4
+#: Sent to a worker when its run may start processes.
+_GO = b'g'
+#: Bytes that are kept of the messages of the planning of a run.
+_MESSAGES_SIZE = 64 * 1024
+#: Files in the message of a run that is planned.
+_MOST_USES = 500
+#: Runs of a worker, so that it does not grow without end.
+_RUNS = 100
+#: Bytes of the number of a run.
+_NUMBER = 32
 
 
 class _Child:
     """
     A worker, as the runner sees it.
 
+    :param messages: The file that its standard output and error go to
+    :param domain: Its ROS_DOMAIN_ID
     :ivar state: What its run does; `over` means that no process of it runs any
       more, and only bookkeeping follows
     """
@@ -247,17 +272,12 @@ class LocalRunner:
             for other in self._children:
                 other.close()
             resource.setrlimit(resource.RLIMIT_NOFILE, self._file_limits)
-            return Worker(
-                self._sweep,
-                child.its_link,
-                messages,
-                domain,
-                own_network=self._own_network,
-            ).work(parent, self._runs, run)
+            worker = _Worker(self._sweep, child, own_network=self._own_network)
+            return worker.work(parent, self._runs, run)
 
         with child.its_link:
             try:
-                child.pid = fork(work, messages)
+                child.pid = _fork(work, messages)
             except OSError:
                 child.close()
                 raise
@@ -279,7 +299,7 @@ class LocalRunner:
                 # its programs may have been edited since
                 self._sweep.progress.planned(child.run)
                 with suppress(OSError):
-                    child.link.send(GO)
+                    child.link.send(_GO)
         self._sweep.progress.began(running)
 
     def _build(self) -> None:
@@ -342,7 +362,7 @@ class LocalRunner:
 
     def _done(self, child: _Child, result: RunResult) -> None:
         """Record a result, and the messages of the planning of the run."""
-        if text := os.pread(child.messages, MESSAGES_SIZE, 0):
+        if text := os.pread(child.messages, _MESSAGES_SIZE, 0):
             folder = self._sweep.folder.run_folder(child.run.number)
             with suppress(OSError):
                 folder.mkdir(parents=True, exist_ok=True)
@@ -352,15 +372,11 @@ class LocalRunner:
         self._sweep.progress.done(child.run, result)
         if len(self._seconds) < _KNOWN_FROM:
             self._seconds.append(result.seconds)
-            if len(self._seconds) == _KNOWN_FROM:
-                self._keep_moves_fast()
-
-    def _keep_moves_fast(self) -> None:
-        """Start the process that is worth its while for short runs."""
-        parent = os.getpid()
-        if sum(self._seconds) < _SHORT * _KNOWN_FROM:
-            with suppress(OSError):
-                self._mover = fork(lambda: keep_moves_fast(parent))
+            is_known = len(self._seconds) == _KNOWN_FROM
+            if is_known and sum(self._seconds) < _SHORT * _KNOWN_FROM:
+                parent = os.getpid()
+                with suppress(OSError):
+                    self._mover = _fork(lambda: _keep_moves_fast(parent))
 
     def _reap(self, child: _Child) -> int:
         """Wait for a worker that ends, and return its status."""
@@ -426,3 +442,142 @@ def _frozen_memory() -> Iterator[None]:
         yield
     finally:
         gc.unfreeze()
+
+
+def _fork(action: Callable[[], int | None], output: int = -1) -> int:
+    """
+    Call `action` in a child process, and return the child's process id.
+
+    The child has its own session, so keys of the terminal do not reach it, and
+    the default signal handlers. The result of `action` is its exit code.
+
+    :param output: The descriptor for standard output and error; -1 for none
+    :raises OSError: when there can be no further process
+    """
+    pid = os.fork()
+    if pid:
+        return pid
+    code = 1
+    try:
+        signal.set_wakeup_fd(-1)
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            signal.signal(number, signal.SIG_DFL)
+        os.setsid()
+        null = os.open(os.devnull, os.O_RDWR)
+        os.dup2(null, 0)
+        for target in (1, 2):
+            os.dup2(null if output == -1 else output, target)
+        os.close(null)
+        code = action() or 0
+    finally:
+        os._exit(code)
+
+
+def _keep_moves_fast(parent: int) -> None:
+    """
+    Keep the kernel ready to move processes to control groups.
+
+    Its first move waits for some 10 ms, moves soon after it do not, see
+    :func:`.cgroup.expect_moves`. That is a tenth of a run of 0.1 s.
+    """
+    end_with_parent(signal.SIGTERM, parent)
+    os.closerange(3, os.sysconf('SC_OPEN_MAX'))
+    while expect_moves():
+        pass
+
+
+class _Worker:
+    """
+    A worker process, in that process: plans and launches runs.
+
+    :param child: What it has in common with the runner
+    """
+
+    def __init__(
+        self, sweep: Sweep, child: _Child, *, own_network: bool
+    ) -> None:
+        self._sweep = sweep
+        self._child = child
+        self._link = child.its_link
+        self._own_network = own_network
+
+    def work(self, parent: int, runs: Mapping[int, Run], run: Run) -> int:
+        """
+        Launch `run`, then those whose numbers arrive; return the exit code.
+
+        :param parent: The runner; the worker ends with it
+        """
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        try:
+            with closing(GuardProcess(is_kept=True)) as guard:
+                for left in reversed(range(_RUNS)):
+                    if self._own_network:
+                        enter_own_network(again=left + 1 < _RUNS)
+                    # the new network has undone it
+                    end_with_parent(signal.SIGTERM, parent)
+                    message = self._launch(run, guard)
+                    sys.stdout.flush()
+                    sys.stderr.flush()
+                    message['idle'] = left > 0 and message.get('idle', True)
+                    self._send(message)
+                    number = b''
+                    if message['idle']:
+                        number = self._link.recv(_NUMBER)
+                    if not number:
+                        break
+                    run = runs[int(number)]
+        except KeyboardInterrupt:
+            return 130
+        except Exception as e:  # noqa: BLE001 - the other runs go on
+            with suppress(OSError):
+                self._send(_error(run, f'internal error: {e!r}'))
+            return 1
+        finally:
+            with suppress(Exception):
+                sys.stdout.flush()
+                sys.stderr.flush()
+        return 0
+
+    def _launch(self, run: Run, guard: GuardProcess) -> dict[str, Any]:
+        """Plan a run, wait for its turn, and return its result."""
+        sweep = self._sweep
+        folder = sweep.folder.run_folder(run.number)
+        try:
+            variables = {VARIABLE: str(self._child.domain)}
+            planned = sweep.plan(run, folder, variables)
+        except NotBuiltError:
+            return {'not built': True}
+        except UserError as e:
+            return _error(run, str(e))
+        except PlanError:
+            sys.stderr.flush()
+            text = os.pread(self._child.messages, _MESSAGES_SIZE, 0)
+            return _error(run, first_error(text.decode(errors='replace')))
+
+        def wait() -> None:
+            self._send({'planned': planned.uses[:_MOST_USES]})
+            if self._link.recv(len(_GO)) != _GO:
+                raise KeyboardInterrupt
+
+        def over() -> None:
+            # a runner that is gone starts no other run
+            with suppress(OSError):
+                self._send({'over': True})
+
+        try:
+            result = perform(
+                run.number, planned, folder, sweep.goal, guard, wait, over
+            )
+        finally:
+            planned.close()
+        if result is None:
+            raise KeyboardInterrupt
+        # the worker of a launch file in Python may leave something behind
+        return {'result': to_json(result), 'idle': not planned.participants}
+
+    def _send(self, message: dict[str, Any]) -> None:
+        self._link.send(json.dumps(message).encode())
+
+
+def _error(run: Run, reason: str) -> dict[str, Any]:
+    return {'result': to_json(failed_run(run.number, reason))}

@@ -181,26 +181,13 @@ def scatter(
     )
 
 
-def share_bar(part: float) -> str:
-    """Return a bar that is filled to `part`, from 0 to 1."""
-    good = 100 * part
-    return (
-        '<svg viewBox="0 0 100 10" preserveAspectRatio="none" height="12" '
-        'style="height:0.8rem" role="img" '
-        f'aria-label="{good:.4g}%">'
-        '<rect class="rest" width="100" height="10"></rect>'
-        f'<rect class="good" width="{good:.2f}" height="10"></rect></svg>'
-    )
-
-
 def mean_and_deviation(values: Sequence[float]) -> tuple[float, float]:
     """
     Return the mean and the standard deviation of a sample.
 
     :param values: At least one; the deviation of one alone is 0
     """
-    # each is divided first, as the sum may overflow
-    mean = sum(value / len(values) for value in values)
+    mean = statistics.fmean(values)
     return mean, statistics.stdev(values) if len(values) > 1 else 0.0
 
 

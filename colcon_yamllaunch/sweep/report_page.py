@@ -27,7 +27,6 @@ from colcon_yamllaunch.sweep.plots import mean_and_deviation
 from colcon_yamllaunch.sweep.plots import number_text
 from colcon_yamllaunch.sweep.plots import Point
 from colcon_yamllaunch.sweep.plots import scatter
-from colcon_yamllaunch.sweep.plots import share_bar
 from colcon_yamllaunch.sweep.plots import spread_text
 from colcon_yamllaunch.sweep.results import number_of
 from colcon_yamllaunch.sweep.results import RunResult
@@ -175,7 +174,8 @@ def _success(page: _Page, name: str) -> Iterator[str]:
         (
             (
                 f'<td>{_text(value) or "(empty)"}</td>',
-                f'<td class="share">{share_bar(good / total)}</td>',
+                '<td class="share"><div>'
+                f'<i style="width:{100 * good / total:.2f}%"></i></div></td>',
                 _number(f'{100 * (good / total):.3g}%'),
                 _number(f'{good:,} of {total:,}'),
             )

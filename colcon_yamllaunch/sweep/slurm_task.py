@@ -105,11 +105,8 @@ class SlurmFiles:
     def arrays(self) -> dict[int, list[int]]:
         """Return the runs of each array job, by its number."""
         known = read_json(self.folder / ARRAYS)
-        return {
-            int(job): [run for run in runs if isinstance(run, int)]
-            for job, runs in (known if isinstance(known, dict) else {}).items()
-            if job.isdigit() and isinstance(runs, list)
-        }
+        arrays = known if isinstance(known, dict) else {}
+        return {int(job): runs for job, runs in arrays.items()}
 
     def write_arrays(self, arrays: Mapping[int, list[int]]) -> None:
         """Write the runs of each array job."""
