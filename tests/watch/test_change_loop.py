@@ -105,7 +105,6 @@ class Played:
         *,
         grown_from: Mapping[str, str] | None = None,
         why: bool = False,
-        known: Dependencies = KNOWN,
     ) -> None:
         self.now = 10.0
         self.worker = PlayedWorker()
@@ -126,7 +125,7 @@ class Played:
         )
         self.state.expect(self.plan.entries)
         self.watching = ChangeLoop(
-            Prepared(self.plan, {}, known, {}, {}, (), 0, grown_from),
+            Prepared(self.plan, {}, KNOWN, {}, {}, (), 0, grown_from),
             self.worker,  # type: ignore[arg-type]
             None,
             clock=lambda: self.now,
@@ -252,18 +251,21 @@ def test_changed_program_is_restarted_after_the_build(
     assert played.answer(Announced('building 1 package')) == []
     assert played.lines() == ['loop.c changed: building 1 package']
     changed = {'/ws/install/arm/lib/arm/loop': 'arm'}
+    played.worker.written = b'loop.c:1: warning: unused\n'
     assert played.prepared(changed=changed, packages=('arm',)) == [
         'restart loop'
     ]
-    assert played.lines(LOOP) == [
+    played.happens(events.Started(LOOP, 1))
+    played.watching.end_turn()
+    watched = [e for e in played.told if isinstance(e, events.Watched)]
+    assert watched[-1].details == 'loop.c:1: warning: unused'
+    assert played.lines()[-1] == (
         'loop.c changed: built arm, restarted loop (0.00 s)'
-    ]
+    )
 
 
-def test_why_explains_changes_and_restarts(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(change_loop, 'WatcherClient', PlayedWatcher)
+@pytest.mark.usefixtures('played')
+def test_why_explains_changes_and_restarts() -> None:
     played = Played(why=True)
     played.save('loop.c')
     played.prepared(changed={'/ws/install/arm/lib/arm/loop': 'arm'})
@@ -394,10 +396,7 @@ def test_failure_after_a_restart_is_reported_once(played: Played) -> None:
     # once only, and not of what was not restarted
     for part in (TALK, LOOP):
         played.happens(failed(part))
-    assert played.lines() == []
-
-
-def test_failure_long_after_a_restart_is_not_reported(played: Played) -> None:
+    # nor long after the restart
     played.save('talk.py')
     played.lines(TALK)
     played.now += 60
@@ -416,18 +415,6 @@ def test_failure_before_the_report_is_part_of_it(
         'talk.py, loop.c changed: restarted loop, '
         'failed once started: talk (0.00 s)'
     ]
-
-
-def test_warnings_of_a_build_are_shown(played: Played) -> None:
-    played.save('loop.c')
-    played.worker.written = b'loop.c:1: warning: unused\n'
-    played.prepared(packages=('arm',))
-    played.watching.end_turn()
-    (event,) = [e for e in played.told if isinstance(e, events.Watched)]
-    assert (event.failed, event.details) == (
-        False,
-        'loop.c:1: warning: unused',
-    )
 
 
 def test_restart_after_a_failed_build_follows_the_next_build(
@@ -523,10 +510,8 @@ def test_changes_have_no_effect_while_the_launch_stops(played: Played) -> None:
     assert played.lines() == []
 
 
-def test_launch_with_event_handlers_restarts_once(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(change_loop, 'WatcherClient', PlayedWatcher)
+@pytest.mark.usefixtures('played')
+def test_launch_with_event_handlers_restarts_once() -> None:
     played = Played(grown_from={'demo.launch.py': 'one'})
     played.save('demo.yaml')
     played.prepared(grown_from={'demo.launch.py': 'one'})
@@ -539,20 +524,6 @@ def test_launch_with_event_handlers_restarts_once(
     # somebody wants it to end meanwhile
     played.is_ended_by_others = True
     assert not played.watching.restarts_launch
-
-
-def test_without_worker_a_file_that_a_program_may_read_is_reported(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(change_loop, 'WatcherClient', PlayedWatcher)
-    monkeypatch.setattr('os.path.exists', paths_without(''))
-    played = Played(known=replace(KNOWN, reads_more=True))
-    played.helpers[WORKER](signal.SIGKILL)
-    assert played.save('talk.py') == ['restart talk']
-    assert played.lines(TALK)[-1] == (
-        'talk.py changed: restarted talk, '
-        'what builds for --watch is gone (0.00 s)'
-    )
 
 
 def test_killed_job_is_repeated_at_the_next_change(

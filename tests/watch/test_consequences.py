@@ -77,6 +77,9 @@ KNOWLEDGE = Dependencies(
     plan_files=frozenset((LAUNCH, XACRO)),
 )
 
+RESTARTS = Steps(restart=('double', 'triple'))
+BUILDS = Steps(frozenset(('arm',)))
+
 
 def of(*paths: str, kind: str = 'changed', **known: bool) -> Steps:
     changes = [Change(kind, path, path) for path in paths]
@@ -85,46 +88,37 @@ def of(*paths: str, kind: str = 'changed', **known: bool) -> Steps:
 
 
 @pytest.mark.parametrize(
-    ('path', 'expected'),
-    [
-        # a script that is linked
-        (f'{ARM}/scripts/double.py', Steps(restart=('double',))),
-        # one that no package has
-        ('/home/me/bag.sh', Steps(restart=('bag',))),
-        # a module that is linked, of the package and of one that it needs
-        (f'{ARM}/arm/pose.py', Steps(restart=('double', 'triple'))),
-        (f'{MATHS}/maths/add.py', Steps(restart=('double', 'triple'))),
-        # what a package is built from
-        (f'{ARM}/src/motor.cpp', Steps(frozenset(('arm',)))),
-        (f'{ARM}/include/arm/motor.hpp', Steps(frozenset(('arm',)))),
-        (f'{ARM}/CMakeLists.txt', Steps(frozenset(('arm',)))),
-        (f'{ARM}/package.xml', Steps(frozenset(('arm',)))),
-        (f'{MSGS}/msg/Pose.msg', Steps(frozenset(('msgs',)))),
-        # of two packages one in the other, it is the inner one
-        (f'{ARM}/tool/src/main.cpp', Steps(frozenset(('tool',)))),
-        # what builds have read elsewhere
-        (HEADER, Steps(frozenset(('arm', 'msgs')))),
-        # what the plan names
-        (f'{ARM}/config/all.yaml', Steps(restart=('double', 'triple'))),
-        ('/home/me/x.rviz', Steps(restart=('triple',))),
-        (f'{ARM}/config/camera.json', Steps(restart=('camera',))),
-        # what the plan was made from
-        (LAUNCH, Steps(replan=True)),
-        (XACRO, Steps(replan=True)),
-        # what nothing uses
-        (f'{ARM}/launch/old.py', Steps()),
-        (f'{ARM}/urdf/mesh.stl', Steps()),
-        ('/home/me/notes.txt', Steps()),
-        ('/ws/src/army/src/motor.cpp', Steps()),
-    ],
-)
-def test_row(path: str, expected: Steps) -> None:
-    assert of(path) == expected
-
-
-@pytest.mark.parametrize(
     ('path', 'kind', 'expected'),
     [
+        # a script that is linked
+        (f'{ARM}/scripts/double.py', 'changed', Steps(restart=('double',))),
+        # one that no package has
+        ('/home/me/bag.sh', 'changed', Steps(restart=('bag',))),
+        # a module that is linked, of the package and of one that it needs
+        (f'{ARM}/arm/pose.py', 'changed', RESTARTS),
+        (f'{MATHS}/maths/add.py', 'changed', RESTARTS),
+        # what a package is built from
+        (f'{ARM}/src/motor.cpp', 'changed', BUILDS),
+        (f'{ARM}/include/arm/motor.hpp', 'changed', BUILDS),
+        (f'{ARM}/CMakeLists.txt', 'changed', BUILDS),
+        (f'{ARM}/package.xml', 'changed', BUILDS),
+        (f'{MSGS}/msg/Pose.msg', 'changed', Steps(frozenset(('msgs',)))),
+        # of two packages one in the other, it is the inner one
+        (f'{ARM}/tool/src/main.cpp', 'changed', Steps(frozenset(('tool',)))),
+        # what builds have read elsewhere
+        (HEADER, 'changed', Steps(frozenset(('arm', 'msgs')))),
+        # what the plan names
+        (f'{ARM}/config/all.yaml', 'changed', RESTARTS),
+        ('/home/me/x.rviz', 'changed', Steps(restart=('triple',))),
+        (f'{ARM}/config/camera.json', 'changed', Steps(restart=('camera',))),
+        # what the plan was made from
+        (LAUNCH, 'changed', Steps(replan=True)),
+        (XACRO, 'changed', Steps(replan=True)),
+        # what nothing uses
+        (f'{ARM}/launch/old.py', 'changed', Steps()),
+        (f'{ARM}/urdf/mesh.stl', 'changed', Steps()),
+        ('/home/me/notes.txt', 'changed', Steps()),
+        ('/ws/src/army/src/motor.cpp', 'changed', Steps()),
         # it will be installed, and what crashed for want of it goes on
         (
             f'{ARM}/arm/more.py',
@@ -136,9 +130,9 @@ def test_row(path: str, expected: Steps) -> None:
             'deleted',
             Steps(frozenset(('arm',)), after_build=('double', 'triple')),
         ),
-        (f'{ARM}/test/more.py', 'new', Steps(frozenset(('arm',)))),
-        (f'{ARM}/src/new.cpp', 'new', Steps(frozenset(('arm',)))),
-        (f'{ARM}/urdf/mesh.stl', 'deleted', Steps(frozenset(('arm',)))),
+        (f'{ARM}/test/more.py', 'new', BUILDS),
+        (f'{ARM}/src/new.cpp', 'new', BUILDS),
+        (f'{ARM}/urdf/mesh.stl', 'deleted', BUILDS),
         # a fresh launch would not start
         (
             f'{ARM}/scripts/double.py',
@@ -153,7 +147,7 @@ def test_row(path: str, expected: Steps) -> None:
         (LAUNCH, 'deleted', Steps(frozenset(('arm',)), replan=True)),
     ],
 )
-def test_row_by_kind(path: str, kind: str, expected: Steps) -> None:
+def test_change_has_its_documented_steps(path: str, kind: str, expected: Steps) -> None:
     assert of(path, kind=kind) == expected
 
 
@@ -253,11 +247,11 @@ def test_why_line_names_change_action_and_reason() -> None:
         ),
         # and so may a build and an evaluation
         (f'{ARM}/src/a.cpp', (), False, Steps()),
-        (f'{ARM}/src/a.cpp', (), True, Steps(frozenset(('arm',)))),
+        (f'{ARM}/src/a.cpp', (), True, BUILDS),
         (LAUNCH, (), False, Steps()),
         (LAUNCH, (), True, Steps(frozenset(('arm',)), replan=True)),
         # a link to it could not be installed
-        (f'{ARM}/urdf/mesh.stl', (), True, Steps(frozenset(('arm',)))),
+        (f'{ARM}/urdf/mesh.stl', (), True, BUILDS),
         ('/home/me/notes.txt', ('bag',), True, Steps()),
     ],
 )
@@ -300,22 +294,6 @@ KNOWN = strategies.builds(
     strategies.booleans(),
     strategies.booleans(),
 )
-
-
-@RANDOM
-@given(CHANGES, KNOWN)
-def test_each_change_has_a_consequence(
-    changes: list[Change], knowledge: Dependencies
-) -> None:
-    found = consequences(changes, knowledge)
-    assert {one.change.real for one in found} == {c.real for c in changes}
-    labels = {process.label for process in knowledge.processes}
-    packages = {package.name for package in knowledge.packages}
-    for one in found:
-        assert one.reason
-        expected = packages if one.action == 'build' else labels
-        assert set(one.names) <= expected
-        assert bool(one.names) == (one.action not in ('ignore', 'replan'))
 
 
 @RANDOM

@@ -10,6 +10,7 @@ import subprocess
 import sys
 from types import SimpleNamespace
 from typing import Any
+from typing import NamedTuple
 
 from colcon_yamllaunch.common.fingerprint import Fingerprint
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
@@ -22,12 +23,17 @@ from colcon_yamllaunch.plan.plan import SetParameter
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.watch.consequences import affected_by_build
 from colcon_yamllaunch.watch.consequences import changed_products
+from colcon_yamllaunch.watch.consequences import consequences
+from colcon_yamllaunch.watch.consequences import Steps
+from colcon_yamllaunch.watch.consequences import steps
 from colcon_yamllaunch.watch.dependencies import build_products
 from colcon_yamllaunch.watch.dependencies import Dependencies
 from colcon_yamllaunch.watch.dependencies import find_dependencies
 from colcon_yamllaunch.watch.dependencies import mapped_files
 from colcon_yamllaunch.watch.dependencies import ProcessDependencies
+from colcon_yamllaunch.watch.dependencies import RemoteDependencies
 from colcon_yamllaunch.watch.dependencies import with_libraries
+from colcon_yamllaunch.watch.watched_files import Change
 from colcon_yamllaunch.workspace.freshness.build_record import Record
 from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
 from colcon_yamllaunch.workspace.freshness.build_record import write_record
@@ -76,13 +82,17 @@ class FakeWorkspace:
         link.symlink_to(target)
         return str(link)
 
-    def build(self, name: str, *needs: str, **record: Any) -> Record:
+    def add(self, name: str, *needs: str) -> None:
+        """Add a package that was never built."""
         assert self.root is not None
         source = self.root / 'src' / name
         source.mkdir(parents=True, exist_ok=True)
         package = Package(name, source, 'ros.ament_cmake', frozenset(needs))
         self.packages.append(package)
         self.records[name] = Record(str(source), {}, succeeded=True)
+
+    def build(self, name: str, *needs: str, **record: Any) -> Record:
+        self.add(name, *needs)
         return self.rebuild(name, **record)
 
     def rebuild(self, name: str, **changes: Any) -> Record:
@@ -110,7 +120,9 @@ def evaluation(*files: str, **more: Any) -> Evaluation:
 
 
 def learn(
-    workspace: FakeWorkspace, *entries: Process | Component, **more: Any
+    workspace: FakeWorkspace,
+    *entries: Process | Component,
+    **more: Any,
 ) -> Dependencies:
     return find_dependencies(
         Plan(entries),
@@ -318,73 +330,38 @@ def test_changed_products_are_those_of_a_build(
 
 
 ARM = frozenset(('arm',))
+MOTOR = '/ws/build/arm/motor'
 MODULE = '/ws/install/arm/lib/python3.11/site-packages/arm/pose.py'
+OF_ARM: dict[str, Any] = {'packages': ARM}
+PYTHON_OF_ARM = {**OF_ARM, 'may_run_python': True}
 
 
 @pytest.mark.parametrize(
-    ('use', 'path', 'reason'),
+    ('use', 'path', 'is_affected'),
     [
-        (
-            ProcessDependencies('x', '/ws/build/arm/motor'),
-            '/ws/build/arm/motor',
-            True,
-        ),
-        (
-            ProcessDependencies('x', '/ws/build/arm/other'),
-            '/ws/build/arm/motor',
-            False,
-        ),
-        (
-            ProcessDependencies('x', files=frozenset(('/ws/install/a.yaml',))),
-            '/ws/install/a.yaml',
-            True,
-        ),
+        ({'program': MOTOR}, MOTOR, True),
+        ({'program': '/ws/build/arm/other'}, MOTOR, False),
+        ({'files': frozenset(('/ws/a.yaml',))}, '/ws/a.yaml', True),
         # a library: as it is mapped, or may have been
-        (
-            ProcessDependencies(
-                'x', packages=ARM, libraries=frozenset(('/l.so.1',))
-            ),
-            '/l.so.1',
-            True,
-        ),
-        (
-            ProcessDependencies('x', packages=ARM, libraries=frozenset()),
-            '/l.so',
-            False,
-        ),
-        (ProcessDependencies('x', packages=ARM), '/l.so', True),
-        (ProcessDependencies('x'), '/l.so', False),
+        ({**OF_ARM, 'libraries': frozenset(('/l.so.1',))}, '/l.so.1', True),
+        ({**OF_ARM, 'libraries': frozenset()}, '/l.so', False),
+        (OF_ARM, '/l.so', True),
+        ({}, '/l.so', False),
+        ({**OF_ARM, 'is_component': True}, '/l.so', False),
         # a module
-        (
-            ProcessDependencies('x', packages=ARM, may_run_python=True),
-            MODULE,
-            True,
-        ),
-        (ProcessDependencies('x', packages=ARM), MODULE, False),
-        (ProcessDependencies('x', may_run_python=True), MODULE, False),
+        (PYTHON_OF_ARM, MODULE, True),
+        (OF_ARM, MODULE, False),
+        ({'may_run_python': True}, MODULE, False),
         # no module
-        (
-            ProcessDependencies('x', packages=ARM, may_run_python=True),
-            '/ws/install/arm/share/arm/launch/x.py',
-            False,
-        ),
-        (
-            ProcessDependencies('x', packages=ARM, may_run_python=True),
-            '/ws/install/arm/lib/arm/x.py',
-            False,
-        ),
-        (
-            ProcessDependencies('x', packages=ARM, is_component=True),
-            '/l.so',
-            False,
-        ),
+        (PYTHON_OF_ARM, '/ws/install/arm/share/arm/launch/x.py', False),
+        (PYTHON_OF_ARM, '/ws/install/arm/lib/arm/x.py', False),
     ],
 )
 def test_build_affects_the_processes_that_use_its_products(
-    use: ProcessDependencies, path: str, reason: bool
+    use: dict[str, Any], path: str, is_affected: bool
 ) -> None:
-    known = Dependencies((use,))
-    assert bool(affected_by_build({path: 'arm'}, known)) == reason
+    known = Dependencies((ProcessDependencies('x', **use),))
+    assert bool(affected_by_build({path: 'arm'}, known)) == is_affected
     assert affected_by_build({}, known) == {}
 
 
@@ -412,3 +389,100 @@ def test_files_mapped_into_a_process_are_found() -> None:
     # what has ended keeps what was found
     again = with_libraries(known, {'a': shell.pid, 'b': 0})
     assert again == known
+
+
+class Kind(NamedTuple):
+    """
+    A kind of file in the package `arm`, and the process that uses it.
+
+    :param source: The file that is saved
+    :param program: The program of the process, in the install space
+    :param code: How that begins
+    :param built: What differs on a machine once it has the change, in the
+      install space
+    :param is_live: Whether it is linked into the install space here
+    """
+
+    source: str
+    program: str
+    code: str
+    built: str
+    is_live: bool = True
+
+
+LAUNCH = 'launch/demo.yaml'
+ELF, PYTHON = '\x7fELF', '#!/usr/bin/python3\n'
+TALK = 'lib/arm/talk'
+KINDS = {
+    'script': Kind('scripts/talk.py', f'{TALK}.py', PYTHON, f'{TALK}.py'),
+    'library': Kind('src/word.cpp', TALK, ELF, 'lib/libword.so', False),
+    'C++ program': Kind('src/talk.cpp', TALK, ELF, TALK, False),
+    'Python module': Kind(
+        *('arm/word.py', 'lib/arm/run', PYTHON),
+        'lib/python3.12/site-packages/arm/word.py',
+    ),
+    'configuration': Kind(
+        'config/c.yaml', TALK, ELF, 'share/arm/config/c.yaml'
+    ),
+    'launch file': Kind(LAUNCH, TALK, ELF, 'share/arm/' + LAUNCH),
+}
+
+
+@pytest.mark.parametrize('kind', KINDS.values(), ids=KINDS)
+@pytest.mark.parametrize('sync', ['build', 'none'])
+@pytest.mark.parametrize('is_installed', [True, False])
+def test_only_changes_on_the_machine_restart_its_processes(
+    workspace: FakeWorkspace, kind: Kind, sync: str, is_installed: bool
+) -> None:
+    label = 'arm│talk'
+    source = workspace.file(f'src/arm/{kind.source}', kind.code, 0o755)
+    install = f'{workspace.root}/install/arm'
+    links = {}
+    if is_installed:
+        workspace.file(f'install/arm/{kind.program}', kind.code, 0o755)
+    if is_installed and kind.is_live:
+        Path(install, kind.built).unlink(missing_ok=True)
+        workspace.link(f'install/arm/{kind.built}', source)
+        links = {f'arm/{kind.built}': found(f'link to {source}')}
+    workspace.add('arm')
+    if is_installed:
+        live = frozenset({kind.source} if kind.is_live else ())
+        workspace.rebuild('arm', live=live, installed=links)
+    files = (f'{install}/{kind.program}', f'{install}/share/arm/config/c.yaml')
+    known = find_dependencies(
+        Plan((process(*files, label=label, package='arm'),)),
+        evaluation(f'{workspace.root}/src/arm/{LAUNCH}'),
+        *(workspace.colcon, workspace.locator),
+        *(['arm'] if is_installed else [], {}, {}),
+        RemoteDependencies(
+            {label: 'arm'},
+            {label: frozenset(files)},
+            {'arm': ARM},
+            {'arm': 'sync: none'} if sync == 'none' else {},
+        ),
+    )
+    change = Change('changed', source, source)
+    needed = steps(consequences([change], known), known)
+    # nothing is restarted before the machine has the change
+    assert needed.restart == needed.after_build == ()
+    is_launch = kind.source == LAUNCH
+    assert needed.replan == is_launch
+    if sync == 'none':
+        assert needed.kept == (() if is_launch else ('arm (sync: none)',))
+    else:
+        assert (needed.build, needed.kept) == ({'arm'}, ())
+    # what is built here is not there; the plan shows the effects of another
+    # launch file
+    expected = set() if is_launch else {label}
+    for place, affected in (('', set()), ('arm│', expected), ('gpu│', set())):
+        changed = {f'{place}{install}/{kind.built}': 'arm'}
+        assert affected_by_build(changed, known).keys() == affected
+
+
+def test_file_of_no_package_is_compared_on_the_machine() -> None:
+    path = '/home/me/a.yaml'
+    files = {'arm│talk': frozenset((path,))}
+    known = Dependencies(remote=RemoteDependencies(files=files))
+    assert known.files() == (path,)
+    change = Change('changed', path, path)
+    assert steps(consequences([change], known), known) == Steps(replan=True)

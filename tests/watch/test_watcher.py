@@ -21,7 +21,6 @@ from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.watch import watcher
 from colcon_yamllaunch.watch.watched_files import Batch
 from colcon_yamllaunch.watch.watched_files import Change
-from colcon_yamllaunch.watch.watcher import is_installed
 from colcon_yamllaunch.watch.watcher import WatcherClient
 import pytest
 from support.waiting import is_running
@@ -430,9 +429,3 @@ def test_network_file_systems_are_recognized(
     assert watcher._is_remote('/home/me/ws/src/arm', mounts) == is_remote
     assert not watcher._is_remote('/home/me/wso', mounts)
     assert not watcher._is_remote('/home/me/ws/x/y', mounts)
-
-
-def test_missing_library_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert is_installed()
-    monkeypatch.setattr('importlib.util.find_spec', lambda _: None)
-    assert not is_installed()
