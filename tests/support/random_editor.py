@@ -1,32 +1,114 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Somebody who edits files at random, and knows what has to run then."""
+"""
+Somebody who edits files at random, and knows what has to run then.
+
+`edited_workspace` has a workspace with files of all kinds, each with a word
+that some process says: `whole` always, `ros` and `python` on demand. `base`
+has a header and an interface, `flow` is compiled with them and has scripts,
+files with parameters and launch files, `brain` is a Python package below a
+symbolic link and imports `pylib`. Each process prints at its start what it was
+made from: a word of each file that it comes from.
+"""
 
 from collections.abc import Callable
 from contextlib import suppress
 import os
 from pathlib import Path
 import random
+import re
 import shutil
 import signal
 import subprocess
 import time
 
-from support.edited_files import further_package
-from support.edited_files import lay_out
-from support.edited_files import more
-from support.edited_files import robot_files
-from support.edited_files import SAYS
-from support.edited_files import SAYS_IN_ROS
-from support.edited_files import SLEEPS
-from support.edited_files import third_files
-from support.edited_files import whole_files
-from support.edited_files import WORD
+from support.manifest import manifest
 
+_WORKSPACE = Path(__file__).with_name('edited_workspace')
+#: The word of a file.
+WORD = re.compile(r'\bv\d+\b')
+_DEMO = 'flow/launch/demo.yaml'
+_INCLUDE = '- include: {{file: $(find-pkg-share {})/launch/{}}}\n'
+FURTHER_CMAKE = """\
+cmake_minimum_required(VERSION 3.16)
+project({name} NONE)
+install(PROGRAMS run.py DESTINATION lib/{name})
+"""
+FURTHER = """\
+#!/usr/bin/env python3
+import signal
+print('{name} says v0', flush=True)
+signal.signal(signal.SIGINT, signal.SIG_DFL)
+signal.pause()
+"""
+#: Whose words each process says, in this order.
+SAYS = {
+    'talk': (
+        *('flow/scripts/talk.py', 'flow/scripts/helper.py'),
+        *('flow/config/view.rviz', 'flow/config/linked.yaml'),
+        'flow/config/talk.yaml',
+    ),
+    'loop': ('flow/src/loop.c', 'flow/src/word.c', '../elsewhere/fast.h'),
+    'other': (
+        *('flow/src/other.c', 'flow/CMakeLists.txt'),
+        *('base/include/base/base.h', 'base/msg/Word.msg'),
+    ),
+    'mind': (
+        'brain/brain/think.py',
+        'pylib/pylib/words.py',
+        'flow/launch/demo.yaml',
+        'flow/launch/demo.yaml',
+    ),
+}
+#: What stands before the number of a word where processes sleep for it.
+SLEEPS = {
+    'flow/launch/third.launch.py': '200000',
+    'flow/launch/seconds.py': '300000',
+}
+#: The same of nodes of ROS.
+SAYS_IN_ROS = {
+    'camera': ('robot/camera.py', 'robot/config/camera.yaml'),
+    'box': ('robot/config/box.yaml',),
+}
 MORE = 'flow/launch/more.yaml'
 #: Folders that are away for a while, or replaced by others.
 FOLDERS = ('flow/scripts', 'flow/config', 'brain/brain', 'pylib', 'base')
+
+
+def read_files(kind: str) -> dict[str, str]:
+    """Return the text of each file, by its path relative to `src`."""
+    folder = _WORKSPACE / kind
+    return {
+        os.path.relpath(file, folder / 'src'): file.read_text()
+        for file in folder.rglob('*')
+        if file.is_file() and file.suffix != '.pyc'
+    }
+
+
+def more(sleeps: list[int], packages: list[str]) -> str:
+    """Return the launch file that is included."""
+    return 'launch:\n' + ''.join(
+        [
+            *(
+                f'- executable: {{cmd: sleep {n}, name: further}}\n'
+                for n in (1000, *sleeps)
+            ),
+            *(
+                f'- node: {{pkg: {name}, exec: run.py, name: {name}}}\n'
+                for name in packages
+            ),
+        ]
+    )
+
+
+def further_package(name: str) -> dict[str, str]:
+    """Return the files of a package that comes and goes."""
+    return {
+        f'{name}/package.xml': manifest(name, 'cmake'),
+        f'{name}/CMakeLists.txt': FURTHER_CMAKE.format(name=name),
+        f'{name}/run.py': FURTHER.format(name=name),
+    }
 
 
 class Editor:
@@ -47,14 +129,20 @@ class Editor:
         self._chance = random.Random(seed)
         self._version = 0
         #: What each file is to say.
-        self.whole = whole_files()
+        self.whole = read_files('whole') | {MORE: more([], [])}
         self.says = dict(SAYS)
         match kind:
             case 'ros':
-                self.whole |= robot_files()
+                self.whole |= read_files(kind)
+                self.whole[_DEMO] += _INCLUDE.format('robot', 'robot.yaml')
+                package = self.whole['flow/package.xml']
+                self.whole['flow/package.xml'] = package.replace(
+                    '<depend>', '<exec_depend>robot</exec_depend><depend>'
+                )
                 self.says |= SAYS_IN_ROS
             case 'python':
-                self.whole |= third_files()
+                self.whole |= read_files(kind)
+                self.whole[_DEMO] += _INCLUDE.format('flow', 'third.launch.py')
         self.sleeps: list[int] = []
         self.packages: list[str] = []
         # whose words come next, so that each has its turn
@@ -70,8 +158,13 @@ class Editor:
         ]
 
     def lay_out(self) -> None:
-        """Write all files."""
-        lay_out(self._root)
+        """Write all files, and the symbolic links among them."""
+        (self._root / 'elsewhere/brain').mkdir(parents=True)
+        (self._root / 'src').mkdir()
+        (self._root / 'src/brain').symlink_to('../elsewhere/brain')
+        linked = self._root / 'src/flow/config/linked.yaml'
+        linked.parent.mkdir(parents=True)
+        linked.symlink_to(self._root / 'linked.yaml')
         self._mend()
         self._write(self._source / '.gitignore', '*.egg-info\n__pycache__\n')
         self._git('init', '-q')

@@ -7,57 +7,15 @@ from collections import Counter
 import json
 from pathlib import Path
 import re
+import shutil
 import time
 from typing import Any
 
-from support.manifest import manifest
 from support.user import DEADLINE
 from support.user import User
 from support.waiting import wait_until as wait_until
 
-CMAKE = """\
-cmake_minimum_required(VERSION 3.16)
-project(flow C)
-add_library(word SHARED src/word.c)
-add_executable(loop src/loop.c)
-target_link_libraries(loop word)
-add_executable(other src/other.c)
-set_target_properties(loop PROPERTIES INSTALL_RPATH $ORIGIN/..)
-install(TARGETS word DESTINATION lib)
-install(TARGETS loop other DESTINATION lib/flow)
-install(PROGRAMS scripts/talk.py DESTINATION lib/flow)
-install(DIRECTORY launch config DESTINATION share/flow)
-"""
-PROGRAM = """\
-#include <stdio.h>
-#include <unistd.h>
-{declared}
-int main(void) {{ printf("{name} says %s\\n", {word}); fflush(stdout);
-  for (;;) pause(); }}
-"""
-SCRIPT = """\
-#!/usr/bin/env python3
-import signal, sys, time
-signal.signal(signal.SIGINT, lambda *_: sys.exit(0))
-text = ''.join(open(p).read().strip() for p in sys.argv if p.endswith('.yaml'))
-print('talk says one', text, flush=True)
-while True: time.sleep(1000)
-"""
-LAUNCH = """\
-launch:
-- node:
-    pkg: flow
-    exec: talk.py
-    name: talk
-    param: [{from: $(find-pkg-share flow)/config/talk.yaml}]
-- node: {pkg: flow, exec: loop, name: loop}
-- node: {pkg: flow, exec: other, name: other}
-- include: {file: $(find-pkg-share flow)/launch/more.yaml}
-"""
-MORE = """\
-launch:
-- executable: {cmd: sleep 1000, name: more}
-"""
+_WORKSPACE = Path(__file__).with_name('watched_workspace')
 
 
 class Watched:
@@ -144,19 +102,7 @@ class Watched:
 
 def make_flow(user: User) -> None:
     """Write the package `flow`, with a launch file that uses all of it."""
-    user.write('src/flow/package.xml', manifest('flow', 'cmake'))
-    user.write('src/flow/CMakeLists.txt', CMAKE)
-    word = 'const char * word(void) { return "one"; }\n'
-    user.write('src/flow/src/word.c', word)
-    declared = 'const char * word(void);'
-    loop = PROGRAM.format(name='loop', declared=declared, word='word()')
-    user.write('src/flow/src/loop.c', loop)
-    other = PROGRAM.format(name='other', declared='', word='"one"')
-    user.write('src/flow/src/other.c', other)
-    user.write('src/flow/scripts/talk.py', SCRIPT, 0o755)
-    user.write('src/flow/config/talk.yaml', 'value: 1\n')
-    user.write('src/flow/launch/demo.yaml', LAUNCH)
-    user.write('src/flow/launch/more.yaml', MORE)
+    shutil.copytree(_WORKSPACE / 'flow', user.root / 'src/flow')
 
 
 def launch_processes(pid: int) -> set[int]:

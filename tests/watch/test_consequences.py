@@ -147,7 +147,9 @@ def of(*paths: str, kind: str = 'changed', **known: bool) -> Steps:
         (LAUNCH, 'deleted', Steps(frozenset(('arm',)), replan=True)),
     ],
 )
-def test_change_has_its_documented_steps(path: str, kind: str, expected: Steps) -> None:
+def test_change_has_documented_steps(
+    path: str, kind: str, expected: Steps
+) -> None:
     assert of(path, kind=kind) == expected
 
 

@@ -18,7 +18,6 @@ from support.manifest import manifest
 from support.waiting import is_running
 from support.waiting import wait_until
 from support.watched import make_flow
-from support.watched import MORE
 from support.watched import Watched
 
 BROKEN, MENDED = "printt('talk says three", "print('talk says two"
@@ -95,7 +94,7 @@ def test_each_change_has_only_its_consequence(flow):
     # a launch file: what is new, gone and different
     w.save('launch/demo.yaml', 'name: talk\n', 'name: talk\n    args: more\n')
     expect('demo.yaml changed: restarted talk', 'talk')
-    w.save('launch/more.yaml', MORE, MORE + MORE_OF_IT)
+    w.save('launch/more.yaml', 'more}\n', f'more}}\n{MORE_OF_IT}')
     expect('more.yaml changed: started further-5', 'further-5')
     w.save('launch/more.yaml', MORE_OF_IT, '')
     expect('more.yaml changed: stopped further-5')

@@ -1,0 +1,1 @@
+#define FAST "v0"

@@ -1,0 +1,1 @@
+set(base_INCLUDE ${CMAKE_CURRENT_LIST_DIR}/../../../include)
