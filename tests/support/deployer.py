@@ -11,7 +11,6 @@ from pathlib import Path
 import shlex
 import signal
 import sys
-import time
 from typing import Any
 import uuid
 
@@ -19,6 +18,7 @@ from colcon_yamllaunch.control.client import running_launches
 from support.marked_processes import command_of
 from support.marked_processes import kill
 from support.marked_processes import marked
+from support.marked_processes import wait_until_none
 from support.sshd import Sshd
 from support.terminal import Terminal
 from support.user import Launch
@@ -131,10 +131,7 @@ class Deployer(User):
 
     def wait_until_empty(self) -> None:
         """Wait until nothing runs here that the user started."""
-        deadline = time.monotonic() + DEADLINE
-        while left := self.processes():
-            assert time.monotonic() < deadline, left
-            time.sleep(0.05)
+        wait_until_none(self.processes)
 
     @property
     def log_folder(self) -> Path:

@@ -8,7 +8,6 @@ from collections.abc import Iterator
 import json
 import os
 from pathlib import Path
-import signal
 import subprocess
 import sys
 from typing import Any
@@ -17,6 +16,8 @@ import colcon_yamllaunch
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position
 import pytest
+from support.marked_processes import kill
+from support.marked_processes import marked
 from support.waiting import is_running
 from support.waiting import wait_until
 
@@ -96,17 +97,8 @@ class Launch:
 
     def processes(self) -> list[int]:
         """Return the processes of the launch, launcher and guard excluded."""
-        mark = f'TEST_LAUNCH={self.folder}\0'.encode()
-        found = []
-        for entry in Path('/proc').iterdir():
-            if entry.name.isdigit() and int(entry.name) != self.popen.pid:
-                try:
-                    environment = (entry / 'environ').read_bytes()
-                except (OSError, PermissionError):
-                    continue
-                if mark in environment and is_running(int(entry.name)):
-                    found.append(int(entry.name))
-        return found
+        found = marked('TEST_LAUNCH', str(self.folder))
+        return [pid for pid in found if pid != self.popen.pid]
 
     def guards(self) -> list[int]:
         """Return the guard of the launch, if there is one."""
@@ -125,11 +117,7 @@ class Launch:
     def clean_up(self) -> None:
         self.popen.kill()
         self.popen.wait()
-        for pid in self.processes():
-            try:
-                os.kill(pid, signal.SIGKILL)
-            except ProcessLookupError:
-                continue
+        kill(self.processes())
 
 
 @pytest.fixture

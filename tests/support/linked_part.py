@@ -36,6 +36,7 @@ from colcon_yamllaunch.remote.part_protocol import PartSettings
 from support.marked_processes import command_of
 from support.marked_processes import kill
 from support.marked_processes import marked
+from support.marked_processes import wait_until_none
 
 #: Seconds; a loaded machine needs some.
 DEADLINE = 180
@@ -80,11 +81,9 @@ class PlainMachine:
 
     def wait_until_empty(self, seconds: float = DEADLINE) -> None:
         """Wait until nothing runs there."""
-        deadline = time.monotonic() + seconds
-        while pids := self.pids():
-            left = [command_of(pid)[-200:] for pid in pids]
-            assert time.monotonic() < deadline, left
-            time.sleep(0.05)
+        wait_until_none(
+            lambda: [command_of(pid)[-200:] for pid in self.pids()], seconds
+        )
 
     def clear(self) -> None:
         """End whatever runs there."""

@@ -3,11 +3,19 @@
 
 """Processes that are found by a variable of their environment."""
 
+from collections.abc import Callable
+from collections.abc import Collection
 from collections.abc import Iterable
 import contextlib
 import os
 from pathlib import Path
 import signal
+import time
+
+from support.waiting import is_running
+
+#: Seconds; a loaded machine needs some.
+DEADLINE = 60
 
 
 def marked(name: str, *values: str) -> list[int]:
@@ -17,8 +25,9 @@ def marked(name: str, *values: str) -> list[int]:
     for path in Path('/proc').glob('[0-9]*'):
         with contextlib.suppress(OSError):
             environment = (path / 'environ').read_bytes().split(b'\0')
-            if not marks.isdisjoint(environment) and not _has_ended(path):
-                found.append(int(path.name))
+            pid = int(path.name)
+            if not marks.isdisjoint(environment) and is_running(pid):
+                found.append(pid)
     return found
 
 
@@ -47,6 +56,16 @@ def kill(pids: Iterable[int]) -> None:
             os.kill(pid, signal.SIGKILL)
 
 
-def _has_ended(path: Path) -> bool:
-    state = (path / 'stat').read_bytes().rpartition(b')')[2].split()[0]
-    return state in (b'Z', b'X')
+def wait_until_none(
+    left: Callable[[], Collection[object]], seconds: float = DEADLINE
+) -> float:
+    """
+    Wait until nothing is left, and return how long it took.
+
+    :raises AssertionError: if something still is after that
+    """
+    begin = time.monotonic()
+    while found := left():
+        assert time.monotonic() < begin + seconds, found
+        time.sleep(0.05)
+    return time.monotonic() - begin

@@ -9,7 +9,6 @@ killed leaves what it started. The machine ends with its first process, and
 everything there with it, as at a power cut.
 """
 
-from collections.abc import Callable
 import contextlib
 import functools
 import os
@@ -18,18 +17,19 @@ import shlex
 import shutil
 import subprocess
 import sys
-import time
 import uuid
 
 import pytest
 from support.marked_processes import command_of
+from support.marked_processes import DEADLINE
 from support.marked_processes import descendants
 from support.marked_processes import kill
 from support.marked_processes import marked
+from support.marked_processes import wait_until_none
+from support.system_servers import run_quietly
 from support.system_servers import start_server
+from support.waiting import wait_until
 
-#: Seconds; a loaded machine needs some.
-DEADLINE = 60
 #: The variable by which what runs on the machine is found.
 MARK = 'COLCON_LAUNCH_TEST_NAMESPACE'
 
@@ -133,7 +133,7 @@ class NamespaceMachine:
         how = ['--fork', '--kill-child', '--mount-proc']
         server = start_server(['unshare', *rights, *_KINDS, *how, *init])
         self._server = server
-        self._wait(self._ready.exists, server)
+        wait_until(lambda: self._ready.exists() or server.poll() is not None)
         (first,) = _children(server.pid)
         self._init.write_text(f'{first}\n', encoding='utf-8')
 
@@ -158,41 +158,15 @@ class NamespaceMachine:
 
     def run(self, *words: str) -> 'subprocess.CompletedProcess[str]':
         """Run a command there."""
-        return subprocess.run(
-            [self.enter, *words],
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            timeout=DEADLINE,
-            check=False,
-        )
+        return run_quietly([self.enter, *words])
 
     def left(self) -> list[str]:
         """Return the command lines of all that was started there."""
         return [command_of(pid) for pid in marked(MARK, self._mark)]
 
     def wait_until_empty(self, seconds: float = DEADLINE) -> float:
-        """
-        Wait until nothing runs there, and return how long it took.
-
-        :raises AssertionError: if something still runs after that
-        """
-        begin = time.monotonic()
-        while left := self.left():
-            assert time.monotonic() < begin + seconds, left
-            time.sleep(0.05)
-        return time.monotonic() - begin
-
-    def _wait(
-        self,
-        is_done: Callable[[], bool],
-        server: 'subprocess.Popen[bytes]',
-    ) -> None:
-        deadline = time.monotonic() + DEADLINE
-        while not is_done():
-            assert server.poll() is None
-            assert time.monotonic() < deadline
-            time.sleep(0.01)
+        """Wait until nothing runs there, and return how long it took."""
+        return wait_until_none(self.left, seconds)
 
 
 def _children(pid: int) -> list[int]:

@@ -17,6 +17,7 @@ import shutil
 import subprocess
 import sys
 
+from support.ros_setup import variables_after
 from support.user import User
 
 PARTS = Path(__file__).with_name('ros_parts')
@@ -60,22 +61,7 @@ def build_once(folder: Path) -> Path:
 
 def sourced(install: Path) -> dict[str, str]:
     """Return the environment that the underlay's setup script makes."""
-    printed = subprocess.run(
-        [
-            'bash',
-            '-c',
-            '. "$1" && exec env -0',
-            'bash',
-            install / 'setup.bash',
-        ],
-        env=plain_environment(),
-        stdout=subprocess.PIPE,
-        text=True,
-        timeout=DEADLINE,
-        check=True,
-    ).stdout
-    pairs = (line.partition('=') for line in printed.split('\0') if line)
-    return {name: value for name, _, value in pairs}
+    return variables_after(install / 'setup.bash', plain_environment())
 
 
 def source_for(user: User, install: Path, domain_id: int) -> None:

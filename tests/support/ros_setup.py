@@ -80,6 +80,23 @@ def read_setup(folder: Path) -> RosSetup | None:
     return RosSetup(environment)
 
 
+def variables_after(
+    script: str | Path, environment: dict[str, str]
+) -> dict[str, str]:
+    """Return the variables of a shell after it has sourced a script."""
+    printed = subprocess.run(
+        ['bash', '-c', '. "$1" >/dev/null && exec env -0', 'bash', script],
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        text=True,
+        timeout=_DEADLINE,
+        check=True,
+    ).stdout
+    pairs = (line.partition('=') for line in printed.split('\0') if line)
+    return {name: value for name, _, value in pairs if name != '_'}
+
+
 def _sourced(script: str, programs: Path) -> dict[str, str]:
     """Return the variables of a shell that sources a script."""
     environment = {
@@ -94,17 +111,7 @@ def _sourced(script: str, programs: Path) -> dict[str, str]:
     ]
     environment.pop('VIRTUAL_ENV', None)
     environment['PATH'] = os.pathsep.join([str(programs), *path])
-    printed = subprocess.run(
-        ['bash', '-c', '. "$1" >/dev/null && exec env -0', 'bash', script],
-        env=environment,
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        text=True,
-        timeout=_DEADLINE,
-        check=True,
-    ).stdout
-    pairs = (line.partition('=') for line in printed.split('\0') if line)
-    found = {name: value for name, _, value in pairs if name != '_'}
+    found = variables_after(script, environment)
     # the script may have put its own in front
     found['PATH'] = os.pathsep.join([str(programs), found['PATH']])
     return found

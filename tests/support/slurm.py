@@ -22,15 +22,16 @@ import time
 
 import pytest
 from support.marked_processes import command_of
+from support.marked_processes import DEADLINE
 from support.marked_processes import descendants
 from support.marked_processes import kill
 from support.marked_processes import marked
+from support.marked_processes import wait_until_none
 from support.system_servers import program
 from support.system_servers import reserved_port
+from support.system_servers import run_quietly
 from support.system_servers import start_server
 
-#: Seconds; a loaded machine needs some.
-DEADLINE = 60
 #: The processors that the node has, for Slurm.
 PROCESSORS = 16
 #: The variable that names the configuration, by which jobs are found, too.
@@ -141,16 +142,8 @@ class Slurm:
 
     def run(self, *words: str) -> 'subprocess.CompletedProcess[str]':
         """Run one of Slurm's commands."""
-        return subprocess.run(
-            words,
-            cwd=self.folder,
-            env=self.environment(dict(os.environ)),
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            timeout=DEADLINE,
-            check=False,
-        )
+        environment = self.environment(dict(os.environ))
+        return run_quietly(words, environment, self.folder)
 
     def queue(self) -> list[str]:
         """Return the ids of the jobs that wait, run or end."""
@@ -163,16 +156,8 @@ class Slurm:
         return [command_of(pid) for pid in self._jobs()]
 
     def wait_until_empty(self, seconds: float = DEADLINE) -> float:
-        """
-        Wait until there is no job, and return how long it took.
-
-        :raises AssertionError: if there still is one after that
-        """
-        begin = time.monotonic()
-        while left := self.queue() + self.left():
-            assert time.monotonic() < begin + seconds, left
-            time.sleep(0.1)
-        return time.monotonic() - begin
+        """Wait until there is no job, and return how long it took."""
+        return wait_until_none(lambda: self.queue() + self.left(), seconds)
 
     def cancel_all(self) -> None:
         """End all jobs, and wait for that."""
@@ -264,16 +249,8 @@ class Slurm:
         }
         one('slurmctld', '-D', '-c', '-f', configuration, variables=plain)
         self._wait(lambda: self.run('scontrol', 'ping').returncode == 0)
-        one(
-            'slurmd',
-            '-D',
-            '-c',
-            '-N',
-            'node',
-            '-f',
-            configuration,
-            variables=plain,
-        )
+        node = ('-D', '-c', '-N', 'node', '-f', configuration)
+        one('slurmd', *node, variables=plain)
         self._wait(
             lambda: (
                 self.run('sinfo', '-h', '-o', '%t').stdout.strip() == 'idle'

@@ -26,17 +26,18 @@ import uuid
 
 import pytest
 from support.marked_processes import command_of
+from support.marked_processes import DEADLINE
 from support.marked_processes import descendants
 from support.marked_processes import kill
 from support.marked_processes import marked
+from support.marked_processes import wait_until_none
 from support.system_servers import program
 from support.system_servers import reserved_port
+from support.system_servers import run_quietly
 from support.system_servers import start_server
 from support.tcp_link import LOOPBACK
 from support.tcp_link import TcpLink
 
-#: Seconds; a loaded machine needs some.
-DEADLINE = 60
 #: The variable by which what runs on the machines is found.
 MARK = 'COLCON_LAUNCH_TEST_SSHD'
 #: Names that lead to a machine like any other …
@@ -224,15 +225,8 @@ class Sshd:
 
     def ssh(self, *words: str) -> 'subprocess.CompletedProcess[str]':
         """Run `ssh`, which asks nothing."""
-        return subprocess.run(
-            [self.programs / 'ssh', '-o', 'BatchMode=yes', *words],
-            env=self.environment(dict(os.environ)),
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            timeout=DEADLINE,
-            check=False,
-        )
+        ssh = (self.programs / 'ssh', '-o', 'BatchMode=yes', *words)
+        return run_quietly(ssh, self.environment(dict(os.environ)))
 
     def processes(self, *names: str) -> dict[int, str]:
         """Return what runs on machines, by the process ids, with commands."""
@@ -249,13 +243,8 @@ class Sshd:
         Wait until nothing runs on machines, and return how long it took.
 
         :param names: Those of the machines, none for all of them
-        :raises AssertionError: if something still runs after that
         """
-        begin = time.monotonic()
-        while left := self.left(*names):
-            assert time.monotonic() < begin + seconds, left
-            time.sleep(0.05)
-        return time.monotonic() - begin
+        return wait_until_none(lambda: self.left(*names), seconds)
 
     def start(self) -> None:
         """Start the server, after `switch_off()`."""

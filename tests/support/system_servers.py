@@ -11,6 +11,9 @@ import shutil
 import socket
 import subprocess
 
+#: Seconds; a loaded machine needs some.
+_DEADLINE = 60
+
 
 def program(name: str) -> str | None:
     """Return the path of a program that users may not have on PATH."""
@@ -41,6 +44,24 @@ def start_server(
             stderr=file,
             start_new_session=True,
         )
+
+
+def run_quietly(
+    words: Sequence[str | Path],
+    environment: Mapping[str, str] | None = None,
+    cwd: Path | None = None,
+) -> 'subprocess.CompletedProcess[str]':
+    """Run a command that asks nothing, and return what it printed."""
+    return subprocess.run(
+        words,
+        cwd=cwd,
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        timeout=_DEADLINE,
+        check=False,
+    )
 
 
 def reserved_port() -> socket.socket:
