@@ -14,9 +14,7 @@ from typing import Any
 from colcon_yamllaunch.verb.messages import ForgivingOutput
 from colcon_yamllaunch.verb.messages import say_line
 from colcon_yamllaunch.verb.workspace_session import WorkspaceSession
-from colcon_yamllaunch.workspace.building.build_interruption import (
-    interruption,
-)
+from colcon_yamllaunch.workspace.building.build_processes import interruption
 from colcon_yamllaunch.workspace.building.build_report import after_build
 from colcon_yamllaunch.workspace.building.build_report import after_failure
 from colcon_yamllaunch.workspace.building.build_report import explanation
@@ -24,7 +22,7 @@ from colcon_yamllaunch.workspace.building.update import bring_up_to_date
 from colcon_yamllaunch.workspace.building.update import BuildRequest
 from colcon_yamllaunch.workspace.building.update import decide
 from colcon_yamllaunch.workspace.building.update import Update
-from colcon_yamllaunch.workspace.freshness.build_decision import Decision
+from colcon_yamllaunch.workspace.freshness.build_record import Decision
 
 
 class Builds:

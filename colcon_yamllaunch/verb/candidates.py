@@ -15,12 +15,10 @@ from typing import TYPE_CHECKING
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.verb.target import find_workspace
 from colcon_yamllaunch.workspace.colcon.package_scan import scan_packages
+from colcon_yamllaunch.workspace.packages.build_files import source_programs
 from colcon_yamllaunch.workspace.packages.launch_files import find_launch_files
 from colcon_yamllaunch.workspace.packages.launch_files import launch_file_names
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
-from colcon_yamllaunch.workspace.packages.source_programs import (
-    source_programs,
-)
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.language.evaluation.findings import DeclaredArgument

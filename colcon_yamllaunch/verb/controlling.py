@@ -31,6 +31,7 @@ from colcon_yamllaunch.engine.state import ProcessState
 from colcon_yamllaunch.engine.state import to_json
 from colcon_yamllaunch.plan.plan import TRANSITIONS
 from colcon_yamllaunch.plan.plan import transitions_of
+from colcon_yamllaunch.verb.cli.messages import show
 from colcon_yamllaunch.verb.messages import say
 from colcon_yamllaunch.verb.messages import say_line
 from colcon_yamllaunch.verb.messages import show
@@ -46,8 +47,8 @@ from colcon_yamllaunch.verb.selecting import is_pattern
 from colcon_yamllaunch.verb.selecting import matches
 from colcon_yamllaunch.verb.selecting import nearest_first
 from colcon_yamllaunch.verb.status_table import table
-from colcon_yamllaunch.workspace.packages.trust import UntrustedError
 from colcon_yamllaunch.workspace.packages.workspace_root import find_root
+from colcon_yamllaunch.workspace.packages.workspace_root import UntrustedError
 
 #: Seconds between two questions to a launch that was asked for something.
 POLL_INTERVAL = 0.05

@@ -31,21 +31,21 @@ from colcon_yamllaunch.verb.target import find_workspace
 from colcon_yamllaunch.workspace.colcon.package_scan import scan_packages
 from colcon_yamllaunch.workspace.create.added_node import add_node
 from colcon_yamllaunch.workspace.create.added_node import AddedNode
+from colcon_yamllaunch.workspace.create.new_package import advised_name
+from colcon_yamllaunch.workspace.create.new_package import check_node_name
+from colcon_yamllaunch.workspace.create.new_package import check_package_name
 from colcon_yamllaunch.workspace.create.new_package import client_library
+from colcon_yamllaunch.workspace.create.new_package import default_node_name
+from colcon_yamllaunch.workspace.create.new_package import dislikes
 from colcon_yamllaunch.workspace.create.new_package import LICENSES
 from colcon_yamllaunch.workspace.create.new_package import make_package
 from colcon_yamllaunch.workspace.create.new_package import NewPackage
 from colcon_yamllaunch.workspace.create.new_package import NO_LICENSE
-from colcon_yamllaunch.workspace.create.package_name import advised_name
-from colcon_yamllaunch.workspace.create.package_name import check_node_name
-from colcon_yamllaunch.workspace.create.package_name import check_package_name
-from colcon_yamllaunch.workspace.create.package_name import default_node_name
-from colcon_yamllaunch.workspace.create.package_name import dislikes
 from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
-from colcon_yamllaunch.workspace.packages.trust import UntrustedError
 from colcon_yamllaunch.workspace.packages.workspace_root import find_root
 from colcon_yamllaunch.workspace.packages.workspace_root import is_package
+from colcon_yamllaunch.workspace.packages.workspace_root import UntrustedError
 
 #: How long git may take to tell a setting (seconds).
 GIT_TIMEOUT = 10.0

@@ -26,7 +26,7 @@ from colcon_yamllaunch.verb.extensions import LOG_TOTAL
 from colcon_yamllaunch.verb.messages import say
 from colcon_yamllaunch.verb.options import read_size
 from colcon_yamllaunch.verb.target import find_workspace
-from colcon_yamllaunch.workspace.packages.trust import UntrustedError
+from colcon_yamllaunch.workspace.packages.workspace_root import UntrustedError
 
 _ALL = 'all'
 

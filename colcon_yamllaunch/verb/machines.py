@@ -58,7 +58,7 @@ from colcon_yamllaunch.verb.messages import say
 from colcon_yamllaunch.verb.prepare import stop_at_unknown_executables
 from colcon_yamllaunch.watch.dependencies import Products
 from colcon_yamllaunch.watch.dependencies import RemoteDependencies
-from colcon_yamllaunch.workspace.packages.closure import closure
+from colcon_yamllaunch.workspace.packages.package import closure
 
 #: Seconds that the clocks of a machine and this computer may differ.
 CLOCKS = 0.1

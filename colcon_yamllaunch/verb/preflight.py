@@ -87,7 +87,7 @@ def invalid_manifests(
 
     :param uses: The packages that the launch uses
     """
-    from colcon_yamllaunch.workspace.packages.manifest import invalid_manifest
+    from colcon_yamllaunch.workspace.packages.package import invalid_manifest
 
     for package in filter(None, map(locator.package, uses)):
         reason = invalid_manifest(package)

@@ -16,12 +16,13 @@ from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.common.suggestions import nearest
 from colcon_yamllaunch.common.text_files import text_of
+from colcon_yamllaunch.workspace.packages.package import BrokenManifest
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
-from colcon_yamllaunch.workspace.packages.trust import Trust
 from colcon_yamllaunch.workspace.packages.workspace_root import find_root
+from colcon_yamllaunch.workspace.packages.workspace_root import Trust
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.workspace.packages.manifest import BrokenManifest
+    from colcon_yamllaunch.workspace.packages.package import BrokenManifest
 
 #: The variable that names a workspace to use outside of all.
 WORKSPACE = 'ROS_WORKSPACE'

@@ -40,7 +40,7 @@ from colcon_yamllaunch.watch.worker import Failed
 from colcon_yamllaunch.watch.worker import Job
 from colcon_yamllaunch.watch.worker import Prepared
 from colcon_yamllaunch.watch.worker import Worker
-from colcon_yamllaunch.workspace.building.orphan_builds import BuildProcesses
+from colcon_yamllaunch.workspace.building.build_processes import BuildProcesses
 
 logger = logging.getLogger('colcon.colcon_yamllaunch')
 

@@ -23,11 +23,11 @@ from colcon_yamllaunch.workspace.building.build_lock import WorkspaceLock
 from colcon_yamllaunch.workspace.environment.sourcing import Environment
 from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
-from colcon_yamllaunch.workspace.packages.trust import Trust
+from colcon_yamllaunch.workspace.packages.workspace_root import Trust
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.workspace.colcon.colcon_cache import CachedColcon
-    from colcon_yamllaunch.workspace.packages.manifest import BrokenManifest
+    from colcon_yamllaunch.workspace.packages.package import BrokenManifest
 
 
 # what reads and builds packages is imported where it is needed: there may be
@@ -106,7 +106,7 @@ class WorkspaceSession:
         """Return the manifests in the workspace that make no package."""
         if self._colcon is None:
             return ()
-        from colcon_yamllaunch.workspace.packages.manifest import (
+        from colcon_yamllaunch.workspace.packages.package import (
             broken_manifests,
         )
 
@@ -129,7 +129,7 @@ class WorkspaceSession:
 
     def needed_by(self, wanted: Iterable[str]) -> dict[str, tuple[str, ...]]:
         """Tell by which dependencies packages come to be needed."""
-        from colcon_yamllaunch.workspace.packages.closure import needed_by
+        from colcon_yamllaunch.workspace.packages.package import needed_by
 
         return needed_by(self._packages.values(), wanted)
 
@@ -141,6 +141,7 @@ class WorkspaceSession:
         """
         from colcon_yamllaunch.workspace.environment import sourcing
         from colcon_yamllaunch.workspace.environment import underlays
+        from colcon_yamllaunch.workspace.environment.sourcing import source
 
         source: Callable[[Path, Mapping[str, str]], Environment]
         source = sourcing.source
@@ -260,7 +261,7 @@ class WorkspaceSession:
 
         :raises WorkspaceError: when one of them is such a package
         """
-        from colcon_yamllaunch.workspace.packages.manifest import (
+        from colcon_yamllaunch.workspace.packages.package import (
             invalid_manifest,
         )
 
@@ -382,7 +383,7 @@ def exposed_by_packages(
     @cache
     def find() -> Exposed:
         # most launch files use none
-        from colcon_yamllaunch.workspace.extensions.exposed_names import (
+        from colcon_yamllaunch.workspace.packages.python_modules import (
             ExposedNames,
         )
 

@@ -37,7 +37,7 @@ from colcon_yamllaunch.workspace.freshness.build_record import (
 from colcon_yamllaunch.workspace.freshness.build_record import read_record
 from colcon_yamllaunch.workspace.freshness.build_record import Record
 from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
-from colcon_yamllaunch.workspace.packages.closure import closure
+from colcon_yamllaunch.workspace.packages.package import closure
 from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 

@@ -21,9 +21,9 @@ from colcon_yamllaunch.common.fingerprint import Fingerprint
 from colcon_yamllaunch.common.fingerprint import has_same_times
 from colcon_yamllaunch.common.fingerprint import TICK
 from colcon_yamllaunch.common.fingerprint import with_content
-from colcon_yamllaunch.workspace.packages.source_files import entries_of
-from colcon_yamllaunch.workspace.packages.source_files import is_skipped_file
-from colcon_yamllaunch.workspace.packages.source_files import is_skipped_folder
+from colcon_yamllaunch.workspace.packages.package import entries_of
+from colcon_yamllaunch.workspace.packages.package import is_skipped_file
+from colcon_yamllaunch.workspace.packages.package import is_skipped_folder
 
 #: Exists while git writes the work tree.
 _GIT_LOCK = 'index.lock'

@@ -38,7 +38,6 @@ UNUSED = (
     'terminal.full_screen',
     'watch',
     'workspace.create',
-    'workspace.extensions',
 )
 #: Modules of such features in sub-packages that it does use.
 UNUSED_MODULES = (
@@ -77,8 +76,9 @@ UNUSED_MODULES = (
     'verb.sweep',
     'verb.watch_launch',
     'workspace.colcon.package_scan',
-    'workspace.packages.install_rules',
-    'workspace.packages.source_programs',
+    'workspace.freshness.build_inputs',
+    'workspace.packages.build_files',
+    'workspace.packages.python_modules',
 )
 #: The sub-packages that a launch without a workspace does not use, either.
 OF_WORKSPACES = (

@@ -38,8 +38,8 @@ from colcon_yamllaunch.remote.sync.system import check_system
 from colcon_yamllaunch.remote.sync.system import login_shell_line
 from colcon_yamllaunch.workspace.building.build_lock import LOCK_NAME
 from colcon_yamllaunch.workspace.building.build_lock import WorkspaceLock
-from colcon_yamllaunch.workspace.building.orphan_builds import BuildProcesses
-from colcon_yamllaunch.workspace.packages.trust import Trust
+from colcon_yamllaunch.workspace.building.build_processes import BuildProcesses
+from colcon_yamllaunch.workspace.packages.workspace_root import Trust
 
 Say = Callable[[str], None]
 

@@ -35,9 +35,9 @@ from colcon_yamllaunch.remote.sync.listing import pythons_of
 from colcon_yamllaunch.remote.sync.listing import source_trees
 from colcon_yamllaunch.remote.sync.system import system
 from colcon_yamllaunch.remote.sync.transfer import Transfer
-from colcon_yamllaunch.workspace.environment.underlays import chained_underlays
-from colcon_yamllaunch.workspace.environment.underlays import sourced_underlays
-from colcon_yamllaunch.workspace.packages.closure import closure
+from colcon_yamllaunch.workspace.environment.sourcing import chained_underlays
+from colcon_yamllaunch.workspace.environment.sourcing import sourced_underlays
+from colcon_yamllaunch.workspace.packages.package import closure
 from colcon_yamllaunch.workspace.packages.package import Package
 
 #: They name files here; their values are in the settings.

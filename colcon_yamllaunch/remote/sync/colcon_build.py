@@ -22,21 +22,19 @@ from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.prctl import end_with_parent
-from colcon_yamllaunch.workspace.building.build_interruption import (
-    interruption,
-)
 from colcon_yamllaunch.workspace.building.build_lock import WorkspaceLock
+from colcon_yamllaunch.workspace.building.build_processes import interruption
 from colcon_yamllaunch.workspace.building.build_report import after_failure
 from colcon_yamllaunch.workspace.building.update import bring_up_to_date
 from colcon_yamllaunch.workspace.building.update import BuildRequest
 from colcon_yamllaunch.workspace.building.update import Update
+from colcon_yamllaunch.workspace.environment.sourcing import build_environment
+from colcon_yamllaunch.workspace.environment.sourcing import chained_underlays
 from colcon_yamllaunch.workspace.environment.sourcing import Environment
 from colcon_yamllaunch.workspace.environment.sourcing import source
-from colcon_yamllaunch.workspace.environment.underlays import build_environment
-from colcon_yamllaunch.workspace.environment.underlays import chained_underlays
-from colcon_yamllaunch.workspace.environment.underlays import sourced_underlays
-from colcon_yamllaunch.workspace.packages.manifest import invalid_manifest
-from colcon_yamllaunch.workspace.packages.trust import Trust
+from colcon_yamllaunch.workspace.environment.sourcing import sourced_underlays
+from colcon_yamllaunch.workspace.packages.package import invalid_manifest
+from colcon_yamllaunch.workspace.packages.workspace_root import Trust
 
 #: Where ROS 2 is installed by packages of the system.
 _ROS = Path('/opt/ros')
@@ -79,7 +77,7 @@ def main() -> int:
 
 def _build(request: Mapping[str, Any]) -> dict[str, Any]:
     # these import colcon
-    from colcon_yamllaunch.workspace.colcon.bare_colcon import set_up_colcon
+    from colcon_yamllaunch.workspace.colcon.colcon_adapter import set_up_colcon
     from colcon_yamllaunch.workspace.colcon.colcon_cache import CachedColcon
 
     # colcon finds the extensions of a colcon-yamllaunch that is installed

@@ -33,7 +33,7 @@ from colcon_yamllaunch.workspace.freshness.build_record import (
 from colcon_yamllaunch.workspace.freshness.build_record import read_record
 from colcon_yamllaunch.workspace.freshness.build_record import Record
 from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
-from colcon_yamllaunch.workspace.freshness.source_links import tree
+from colcon_yamllaunch.workspace.freshness.source_changes import tree
 
 Say = Callable[[str], None]
 _VERSION = re.compile(rb'<version\b[^>]*>\s*([^<\s]+)\s*</version>')

@@ -35,9 +35,9 @@ from colcon_yamllaunch.remote.sync.manifest import content_at
 from colcon_yamllaunch.remote.sync.manifest import FOLDER
 from colcon_yamllaunch.remote.sync.manifest import LINK
 from colcon_yamllaunch.remote.sync.manifest import unreadable
+from colcon_yamllaunch.workspace.packages.package import is_skipped_file
+from colcon_yamllaunch.workspace.packages.package import is_skipped_folder
 from colcon_yamllaunch.workspace.packages.package import Package
-from colcon_yamllaunch.workspace.packages.source_files import is_skipped_file
-from colcon_yamllaunch.workspace.packages.source_files import is_skipped_folder
 from colcon_yamllaunch.workspace.packages.workspace_root import (
     VIRTUAL_ENVIRONMENT,
 )

@@ -26,7 +26,7 @@ from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.common.process_scan import is_suspended
 from colcon_yamllaunch.common.process_scan import read_process
-from colcon_yamllaunch.workspace.building.orphan_builds import end_orphans
+from colcon_yamllaunch.workspace.building.build_processes import end_orphans
 
 #: The name of the lock file, below the build folder.
 LOCK_NAME = '.colcon_launch.lock'

@@ -10,8 +10,8 @@ import os
 import re
 import time
 
-from colcon_yamllaunch.workspace.freshness.build_decision import BuildMode
-from colcon_yamllaunch.workspace.freshness.build_decision import Decision
+from colcon_yamllaunch.workspace.freshness.build_record import BuildMode
+from colcon_yamllaunch.workspace.freshness.build_record import Decision
 from colcon_yamllaunch.workspace.packages.package import Package
 
 #: How many different reasons one line tells, and for how many packages each.

@@ -14,29 +14,31 @@ from pathlib import Path
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.workspace.building.build_lock import build_lock
 from colcon_yamllaunch.workspace.building.build_lock import WorkspaceLock
+from colcon_yamllaunch.workspace.building.build_processes import mark
 from colcon_yamllaunch.workspace.building.build_report import before_build
 from colcon_yamllaunch.workspace.building.build_report import setup_missing
-from colcon_yamllaunch.workspace.building.orphan_builds import mark
-from colcon_yamllaunch.workspace.colcon.build_result import BuildResult
+from colcon_yamllaunch.workspace.colcon.colcon_cache import BuildResult
 from colcon_yamllaunch.workspace.colcon.colcon_cache import CachedColcon
 from colcon_yamllaunch.workspace.environment.sourcing import Environment
-from colcon_yamllaunch.workspace.freshness.build_context import build_of
-from colcon_yamllaunch.workspace.freshness.build_context import BuildContext
-from colcon_yamllaunch.workspace.freshness.build_context import mode_after
-from colcon_yamllaunch.workspace.freshness.build_context import (
+from colcon_yamllaunch.workspace.freshness.build_products import Products
+from colcon_yamllaunch.workspace.freshness.build_products import (
+    relocated_packages,
+)
+from colcon_yamllaunch.workspace.freshness.build_products import remove_builds
+from colcon_yamllaunch.workspace.freshness.build_record import build_of
+from colcon_yamllaunch.workspace.freshness.build_record import BuildContext
+from colcon_yamllaunch.workspace.freshness.build_record import BuildMode
+from colcon_yamllaunch.workspace.freshness.build_record import Decision
+from colcon_yamllaunch.workspace.freshness.build_record import mode_after
+from colcon_yamllaunch.workspace.freshness.build_record import Reason
+from colcon_yamllaunch.workspace.freshness.build_record import (
     relevant_environment,
 )
-from colcon_yamllaunch.workspace.freshness.build_decision import BuildMode
-from colcon_yamllaunch.workspace.freshness.build_decision import Decision
-from colcon_yamllaunch.workspace.freshness.build_decision import Reason
-from colcon_yamllaunch.workspace.freshness.build_products import Products
 from colcon_yamllaunch.workspace.freshness.freshness import Attempt
 from colcon_yamllaunch.workspace.freshness.freshness import Freshness
-from colcon_yamllaunch.workspace.freshness.relocated import relocated_packages
-from colcon_yamllaunch.workspace.freshness.relocated import remove_builds
-from colcon_yamllaunch.workspace.packages.closure import build_closure
-from colcon_yamllaunch.workspace.packages.closure import closure
-from colcon_yamllaunch.workspace.packages.closure import index
+from colcon_yamllaunch.workspace.packages.package import build_closure
+from colcon_yamllaunch.workspace.packages.package import closure
+from colcon_yamllaunch.workspace.packages.package import index
 from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 

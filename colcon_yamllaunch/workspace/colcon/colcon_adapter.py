@@ -12,6 +12,8 @@ of colcon's own build verb, for exactly the packages that are asked for:
 would insist on them.
 """
 
+import asyncio
+from collections.abc import Awaitable
 from collections.abc import Callable
 from collections.abc import Collection
 from collections.abc import Iterable
@@ -29,6 +31,7 @@ import importlib
 import io
 from itertools import starmap
 import json
+import logging
 import os
 from pathlib import Path
 import signal
@@ -45,8 +48,22 @@ from colcon_core.environment import create_environment_scripts_only
 from colcon_core.event_handler import get_event_handler_extensions
 from colcon_core.executor import execute_jobs
 from colcon_core.executor import OnError
+from colcon_core.location import set_default_config_path
+from colcon_core.location import set_default_log_path
+from colcon_core.package_augmentation import augment_packages
+from colcon_core.package_augmentation import (
+    get_package_augmentation_extensions,
+)
 from colcon_core.package_descriptor import PackageDescriptor
+from colcon_core.package_discovery import get_package_discovery_extensions
+from colcon_core.package_identification import (
+    get_package_identification_extensions,
+)
+from colcon_core.package_identification import identify
+from colcon_core.package_identification import IgnoreLocationException
 from colcon_core.package_selection import get_package_descriptors
+from colcon_core.plugin_system import SkipExtensionException
+from colcon_core.shell import get_shell_extensions
 from colcon_core.subprocess import SIGINT_RESULT
 from colcon_core.topological_order import topological_order_packages
 from colcon_core.verb import check_and_mark_build_tool
@@ -54,16 +71,18 @@ from colcon_core.verb import check_and_mark_install_layout
 from colcon_core.verb.build import BuildVerb
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.errors import WorkspaceError
-from colcon_yamllaunch.workspace.colcon.build_arguments import BuildArguments
-from colcon_yamllaunch.workspace.colcon.build_result import BuildResult
-from colcon_yamllaunch.workspace.colcon.build_result import INTERRUPTED
-from colcon_yamllaunch.workspace.colcon.command_environment import (
-    remember_command_environment,
-)
-from colcon_yamllaunch.workspace.colcon.identification import Identification
-from colcon_yamllaunch.workspace.packages.closure import closure
+from colcon_yamllaunch.workspace.building.build_processes import INTERRUPTED
+from colcon_yamllaunch.workspace.colcon.colcon_cache import BuildArguments
+from colcon_yamllaunch.workspace.colcon.colcon_cache import BuildResult
+from colcon_yamllaunch.workspace.packages.package import closure
 from colcon_yamllaunch.workspace.packages.package import is_merged
 from colcon_yamllaunch.workspace.packages.package import Package
+from colcon_yamllaunch.workspace.packages.package_index import IGNORED
+from colcon_yamllaunch.workspace.packages.package_index import PACKAGE
+from colcon_yamllaunch.workspace.packages.package_index import PLAIN
+from colcon_yamllaunch.workspace.packages.workspace_root import (
+    VIRTUAL_ENVIRONMENT,
+)
 
 #: Plain CMake honours no --symlink-install, but this variable since 3.22.
 _INSTALL_MODE = {'CMAKE_INSTALL_MODE': 'ABS_SYMLINK_OR_COPY'}
@@ -80,6 +99,22 @@ _HELPERS = ('_create_paths', '_get_jobs', '_create_prefix_scripts')
 _NO_VARIABLES = 'colcon_yamllaunch.no_environment_variable'
 #: Arguments of every package's build beside those of the build tasks.
 _COMMON = ('build_base', 'install_base', 'merge_install', 'symlink_install')
+
+
+#: Extensions that run a `setup.py`, or what `attr:` names in a `setup.cfg`.
+_RUNNING = (
+    'colcon_core.package_augmentation.python',
+    'colcon_core.package_identification.python',
+    'colcon_python_setup_py.package_augmentation.python_setup_py',
+    'colcon_python_setup_py.package_identification.python_setup_py',
+    'colcon_ros.package_augmentation.ros_ament_python',
+)
+logger = logging.getLogger('colcon.colcon_yamllaunch')
+#: Asks a shell as colcon's `generate_command_environment` does.
+Ask = Callable[[str, Path, Mapping[str, Any]], Awaitable[dict[str, str]]]
+_TASK = 'build'
+#: The variable that shells set to the folder that they are started in.
+_FOLDER = 'PWD'
 
 
 class Colcon:
@@ -613,3 +648,260 @@ def _own_signals() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGINT, previous)
+
+
+class Identification:
+    """
+    The folders that were identified one by one.
+
+    :param args: The parsed arguments of `colcon build`
+    :param destinations: The options of build tasks with their names in args
+    :param runs: Whether a `setup.py` may be run
+    """
+
+    def __init__(
+        self, args: Any, destinations: Mapping[str, str], *, runs: bool = True
+    ) -> None:
+        self._runs = runs
+        #: The packages whose name shows only when their `setup.py` runs, by
+        #: the names that they are taken to have.
+        self.guessed: dict[str, Path] = {}
+        self._args = args
+        self._destinations = destinations
+        self._found: dict[str, tuple[str, Any]] = {}
+        self._augmented: set[str] = set()
+        self._discovery: dict[str, Any] = {}
+
+    @property
+    def discovery(self) -> dict[str, Any]:
+        """The discovery extensions; each is asked for parameters once."""
+        if not self._discovery:
+            extensions = get_package_discovery_extensions()
+            self._discovery = {
+                name: _AskedOnce(extension)
+                for name, extension in extensions.items()
+            }
+        return self._discovery
+
+    @property
+    def identification(self) -> dict[int, dict[str, Any]]:
+        """The identification extensions, by their priorities."""
+        found: dict[int, dict[str, Any]]
+        found = get_package_identification_extensions()
+        if self._runs:
+            return found
+        return {
+            priority: {
+                name: _NameReader(extension, self.guessed)
+                if _is_running(extension)
+                else extension
+                for name, extension in extensions.items()
+            }
+            for priority, extensions in found.items()
+        }
+
+    @property
+    def augmentation(self) -> dict[str, Any]:
+        """The augmentation extensions."""
+        found = get_package_augmentation_extensions()
+        return {
+            name: extension
+            for name, extension in found.items()
+            if self._runs or not _is_running(extension)
+        }
+
+    def identify(self, folder: str) -> tuple[str, str]:
+        """Return what kind a folder is, and the type of a package."""
+        kind, desc = self._identified(folder)
+        return kind, '' if desc is None else str(desc.type)
+
+    def describe(self, folders: Iterable[str] | None = None) -> dict[str, Any]:
+        """
+        Return the complete descriptors of the packages in folders.
+
+        :param folders: All that were identified if not given
+        """
+        folders = list(self._found if folders is None else folders)
+        for folder in folders:
+            self._identified(folder)
+        new = self._found.keys() - self._augmented
+        self.augment({self._found[folder][1] for folder in new} - {None})
+        self._augmented |= new
+        return {
+            folder: desc
+            for folder in folders
+            if (desc := self._found[folder][1]) is not None
+        }
+
+    def augment(self, descriptors: set[Any]) -> None:
+        """Have all extensions complete descriptors."""
+        if descriptors:
+            self._read_parameters()
+            augment_packages(
+                descriptors,
+                additional_argument_names=self._destinations,
+                augmentation_extensions=self.augmentation,
+            )
+
+    def _identified(self, folder: str) -> tuple[str, Any]:
+        if folder not in self._found:
+            self._read_parameters()
+            self._found[folder] = self.identify_folder(folder)
+        return self._found[folder]
+
+    def identify_folder(self, folder: str) -> tuple[str, Any]:
+        """Return what a folder is, and the bare descriptor of a package."""
+        if os.path.lexists(os.path.join(folder, VIRTUAL_ENVIRONMENT)):
+            return IGNORED, None
+        try:
+            desc = identify(self.identification, folder)
+        except IgnoreLocationException:
+            return IGNORED, None
+        return (PACKAGE, desc) if desc else (PLAIN, None)
+
+    def _read_parameters(self) -> None:
+        # some extensions read files here that others need
+        for name, extension in self.discovery.items():
+            try:
+                extension.has_parameters(args=self._args)
+            except Exception as e:
+                # colcon goes on without it, too
+                logger.error(f'the extension {name} failed: {e}')
+                logger.debug('unexpected exception', exc_info=True)
+
+
+class _AskedOnce:
+    """
+    A discovery extension that is asked for parameters once only.
+
+    Each time colcon-metadata would add what its files say once more.
+    """
+
+    def __init__(self, extension: Any) -> None:
+        self._extension = extension
+        self._answer: tuple[Any] | None = None
+
+    def has_parameters(self, *, args: Any) -> Any:
+        """Say what the extension said the first time."""
+        if self._answer is None:
+            self._answer = (False,)
+            self._answer = (self._extension.has_parameters(args=args),)
+        return self._answer[0]
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._extension, name)
+
+
+class _NameReader:
+    """
+    Identifies Python packages by what is written in their files.
+
+    :param extension: What it stands for: that of setup.cfg, or of setup.py
+    :param guessed: Gets the packages of which the name is not written
+    """
+
+    def __init__(self, extension: Any, guessed: dict[str, Path]) -> None:
+        self.PACKAGE_IDENTIFICATION_NAME = (
+            extension.PACKAGE_IDENTIFICATION_NAME
+        )
+        self._only_cfg = type(extension).__module__.startswith('colcon_core')
+        self._guessed = guessed
+
+    def identify(self, desc: Any) -> None:
+        """Say what a folder is; see `PackageIdentificationExtensionPoint`."""
+        setup = desc.path / 'setup.py'
+        if desc.type not in (None, 'python') or not os.path.isfile(setup):
+            return
+        # a launch does without them
+        from colcon_core.package_identification import python
+        from colcon_yamllaunch.workspace.packages import build_files
+
+        if self._only_cfg:
+            name = build_files.configured_name(desc.path, ('setup.cfg',))
+            if name is None or not python.is_reading_cfg_sufficient(setup):
+                return
+        else:
+            name = build_files.written_name(desc.path)
+        desc.type = 'python'
+        if desc.name is None:
+            desc.name = name or setup.absolute().parent.name
+            if name is None:
+                self._guessed[desc.name] = setup.absolute()
+
+
+def _is_running(extension: Any) -> bool:
+    return type(extension).__module__ in _RUNNING
+
+
+def remember_command_environment(folder: Path) -> None:
+    """
+    Have builds in this process run no shell that is to source nothing.
+
+    The variables of this process must be those of builds. Where a shell
+    changes some, builds go on to ask it.
+
+    :param folder: An empty one
+    """
+    for extensions in get_shell_extensions().values():
+        for extension in extensions.values():
+            ask = extension.generate_command_environment
+            try:
+                found = asyncio.run(ask(_TASK, folder, {}))
+            except (NotImplementedError, SkipExtensionException):
+                continue
+            known = _Known(ask, folder, found)
+            if known.is_plain:
+                extension.generate_command_environment = known.answer
+            # the first one that can is asked for all
+            return
+
+
+class _Known:
+    def __init__(self, ask: Ask, folder: Path, found: dict[str, str]) -> None:
+        self._ask = ask
+        self._type = type(found)
+        self._scripts = _scripts(folder)
+        self._names = set(os.environ)
+        expected = {**os.environ, _FOLDER: str(folder)}
+        # such as those that libraries in C have set
+        self._more = found.items() - expected.items()
+        #: Whether the shell has passed all variables on as they are.
+        self.is_plain = all(found.get(n) == expected[n] for n in expected)
+
+    async def answer(
+        self, task: str, folder: Path, dependencies: Mapping[str, Any]
+    ) -> dict[str, str]:
+        """Return the variables for a task, as the shell would print them."""
+        if (
+            task != _TASK
+            or dependencies
+            or not all(map(self._is_passed_on, os.environ))
+            or _scripts(folder) != self._scripts
+        ):
+            return await self._ask(task, folder, dependencies)
+        # colcon has a type of its own where names have no case
+        environment = self._type(self._more)
+        environment.update(os.environ)
+        environment[_FOLDER] = str(folder)
+        return environment
+
+    def _is_passed_on(self, name: str) -> bool:
+        return name in self._names or (name.isascii() and name.isidentifier())
+
+
+def _scripts(folder: Path) -> dict[str, bytes]:
+    """Return what colcon wrote for the shell, for it or for its users."""
+    found = folder.glob(f'colcon_command_prefix_{_TASK}.*')
+    return {p.name: p.read_bytes() for p in found if p.suffix != '.env'}
+
+
+def set_up_colcon() -> None:
+    """
+    Set up what colcon's command does before it calls a verb.
+
+    Nothing is logged to files: all is said.
+    """
+    set_default_config_path(path=Path('~/.colcon').expanduser())
+    if os.environ.get('COLCON_HOME'):
+        set_default_config_path(path=os.environ['COLCON_HOME'])
+    set_default_log_path(base_path=os.devnull)

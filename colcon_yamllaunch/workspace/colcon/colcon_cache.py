@@ -12,40 +12,69 @@ depends on. When anything of this differs, colcon is asked again.
 from collections.abc import Callable
 from collections.abc import Collection
 from collections.abc import Iterable
+from collections.abc import Iterator
 from collections.abc import Mapping
 from collections.abc import Sequence
+from dataclasses import field
 import json
 import os
 from pathlib import Path
+import sys
 from typing import Any
 from typing import ClassVar
 from typing import TYPE_CHECKING
 
+from colcon_core.extension_point import get_extension_points
+import colcon_yamllaunch
 from colcon_yamllaunch.common.fingerprint import are_settled
+from colcon_yamllaunch.common.fingerprint import Fingerprint
 from colcon_yamllaunch.common.fingerprint import fingerprints
+from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.json_files import read_json
 from colcon_yamllaunch.common.json_files import write_json
-from colcon_yamllaunch.workspace.colcon.build_arguments import decode
-from colcon_yamllaunch.workspace.colcon.build_result import BuildResult
-from colcon_yamllaunch.workspace.colcon.cache_key import BUILD_TASKS
-from colcon_yamllaunch.workspace.colcon.cache_key import cache_key
-from colcon_yamllaunch.workspace.colcon.cache_key import is_settled
-from colcon_yamllaunch.workspace.colcon.cache_key import metadata_files
-from colcon_yamllaunch.workspace.colcon.cache_key import named_files
-from colcon_yamllaunch.workspace.colcon.package_index import PackageIndex
-from colcon_yamllaunch.workspace.packages.closure import closure
+from colcon_yamllaunch.workspace.packages.package import closure
 from colcon_yamllaunch.workspace.packages.package import is_merged
 from colcon_yamllaunch.workspace.packages.package import Package
+from colcon_yamllaunch.workspace.packages.package_index import PackageIndex
+from colcon_yamllaunch.workspace.packages.workspace_root import TRUST
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.workspace.colcon.colcon_adapter import Colcon
 
+
+#: How many configuration files are read; with more nothing is cached.
+MAXIMUM_FILES = 1000
+#: Extensions whose answers depend on what is compared here and in the index.
+_KNOWN = (
+    *('colcon_argcomplete', 'colcon_cmake', 'colcon_core', 'colcon_defaults'),
+    *('colcon_metadata', 'colcon_mixin', 'colcon_package_information'),
+    *('colcon_package_selection', 'colcon_python_setup_py'),
+    *('colcon_recursive_crawl', 'colcon_ros'),
+    # our own reads the words of `colcon run` only
+    'colcon_yamllaunch',
+)
+#: The groups of extensions that have a say in arguments and packages.
+_GROUPS = (
+    'colcon_core.argument_parser',
+    'colcon_core.package_augmentation',
+    'colcon_core.package_discovery',
+    'colcon_core.package_identification',
+)
+#: The group of the extensions that build packages, by their types.
+BUILD_TASKS = 'colcon_core.task.build'
+#: Variables of colcon that make no difference: where it logs, what a sourced
+#: install space sets, and whose workspaces are used.
+_OTHER_VARIABLES = (
+    *('COLCON_CURRENT_PREFIX', 'COLCON_DEFAULT_EXECUTOR', 'COLCON_LOG_LEVEL'),
+    *('COLCON_LOG_PATH', 'COLCON_PREFIX_PATH', 'COLCON_TRACE', TRUST),
+)
+#: The defaults of a workspace (colcon-defaults).
+_WORKSPACE_DEFAULTS = 'colcon_defaults.yaml'
 #: The name of the cache, below the workspace's `build/`. With another build
 #: folder there is none: only colcon knows which one it is.
 CACHE_NAME = '.colcon_launch.index.json'
 #: To be raised when what is in it changes.
 CACHE_VERSION = 2
-
 #: The own settings of a package that has none.
 _NO_METADATA = '[{}, []]'
 #: What is built by its name, type, dependencies and own settings alone, and
@@ -53,6 +82,203 @@ _NO_METADATA = '[{}, []]'
 #: than many a build.
 _SIMPLE_TYPES = frozenset(('cmake', 'ros.cmake', 'ros.ament_cmake'))
 _SIMPLE_TASKS = ('colcon_cmake.', 'colcon_ros.')
+
+
+@dataclass(frozen=True, slots=True)
+class BuildArguments:
+    """
+    What colcon made of the command line, defaults and mixins.
+
+    :param build_base: The build folder, relative to the workspace
+    :param install_base: The install folder, relative to the workspace
+    :param merge_install: Whether all packages are installed into one prefix
+    :param base_paths: The folders that are crawled for packages
+    :param settings: What every package is built with, as text
+    :param values: All that colcon's parser returned; not in the cache
+    """
+
+    build_base: str
+    install_base: str
+    merge_install: bool
+    base_paths: tuple[str, ...]
+    settings: dict[str, str]
+    values: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def are_plain(self) -> bool:
+        """
+        Whether packages are found by crawling the base paths, all of them.
+
+        Else only colcon knows which ones there are.
+        """
+        if not self.base_paths or any('*' in path for path in self.base_paths):
+            return False
+        return not any(
+            value
+            for name, value in self.values.items()
+            if name == 'paths' or name.startswith('packages_')
+        )
+
+    def encode(self) -> dict[str, Any]:
+        """Return what is to be kept, ready for JSON."""
+        return {
+            name: getattr(self, name)
+            for name in self.__slots__
+            if name != 'values'
+        }
+
+
+def decode(values: Mapping[str, Any]) -> BuildArguments:
+    """
+    Read what :meth:`BuildArguments.encode` returned.
+
+    :raises TypeError: when it is damaged; KeyError likewise
+    """
+    lists = {
+        'base_paths': tuple(values['base_paths']),
+        'settings': dict(values['settings']),
+    }
+    arguments = BuildArguments(**{**values, **lists})
+    texts = [
+        arguments.build_base,
+        arguments.install_base,
+        *arguments.base_paths,
+        *arguments.settings.values(),
+    ]
+    if not all(isinstance(text, str) for text in texts):
+        raise TypeError('not a text')
+    return arguments
+
+
+@dataclass(frozen=True, slots=True)
+class BuildResult:
+    """
+    How a build ended.
+
+    :param returncode: 0, what colcon returned, or :data:`build_processes.INTERRUPTED`
+    :param built: The names of the packages that were built successfully
+    :param failed: The names of those that were begun in vain, if known
+    """
+
+    returncode: int
+    built: frozenset[str]
+    failed: frozenset[str] = frozenset()
+
+
+def cache_key(
+    root: Path, build_arguments: Sequence[str], environment: Mapping[str, str]
+) -> dict[str, Any] | None:
+    """
+    Return what colcon's answers for a workspace depend on, ready for JSON.
+
+    That is the installed extensions, Python, the variables and configuration
+    files of colcon, and the arguments given. It is None when there are
+    extensions that nothing is known about, when some are blocked, or when
+    there are too many files.
+    """
+    extensions = {
+        group: dict(sorted(get_extension_points(group).items()))
+        for group in (*_GROUPS, BUILD_TASKS)
+    }
+    values = (v for group in _GROUPS for v in extensions[group].values())
+    if not all(value.partition('.')[0] in _KNOWN for value in values):
+        return None
+    if environment.get('COLCON_EXTENSION_BLOCKLIST'):
+        return None
+    files = _configuration_files(root, environment)
+    if files is None:
+        return None
+    return {
+        'program': colcon_yamllaunch.__version__,
+        'python': [sys.executable, sys.version],
+        'root': str(root),
+        'arguments': list(build_arguments),
+        'variables': _variables(environment),
+        'extensions': extensions,
+        # an installed or removed distribution shows in its folder
+        'installed': fingerprints(
+            path
+            for path in sys.path
+            # setuptools adds what is its own when colcon imports it
+            if path and not path.endswith('setuptools/_vendor')
+        ),
+        'files': fingerprints(files),
+    }
+
+
+def is_settled(values: Mapping[str, Any]) -> bool:
+    """Tell whether any later change will show in :func:`cache_key`."""
+    return are_settled(
+        [*values['installed'].values(), *values['files'].values()]
+    )
+
+
+def configuration_folder(environment: Mapping[str, str]) -> Path:
+    """Return colcon's configuration folder (`COLCON_HOME`)."""
+    given = environment.get('COLCON_HOME')
+    return Path(given or '~/.colcon').expanduser()
+
+
+def metadata_files(environment: Mapping[str, str]) -> list[str]:
+    """Return the user's files with metadata of packages (colcon-metadata)."""
+    folder = configuration_folder(environment) / 'metadata'
+    return [p for p in _files(str(folder)) if p.endswith('.meta')]
+
+
+def _variables(environment: Mapping[str, str]) -> dict[str, str]:
+    return {
+        name: value
+        for name, value in sorted(environment.items())
+        if name == 'HOME'
+        or (name.startswith('COLCON_') and name not in _OTHER_VARIABLES)
+    }
+
+
+def _configuration_files(
+    root: Path, environment: Mapping[str, str]
+) -> list[str] | None:
+    folders = [str(configuration_folder(environment))]
+    # relative ones start from the root, as colcon is asked there
+    mixins = environment.get('COLCON_MIXIN_PATH', '').split(os.pathsep)
+    folders += [str(root / path) for path in mixins if path]
+    files = [str(root / _WORKSPACE_DEFAULTS)]
+    defaults = environment.get('COLCON_DEFAULTS_FILE')
+    if defaults:
+        files.append(str(root / defaults))
+    for folder in folders:
+        for file in _files(folder):
+            files.append(file)
+            if len(files) > MAXIMUM_FILES:
+                return None
+    return files
+
+
+def _files(folder: str) -> Iterator[str]:
+    for current, _, names in os.walk(folder, followlinks=True):
+        for name in sorted(names):
+            yield os.path.join(current, name)
+
+
+def named_files(
+    root: Path, values: Mapping[str, Any]
+) -> dict[str, Fingerprint | None]:
+    """
+    Return the fingerprints of files that arguments name.
+
+    :param root: What relative paths start from
+    """
+    texts = [t for value in values.values() for t in _texts(value)]
+    paths = {str(root / text) for text in texts}
+    files = sorted(path for path in paths if os.path.isfile(path))
+    for text in _texts(values.get('metas')):
+        files += [str(root / text), str(root / text / 'colcon.meta')]
+    # folders are crawled, or made by builds
+    return fingerprints(path for path in files if not os.path.isdir(path))
+
+
+def _texts(value: Any) -> list[str]:
+    values = value if isinstance(value, (list, tuple)) else [value]
+    return [v for v in values if isinstance(v, str) and '\0' not in v]
 
 
 class CachedColcon:

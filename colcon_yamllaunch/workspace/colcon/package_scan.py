@@ -17,19 +17,19 @@ from typing import Any
 
 from colcon_yamllaunch.common.search_path import split_path
 from colcon_yamllaunch.common.text_files import text_of
-from colcon_yamllaunch.workspace.colcon.build_arguments import BuildArguments
-from colcon_yamllaunch.workspace.colcon.build_arguments import decode
+from colcon_yamllaunch.workspace.colcon.colcon_cache import BuildArguments
+from colcon_yamllaunch.workspace.colcon.colcon_cache import decode
 from colcon_yamllaunch.workspace.colcon.colcon_cache import read_cache
-from colcon_yamllaunch.workspace.colcon.package_index import PackageIndex
-from colcon_yamllaunch.workspace.environment.underlays import chained_underlays
-from colcon_yamllaunch.workspace.packages.manifest import manifest_name
+from colcon_yamllaunch.workspace.environment.sourcing import chained_underlays
+from colcon_yamllaunch.workspace.packages.build_files import written_name
 from colcon_yamllaunch.workspace.packages.package import is_merged
+from colcon_yamllaunch.workspace.packages.package import manifest_name
 from colcon_yamllaunch.workspace.packages.package import Package
-from colcon_yamllaunch.workspace.packages.package_folder import IGNORED
-from colcon_yamllaunch.workspace.packages.package_folder import PACKAGE
-from colcon_yamllaunch.workspace.packages.package_folder import PLAIN
+from colcon_yamllaunch.workspace.packages.package_index import IGNORED
+from colcon_yamllaunch.workspace.packages.package_index import PACKAGE
+from colcon_yamllaunch.workspace.packages.package_index import PackageIndex
+from colcon_yamllaunch.workspace.packages.package_index import PLAIN
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
-from colcon_yamllaunch.workspace.packages.python_name import written_name
 from colcon_yamllaunch.workspace.packages.workspace_root import is_ignored
 
 #: What `colcon build` does without arguments and defaults.

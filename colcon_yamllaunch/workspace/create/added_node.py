@@ -16,13 +16,11 @@ import re
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.workspace.create.new_package import class_name
 from colcon_yamllaunch.workspace.create.new_package import client_library
 from colcon_yamllaunch.workspace.create.new_package import write_file
-from colcon_yamllaunch.workspace.create.package_name import class_name
+from colcon_yamllaunch.workspace.packages.build_files import source_programs
 from colcon_yamllaunch.workspace.packages.package import Package
-from colcon_yamllaunch.workspace.packages.source_programs import (
-    source_programs,
-)
 
 _AMENT_PACKAGE = re.compile(r'^ament_package\(', re.M)
 _NO_LANGUAGES = re.compile(r'^project\s*\([^)]*\bNONE\b', re.M | re.I)

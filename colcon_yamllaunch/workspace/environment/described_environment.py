@@ -20,11 +20,11 @@ from pathlib import Path
 from colcon_yamllaunch.common.search_path import split_path
 from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.environment import hooks
+from colcon_yamllaunch.workspace.environment.sourcing import chained_underlays
 from colcon_yamllaunch.workspace.environment.sourcing import Environment
-from colcon_yamllaunch.workspace.environment.underlays import chained_underlays
-from colcon_yamllaunch.workspace.environment.underlays import gone_note
-from colcon_yamllaunch.workspace.environment.underlays import gone_underlays
-from colcon_yamllaunch.workspace.environment.underlays import sourced_underlays
+from colcon_yamllaunch.workspace.environment.sourcing import gone_note
+from colcon_yamllaunch.workspace.environment.sourcing import gone_underlays
+from colcon_yamllaunch.workspace.environment.sourcing import sourced_underlays
 from colcon_yamllaunch.workspace.packages.package import is_merged
 
 #: How many scripts are named that are left out.

@@ -33,10 +33,10 @@ from colcon_yamllaunch.common.fingerprint import TICK
 from colcon_yamllaunch.common.json_files import read_json
 from colcon_yamllaunch.common.json_files import write_json
 from colcon_yamllaunch.workspace.environment.sourcing import Environment
+from colcon_yamllaunch.workspace.environment.sourcing import gone_note
+from colcon_yamllaunch.workspace.environment.sourcing import gone_underlays
 from colcon_yamllaunch.workspace.environment.sourcing import OWN_VARIABLES
 from colcon_yamllaunch.workspace.environment.sourcing import source
-from colcon_yamllaunch.workspace.environment.underlays import gone_note
-from colcon_yamllaunch.workspace.environment.underlays import gone_underlays
 
 #: The folder with the records, below the build folder.
 FOLDER_NAME = '.colcon_launch_environments'

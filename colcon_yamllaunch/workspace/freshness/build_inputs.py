@@ -1,12 +1,20 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What a build reads, as CMake's generators wrote it down."""
+"""
+What a build reads, as CMake's generators wrote it down.
+
+Documents in a package's source that no CMake file reads do not matter: only
+what people read where it lies counts as a document, and only where no word in
+the CMake files may mean it: its name, a pattern that fits, a folder that it is
+in. In doubt it is a file like any other.
+"""
 
 from collections.abc import Callable
 from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Iterator
+from fnmatch import fnmatchcase
 import os
 from pathlib import Path
 import re
@@ -14,7 +22,31 @@ import struct
 import sys
 
 from colcon_yamllaunch.common.text_files import content_of
-from colcon_yamllaunch.workspace.freshness.documents import may_be_meant
+
+#: Where documents are, relative to the package.
+_FOLDERS = ('', 'doc', 'docs')
+_NAMES = re.compile(
+    r'(readme|license|licence|copying|notice|authors|contributors|changelog'
+    r'|changes|history|contributing|code_of_conduct|security'
+    r'|quality_declaration)(\.\w+)?|[^.].*\.(md|rst)',
+    re.IGNORECASE,
+)
+#: What runs programs, which may read whatever they like.
+_PROGRAMS = re.compile(
+    r'\b(execute_process|exec_program|add_custom_\w+|externalproject_\w+'
+    r'|fetchcontent_\w+|try_run)\s*\(',
+    re.IGNORECASE,
+)
+_COMMENT = re.compile(r'^\s*#.*$', re.MULTILINE)
+#: Where something is installed to.
+_DESTINATION = re.compile(r'\bDESTINATION\s+\S+')
+_SEPARATORS = re.compile(r'[\s"\'();<>:=]+')
+_VARIABLE = re.compile(r'\$\w*\{[^{}]*\}')
+#: The folder of the source itself, or the one around it.
+_WHOLE = re.compile(
+    r'(\.{1,2}|\$\{\w*(SOURCE_DIR|LIST_DIR|HOME_DIRECTORY)\})[./]*'
+)
+
 
 #: What the compilers read; CMake's own inputs are in the other ones.
 _COMPILED = frozenset(('build.make', 'build.ninja'))
@@ -49,7 +81,7 @@ _READING = re.compile(
 #: reads.
 _FINDING = re.compile(r'(?i)\bfind_(?:package|dependency)\s*\(\s*"?([\w.+-]+)')
 _FOUND = re.compile(r'(?m)^([\w.+-]+)_DIR:PATH=')
-_VARIABLE = re.compile(r'\bENV(?:\{|\s+"?)(\w+)')
+_ENVIRONMENT = re.compile(r'\bENV(?:\{|\s+"?)(\w+)')
 #: Commands of CMake and ament_cmake that look for nothing but what they name,
 #: and what is meant by these names.
 _INSTALLING = frozenset(
@@ -81,6 +113,45 @@ _ELSEWHERE = re.compile(
 _OF_SHELLS = frozenset(('PWD', 'OLDPWD', 'SHLVL', '_'))
 #: Tools and libraries of the machine: what is below comes from installers.
 _SYSTEM = ('/usr', '/lib', '/bin', '/opt', '/etc', '/nix', '/snap')
+
+
+def is_document(relative: str) -> bool:
+    """
+    Tell whether a file is one that people read and tools do not.
+
+    :param relative: Its path in the package
+    """
+    folder, _, name = relative.rpartition('/')
+    return folder in _FOLDERS and _NAMES.fullmatch(name) is not None
+
+
+def may_be_meant(relative: str, texts: Iterable[str]) -> bool:
+    """
+    Tell whether CMake files may read or install a file of the source.
+
+    :param texts: Their texts
+    """
+    parts = [part.lower() for part in relative.split('/')]
+    # a name may be put together from its parts
+    parts += [part.partition('.')[0] for part in parts]
+    for text in texts:
+        if _PROGRAMS.search(text):
+            return True
+        text = _DESTINATION.sub('', _COMMENT.sub('', text))
+        if any(_means(word, parts) for word in _SEPARATORS.split(text)):
+            return True
+    return False
+
+
+def _means(word: str, parts: list[str]) -> bool:
+    if _WHOLE.fullmatch(word):
+        return True
+    name = word.rstrip('/').rpartition('/')[2].lower()
+    if not _VARIABLE.sub('', name):
+        # what the variables are made of stands elsewhere
+        return False
+    pattern = _VARIABLE.sub('*', name)
+    return any(fnmatchcase(part, pattern) for part in parts)
 
 
 class BuildInputs:
@@ -157,7 +228,7 @@ class BuildInputs:
         variables = set()
         for text in texts:
             found.update(_FINDING.findall(text))
-            variables.update(_VARIABLE.findall(text))
+            variables.update(_ENVIRONMENT.findall(text))
         for name in found:
             # see find_package() of CMake, and its policies 74 and 144
             variables |= {f'{name}_DIR', f'{name}_ROOT'}

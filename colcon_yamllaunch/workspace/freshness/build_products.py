@@ -1,22 +1,78 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What builds leave in the build and install space, package by package."""
+"""
+What builds leave in the build and install space, and whether it is unchanged.
+
+Products are those files of the build folder that later steps of a build, or
+what is installed, are made of or linked to. Left out is what tests, programs
+and colcon write there, such as `Testing`, `test_results` and logs.
+
+After a workspace was copied or moved, CMake would go on to build the old
+folder (it prints an error and colcon returns 0), and links would lead to the
+old files: :func:`relocated_packages` finds such builds.
+"""
 
 from collections.abc import Collection
 from collections.abc import Iterable
+from collections.abc import Iterator
 from collections.abc import Mapping
 from contextlib import suppress
 import os
 from pathlib import Path
+import re
 import shutil
+import stat
+import sys
 
 from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.fingerprint import digest
 from colcon_yamllaunch.common.fingerprint import Fingerprint
-from colcon_yamllaunch.workspace.freshness.product_states import built_files
-from colcon_yamllaunch.workspace.freshness.product_states import state
-from colcon_yamllaunch.workspace.freshness.source_links import tree
+from colcon_yamllaunch.common.fingerprint import with_content
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.json_files import read_json
+from colcon_yamllaunch.common.text_files import text_of
+from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
+from colcon_yamllaunch.workspace.freshness.source_changes import (
+    HEADER_SUFFIXES,
+)
+from colcon_yamllaunch.workspace.freshness.source_changes import (
+    INTERFACE_SUFFIXES,
+)
+from colcon_yamllaunch.workspace.freshness.source_changes import (
+    SOURCE_SUFFIXES,
+)
+from colcon_yamllaunch.workspace.freshness.source_changes import tree
+from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package import prefix_of
+
+CACHE = 'CMakeCache.txt'
+#: What CMake writes for the build tool.
+CONFIGURED = frozenset(
+    (
+        *(CACHE, 'cmake_install.cmake', 'Makefile', 'Makefile2'),
+        *('build.make', 'flags.make', 'link.txt'),
+        *('build.ninja', 'rules.ninja'),
+    )
+)
+#: What compilers and linkers write, beside programs; not compiled, as each
+#: launch imports this module and few need it.
+_COMPILED = r'.+\.(?:o|obj|lo|a|so(?:\.[\d.]+)?|mod|gch|pch)'
+_CODE = ('.py', *HEADER_SUFFIXES, *SOURCE_SUFFIXES, *INTERFACE_SUFFIXES)
+#: Written by tests and programs, or by CMake while it tries things out.
+_SKIPPED_FOLDERS = frozenset(
+    (
+        *('Testing', 'test_results', '__pycache__', '.pytest_cache', '.cmake'),
+        *('CMakeTmp', 'CMakeScratch', 'CompilerIdC', 'CompilerIdCXX'),
+    )
+)
+#: colcon writes these at each build.
+_OF_COLCON = 'colcon_'
+_METADATA = '.egg-info'
+#: What a user or a CMakeLists.txt set; what CMake found out for itself may
+#: differ between one run and the next.
+_CACHE_ENTRY = rb'(?m)^(?!#|//)[^:\n]+:(?!INTERNAL|STATIC)[A-Z]+=.*$'
+
 
 #: Where each package of a merged install space has files of its own.
 _OWN_FOLDERS = ('share/{}', 'lib/{}', 'include/{}')
@@ -33,6 +89,148 @@ _TRACES = (
     ARGUMENTS,
     'colcon_build.rc',
 )
+_CACHE_FOLDER = re.compile(
+    r'^(CMAKE_HOME_DIRECTORY|CMAKE_CACHEFILE_DIR):INTERNAL=(.*)$', re.M
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """
+    What became of products.
+
+    :param missing: Those that are gone
+    :param changed: Those that are others now
+    :param now: What all are like, if some only got other times; else None
+    """
+
+    missing: tuple[str, ...]
+    changed: tuple[str, ...]
+    now: dict[str, Fingerprint] | None
+
+    @property
+    def differing(self) -> tuple[str, ...]:
+        """All that are not as they were."""
+        return (*self.missing, *self.changed)
+
+
+def state(path: Path, before: Fingerprint | None = None) -> Fingerprint | None:
+    """
+    Return what a file or link is like, with its content; None if it is gone.
+
+    A link is told by its target.
+
+    :param before: What it was like, so that it is read only if it was written
+      since
+    """
+    try:
+        status = path.lstat()
+        now = Fingerprint.of(status)
+        if stat.S_ISLNK(status.st_mode):
+            content = f'link to {path.readlink()}'
+        elif path.name == CACHE:
+            entries = re.findall(_CACHE_ENTRY, path.read_bytes())
+            content = digest(b'\n'.join(entries))
+        else:
+            return with_content(path, now, before, limit=sys.maxsize)
+    except OSError:
+        return None
+    mtime = now.mtime if now.is_settled else 0
+    return now._replace(mtime=mtime, digest=content, inode=0)
+
+
+def compare(base: Path, before: Mapping[str, Fingerprint]) -> Comparison:
+    """
+    Compare products with what they were like.
+
+    :param base: The folder that they are in
+    :param before: By their paths below that
+    """
+    missing, changed = [], []
+    touched: dict[str, Fingerprint] = {}
+    for name, then in before.items():
+        try:
+            status = os.lstat(f'{base}/{name}')
+        except OSError:
+            missing.append(name)
+            continue
+        if (
+            status.st_mtime_ns == then.mtime
+            and status.st_ctime_ns == then.ctime
+            and status.st_size == then.size
+        ):
+            continue
+        now = state(base / name)
+        if now is None or not is_same(then, now):
+            changed.append(name)
+        else:
+            touched[name] = now
+    now_all = {**before, **touched} if touched else None
+    return Comparison(tuple(missing), tuple(changed), now_all)
+
+
+def is_same(before: Fingerprint, now: Fingerprint) -> bool:
+    """Tell whether two states have the same content."""
+    return (before.digest, before.executable) == (now.digest, now.executable)
+
+
+def built_files(
+    build: Path,
+    targets: Collection[str],
+    before: Mapping[str, Fingerprint],
+) -> dict[str, Fingerprint]:
+    """
+    Return what the products in a build folder are like, by their paths there.
+
+    :param targets: Files in it that are linked to from the install space
+    :param before: What they were like
+    """
+    found = {}
+    for name in _products(str(build), '', targets):
+        now = state(build / name, before.get(name))
+        if now is not None:
+            found[name] = now
+    return found
+
+
+def is_compiled(name: str, found: Fingerprint) -> bool:
+    """Tell whether the build tool makes a product again once it is gone."""
+    file = os.path.basename(name)
+    if re.fullmatch(_COMPILED, file):
+        return True
+    return found.executable and '.' not in file
+
+
+def _products(
+    folder: str, below: str, targets: Collection[str]
+) -> Iterator[str]:
+    try:
+        with os.scandir(folder) as scanned:
+            entries = list(scanned)
+    except OSError:
+        return
+    for entry in entries:
+        name = below + entry.name
+        if not entry.is_dir(follow_symlinks=False):
+            if _is_product(entry, name, targets):
+                yield name
+        elif entry.name not in _SKIPPED_FOLDERS:
+            yield from _products(entry.path, f'{name}/', targets)
+
+
+def _is_product(
+    entry: os.DirEntry[str], name: str, targets: Collection[str]
+) -> bool:
+    file = entry.name
+    if file in CONFIGURED or name in targets or entry.is_symlink():
+        return True
+    if file.startswith(_OF_COLCON) or not entry.is_file():
+        return False
+    if file.endswith(_CODE) or re.fullmatch(_COMPILED, file):
+        return True
+    if f'{_METADATA}/' in name:
+        return True
+    return bool(entry.stat().st_mode & stat.S_IXUSR)
 
 
 class Products:
@@ -209,3 +407,81 @@ def remove_folder(path: Path, why: str = ' to build it from scratch') -> None:
             f'cannot remove {path}{why}: {e.strerror}',
             'remove it, then try again',
         ) from e
+
+
+def relocated_packages(
+    packages: Iterable[Package], build_base: Path
+) -> dict[str, Path]:
+    """
+    Find packages whose builds belong to another place.
+
+    Return for each the folder that it was built from, or in if only that one
+    changed.
+    """
+    old = {p.name: _old_place(p, build_base / p.name) for p in packages}
+    return {name: place for name, place in old.items() if place is not None}
+
+
+def remove_builds(relocated: Mapping[str, Path], products: Products) -> None:
+    """
+    Remove what was built of packages, so that they are built anew.
+
+    Only folders of these packages directly below `build/` and `install/` are
+    removed. Links are removed, never followed. In a merged install space only
+    links to the old place are removed, as builds would trip over them.
+
+    :param relocated: As :func:`relocated_packages` returns them
+    :raises WorkspaceError: when something cannot be removed
+    """
+    for name in relocated:
+        _remove(products.build_base, name)
+        if not products.merge_install:
+            _remove(products.install_base, name)
+    if products.merge_install:
+        _remove_links(relocated, products.build_base, products.install_base)
+
+
+def _remove(base: Path, name: str) -> None:
+    path = base / name
+    if path.parent != base or name in ('', '.', '..'):
+        raise WorkspaceError(f"'{name}' is no name of a package")
+    remove_folder(path, ', which was built in another place')
+
+
+def _remove_links(
+    relocated: Mapping[str, Path], build_base: Path, install_base: Path
+) -> None:
+    for path in list(tree(install_base)):
+        if not path.is_symlink():
+            continue
+        target = path.readlink()
+        if target.is_relative_to(build_base):
+            continue
+        # the old build folder is not known of all types of packages
+        built = any(
+            f'/{build_base.name}/{name}/' in str(target) for name in relocated
+        )
+        if built or any(
+            target.is_relative_to(old) for old in relocated.values()
+        ):
+            path.unlink()
+
+
+def _old_place(package: Package, build: Path) -> Path | None:
+    for old, place in _places(package.path, build):
+        if old != place and os.path.realpath(old) != os.path.realpath(place):
+            return old
+    return None
+
+
+def _places(source: Path, build: Path) -> Iterator[tuple[Path, Path]]:
+    """Iterate over what builds wrote down, each with what it should be."""
+    cache = dict(_CACHE_FOLDER.findall(text_of(build / 'CMakeCache.txt')))
+    yield Path(cache.get('CMAKE_HOME_DIRECTORY', source)), source
+    yield Path(cache.get('CMAKE_CACHEFILE_DIR', build)), build
+    # colcon links the setup.py of a Python package into its build space
+    with suppress(OSError):
+        yield (build / 'setup.py').readlink().parent, source
+    record = read_json(build / RECORD_NAME)
+    if isinstance(record, dict) and isinstance(record.get('source'), str):
+        yield Path(record['source']), source

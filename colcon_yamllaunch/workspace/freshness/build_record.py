@@ -2,16 +2,25 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-The record of a package's last build, in its folder below `build/`.
+What a build depended on and how it was done, and its record in `build/`.
 
-It is written before a build starts and again when that has ended, so that a
-build that was cut off shows.
+The record of a package's last build is in its folder below `build/`. It is
+written before a build starts and again when that has ended, so that a build
+that was cut off shows.
 """
 
+from collections.abc import Iterable
+from collections.abc import Iterator
 from collections.abc import Mapping
 from dataclasses import field
+from enum import IntEnum
 import json
+import os
 from pathlib import Path
+import platform
+import shlex
+import shutil
+import sys
 from typing import Any
 
 from colcon_yamllaunch.common.codec import Codec
@@ -20,18 +29,264 @@ from colcon_yamllaunch.common.fingerprint import Fingerprint
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.json_files import write_json
 from colcon_yamllaunch.common.text_files import content_of
-from colcon_yamllaunch.workspace.freshness.build_context import BuildContext
-from colcon_yamllaunch.workspace.freshness.build_decision import BuildMode
 
+#: What a build may read, beside all that begins with CMAKE_.
+_VARIABLES = (
+    *('CC', 'CXX', 'FC', 'CUDACXX', 'CUDAHOSTCXX', 'HIPCXX', 'HIPHOSTCXX'),
+    *('OBJC', 'OBJCXX', 'ISPC', 'ASM', 'RC', 'SWIFTC'),
+    *('CFLAGS', 'CXXFLAGS', 'CPPFLAGS', 'FFLAGS', 'LDFLAGS', 'ASMFLAGS'),
+    *('CUDAFLAGS', 'CUDAARCHS', 'HIPFLAGS', 'OBJCFLAGS', 'OBJCXXFLAGS'),
+    # of GCC and Clang
+    *('CPATH', 'C_INCLUDE_PATH', 'CPLUS_INCLUDE_PATH', 'OBJC_INCLUDE_PATH'),
+    *('OBJCPLUS_INCLUDE_PATH', 'LIBRARY_PATH', 'COMPILER_PATH'),
+    *('GCC_EXEC_PREFIX', 'LD_RUN_PATH', 'SOURCE_DATE_EPOCH'),
+    *('DESTDIR', 'PKG_CONFIG', 'PKG_CONFIG_PATH', 'PKG_CONFIG_LIBDIR'),
+    *('PKG_CONFIG_SYSROOT_DIR', 'COLCON_PREFIX_PATH', 'AMENT_PREFIX_PATH'),
+    'CMAKE_PREFIX_PATH',
+)
+#: What builds call, with the variable that may name another one.
+_PROGRAMS = (('cc', 'CC'), ('c++', 'CXX'), ('cmake', ''), ('python3', ''))
 #: The name of a record, below `build/<package>/`.
 RECORD_NAME = 'colcon_launch.json'
 #: To be raised when what is in a record changes.
 RECORD_VERSION = 3
-
 #: How a file names what goes by another name here.
 _KEYS = {'mode': 'how', 'clean_id': 'origin', 'interface_id': 'shape'}
 #: The parts of the context, which a file has among the rest.
 _CONTEXT = ('settings', 'environment', 'dependencies')
+
+
+class BuildMode(IntEnum):
+    """
+    How a package is built; each mode does what those before it do, too.
+
+    Build tools compare times and keep answers from earlier runs. Where this
+    could give another outcome than a build from scratch, less is kept.
+    """
+
+    #: What the build tool finds changed, which is nothing but compiled code.
+    COMPILE = 0
+    #: What the build tool finds changed.
+    BUILD = 1
+    #: CMake is asked anew; what was compiled stays.
+    CONFIGURE = 2
+    #: What was installed is removed before.
+    REINSTALL = 3
+    #: What was built is removed, too.
+    CLEAN = 4
+
+
+@dataclass(frozen=True, slots=True)
+class Reason:
+    """
+    A reason to build.
+
+    :param text: Such as `src/flow.cpp changed`
+    :param mode: What it takes
+    :param is_damage: Whether what was built is not as it was built
+    """
+
+    text: str
+    mode: BuildMode = BuildMode.BUILD
+    is_damage: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """
+    What is to be done with a package.
+
+    :param reasons: Why it is built, the most telling one first; none if it is
+      up to date
+    :param built_at: When it was last built successfully, as far as is known
+      (nanoseconds since the epoch)
+    """
+
+    name: str
+    reasons: tuple[Reason, ...] = ()
+    built_at: int | None = None
+
+    @property
+    def is_stale(self) -> bool:
+        """Whether the package is built."""
+        return bool(self.reasons)
+
+    @property
+    def reason(self) -> str:
+        """The first reason."""
+        return self.reasons[0].text if self.reasons else ''
+
+    @property
+    def mode(self) -> BuildMode:
+        """How it is built."""
+        return max((r.mode for r in self.reasons), default=BuildMode.COMPILE)
+
+
+@dataclass(frozen=True, slots=True)
+class BuildContext:
+    """
+    What a package's build depends on beside its own source.
+
+    :param settings: The arguments of the build, by name
+    :param environment: The variables that a build may read, and the programs
+      that it calls
+    :param dependencies: The last build of each needed package, as
+      :func:`build_of` tells it, or None where that is not known
+    :param variables: All variables, as some packages look for more of them
+    """
+
+    settings: Mapping[str, str]
+    environment: Mapping[str, str]
+    dependencies: Mapping[str, str | None]
+    variables: Mapping[str, str] = field(default_factory=dict)
+
+
+def build_of(clean_id: str, interface_id: str, build: str) -> str:
+    """
+    Name a build of a package.
+
+    :param clean_id: The last build that was made from scratch
+    :param interface_id: The last build of more than compiled code
+    :param build: The last build
+    """
+    return f'{clean_id}\n{interface_id}\n{build}'
+
+
+def context_changes(
+    before: BuildContext, now: BuildContext
+) -> Iterator[Reason]:
+    """
+    Iterate over what became different for a package.
+
+    A build tool does not forget earlier arguments, compilers or packages that
+    it found, so these take a build from scratch.
+    """
+    for name in _changes(before.settings, now.settings):
+        text = f'build arguments changed ({name})'
+        yield Reason(text, BuildMode.CLEAN)
+    for name in _changes(before.environment, now.environment):
+        yield Reason(f'{name} changed in the environment', BuildMode.CLEAN)
+    for name in _changes(before.dependencies, now.dependencies):
+        mode = _mode(before.dependencies.get(name), now.dependencies.get(name))
+        if name not in now.dependencies:
+            text = f'{name} is no longer among what it is built on'
+        elif name not in before.dependencies:
+            text = f'{name} is new among what it is built on'
+        else:
+            text = f'{name} was rebuilt'
+        yield Reason(text, mode)
+
+
+def mode_after(mode: BuildMode) -> BuildMode:
+    """
+    Tell how a package is built after one that it needs.
+
+    :param mode: How that one was built
+    """
+    # after a build from scratch its files may be older than what was compiled
+    # with those before
+    if mode in (BuildMode.COMPILE, BuildMode.CLEAN):
+        return mode
+    # CMake does not know all files that it was made to read
+    return BuildMode.CONFIGURE
+
+
+def relevant_environment(
+    environment: Mapping[str, str], install_base: Path
+) -> dict[str, str]:
+    """
+    Return the part of an environment that the outcome of a build depends on.
+
+    The workspace's own install space is left out: whether the user sourced it
+    makes no difference. Programs are told apart by place, size and time.
+    """
+    relevant = {'python': f'{sys.executable} {platform.python_version()}'}
+    for name, value in environment.items():
+        if name in _VARIABLES or name.startswith('CMAKE_'):
+            relevant[name] = _without_own(value, install_base)
+    for program, variable in _PROGRAMS:
+        relevant[program] = _program(program, variable, environment)
+    return {name: value for name, value in relevant.items() if value}
+
+
+def own_variables(
+    names: Iterable[str], environment: Mapping[str, str], install_base: Path
+) -> dict[str, str]:
+    """
+    Return variables that a package looks for by itself.
+
+    Those that any build reads are left out; one that is not set is empty.
+    """
+    return {
+        name: _without_own(environment.get(name, ''), install_base)
+        for name in sorted(names)
+        if name not in _VARIABLES and not name.startswith('CMAKE_')
+    }
+
+
+def changed_variables(
+    before: Mapping[str, str],
+    environment: Mapping[str, str],
+    install_base: Path,
+) -> Iterator[Reason]:
+    """
+    Iterate over what became different of variables.
+
+    :param before: As :func:`own_variables` returned them
+    """
+    for name, value in before.items():
+        now = environment.get(name, '')
+        if now != value and _without_own(now, install_base) != value:
+            text = f'{name} changed in the environment'
+            yield Reason(text, BuildMode.CLEAN)
+
+
+def _without_own(value: str, install_base: Path) -> str:
+    return os.pathsep.join(
+        entry
+        for entry in value.split(os.pathsep)
+        if entry and not Path(entry).is_relative_to(install_base)
+    )
+
+
+def _program(name: str, variable: str, environment: Mapping[str, str]) -> str:
+    try:
+        words = shlex.split(environment.get(variable, '')) or [name]
+    except ValueError:
+        words = [name]
+    path = shutil.which(words[0], path=environment.get('PATH', os.defpath))
+    if path is None:
+        return ''
+    real = os.path.realpath(path)
+    try:
+        status = os.stat(real)
+    except OSError:
+        return real
+    return f'{real} {status.st_size} {status.st_mtime_ns}'
+
+
+def _changes(
+    before: Mapping[str, str | None], now: Mapping[str, str | None]
+) -> Iterator[str]:
+    for name in sorted({*before, *now}):
+        value = now.get(name)
+        # what is not known is not even equal to itself
+        if value is None or before.get(name) != value:
+            yield name
+
+
+def _mode(before: str | None, now: str | None) -> BuildMode:
+    if before is None or now is None:
+        return BuildMode.CONFIGURE
+    clean_id, interface_id, _ = now.split('\n')
+    before_clean_id, before_interface_id, _ = before.split('\n')
+    if clean_id != before_clean_id:
+        return mode_after(BuildMode.CLEAN)
+    return mode_after(
+        BuildMode.COMPILE
+        if interface_id == before_interface_id
+        else BuildMode.BUILD
+    )
 
 
 class DamagedRecordError(Exception):

@@ -34,45 +34,49 @@ from colcon_yamllaunch.common.fingerprint import Fingerprint
 from colcon_yamllaunch.common.fingerprint import TICK
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.text_files import text_of
-from colcon_yamllaunch.workspace.freshness.build_context import build_of
-from colcon_yamllaunch.workspace.freshness.build_context import BuildContext
-from colcon_yamllaunch.workspace.freshness.build_context import (
-    changed_variables,
-)
-from colcon_yamllaunch.workspace.freshness.build_context import context_changes
-from colcon_yamllaunch.workspace.freshness.build_context import own_variables
-from colcon_yamllaunch.workspace.freshness.build_decision import BuildMode
-from colcon_yamllaunch.workspace.freshness.build_decision import Decision
-from colcon_yamllaunch.workspace.freshness.build_decision import Reason
 from colcon_yamllaunch.workspace.freshness.build_products import ARGUMENTS
+from colcon_yamllaunch.workspace.freshness.build_products import compare
+from colcon_yamllaunch.workspace.freshness.build_products import Comparison
+from colcon_yamllaunch.workspace.freshness.build_products import CONFIGURED
+from colcon_yamllaunch.workspace.freshness.build_products import is_compiled
+from colcon_yamllaunch.workspace.freshness.build_products import is_same
 from colcon_yamllaunch.workspace.freshness.build_products import Products
 from colcon_yamllaunch.workspace.freshness.build_products import remove_folder
+from colcon_yamllaunch.workspace.freshness.build_record import build_of
+from colcon_yamllaunch.workspace.freshness.build_record import BuildContext
+from colcon_yamllaunch.workspace.freshness.build_record import BuildMode
+from colcon_yamllaunch.workspace.freshness.build_record import (
+    changed_variables,
+)
+from colcon_yamllaunch.workspace.freshness.build_record import context_changes
 from colcon_yamllaunch.workspace.freshness.build_record import (
     DamagedRecordError,
 )
+from colcon_yamllaunch.workspace.freshness.build_record import Decision
+from colcon_yamllaunch.workspace.freshness.build_record import own_variables
 from colcon_yamllaunch.workspace.freshness.build_record import read_record
+from colcon_yamllaunch.workspace.freshness.build_record import Reason
 from colcon_yamllaunch.workspace.freshness.build_record import Record
 from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
 from colcon_yamllaunch.workspace.freshness.build_record import write_record
-from colcon_yamllaunch.workspace.freshness.product_states import compare
-from colcon_yamllaunch.workspace.freshness.product_states import Comparison
-from colcon_yamllaunch.workspace.freshness.product_states import CONFIGURED
-from colcon_yamllaunch.workspace.freshness.product_states import is_compiled
-from colcon_yamllaunch.workspace.freshness.product_states import is_same
 from colcon_yamllaunch.workspace.freshness.source_changes import built_from
 from colcon_yamllaunch.workspace.freshness.source_changes import BuiltFrom
 from colcon_yamllaunch.workspace.freshness.source_changes import Change
 from colcon_yamllaunch.workspace.freshness.source_changes import changes
-from colcon_yamllaunch.workspace.freshness.source_changes import Kind
-from colcon_yamllaunch.workspace.freshness.source_changes import snapshot
-from colcon_yamllaunch.workspace.freshness.source_changes import with_changes
-from colcon_yamllaunch.workspace.freshness.source_links import (
+from colcon_yamllaunch.workspace.freshness.source_changes import (
     INTERFACE_SUFFIXES,
 )
-from colcon_yamllaunch.workspace.freshness.source_links import link_project
-from colcon_yamllaunch.workspace.freshness.source_links import live_files
-from colcon_yamllaunch.workspace.freshness.source_links import remove_dangling
-from colcon_yamllaunch.workspace.freshness.source_links import SOURCE_SUFFIXES
+from colcon_yamllaunch.workspace.freshness.source_changes import Kind
+from colcon_yamllaunch.workspace.freshness.source_changes import link_project
+from colcon_yamllaunch.workspace.freshness.source_changes import live_files
+from colcon_yamllaunch.workspace.freshness.source_changes import (
+    remove_dangling,
+)
+from colcon_yamllaunch.workspace.freshness.source_changes import snapshot
+from colcon_yamllaunch.workspace.freshness.source_changes import (
+    SOURCE_SUFFIXES,
+)
+from colcon_yamllaunch.workspace.freshness.source_changes import with_changes
 from colcon_yamllaunch.workspace.packages.package import Package
 
 if TYPE_CHECKING:
@@ -339,8 +343,10 @@ class Freshness:
     ) -> tuple[Record, tuple[Change, ...]]:
         """Leave out what the build cannot have to do with, for good."""
         # most launches find nothing changed
-        from colcon_yamllaunch.workspace.freshness.documents import is_document
-        from colcon_yamllaunch.workspace.freshness.documents import (
+        from colcon_yamllaunch.workspace.freshness.build_inputs import (
+            is_document,
+        )
+        from colcon_yamllaunch.workspace.freshness.build_inputs import (
             may_be_meant,
         )
 

@@ -14,9 +14,9 @@ from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.common.suggestions import nearest_first
 from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.packages.package import Package
+from colcon_yamllaunch.workspace.packages.package import source_files
 from colcon_yamllaunch.workspace.packages.package_locator import is_executable
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
-from colcon_yamllaunch.workspace.packages.source_files import source_files
 
 #: How many names are listed at most.
 LISTED = 10
@@ -89,11 +89,11 @@ def unknown_executable(
     if is_executable(Path(prefix, 'lib', package, name)):
         return None
     # most launches name what is there
-    from colcon_yamllaunch.workspace.packages.install_rules import (
-        spells_out_programs,
-    )
-    from colcon_yamllaunch.workspace.packages.source_programs import (
+    from colcon_yamllaunch.workspace.packages.build_files import (
         source_programs,
+    )
+    from colcon_yamllaunch.workspace.packages.build_files import (
+        spells_out_programs,
     )
 
     programs = source_programs(own.path)
@@ -150,7 +150,7 @@ def certainly_unknown_executable(
     :param locator: The packages, built or not
     """
     # only a launch that builds asks
-    from colcon_yamllaunch.workspace.packages.install_rules import (
+    from colcon_yamllaunch.workspace.packages.build_files import (
         spells_out_programs,
     )
 
@@ -244,9 +244,7 @@ def unknown_plugin(
     name = plugin.rpartition('::')[2]
     if _is_mentioned(own, name) or _is_in_source(own, name):
         return None
-    from colcon_yamllaunch.workspace.packages.source_programs import (
-        source_plugins,
-    )
+    from colcon_yamllaunch.workspace.packages.build_files import source_plugins
 
     return _no_plugin(package, plugin, there | source_plugins(own.path))
 

@@ -16,7 +16,7 @@ from colcon_yamllaunch.common.suggestions import no_package
 from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package import prefix_of
-from colcon_yamllaunch.workspace.packages.source_files import source_files
+from colcon_yamllaunch.workspace.packages.package import source_files
 
 _AMENT_INDEX = 'share/ament_index/resource_index/packages'
 _COMPONENT_INDEX = 'share/ament_index/resource_index/rclcpp_components'

@@ -1,20 +1,67 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Which packages of a workspace have which Python modules, and use them."""
+"""
+The Python modules of packages, without running them.
+
+:func:`undeclared_imports` finds modules of packages that a package does not
+declare. :class:`ExposedNames` knows what packages add to the launch language:
+ROS 2's launcher loads the modules that distributions name in the entry point
+group :data:`GROUP` (`Parser.load_launch_extensions` of `launch`). Installed
+ones have that in the metadata beside them, and the sources of packages in
+what the metadata are made of. A module says `@expose_action('name')` or
+`@expose_substitution('name')` when it is imported (`launch.frontend.expose`),
+so what a module of an extension imports of its own package is read, too.
+"""
 
 import ast
 from collections.abc import Iterable
 from collections.abc import Iterator
+from collections.abc import Mapping
+import glob
+from itertools import chain
 import os
 from pathlib import Path
+import re
+import shutil
 from typing import NamedTuple
 
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.search_path import split_path
+from colcon_yamllaunch.common.text_files import content_of
 from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.packages.package import Package
-from colcon_yamllaunch.workspace.packages.source_files import source_files
+from colcon_yamllaunch.workspace.packages.package import source_files
 
 _TESTS = frozenset(('test', 'tests'))
+
+
+#: The entry point group of extensions of the launch language.
+GROUP = 'launch.frontend.launch_extension'
+_METADATA = ('.dist-info', '.egg-info')
+_INSTALLED = ('lib/python3*/', 'local/lib/python3*/')
+_PACKAGES = ('site-packages', 'dist-packages')
+# where a source usually has its modules
+_IN_SOURCE = ('', 'src', 'python', 'lib')
+# `name = module:attribute [extra]`
+_ENTRY = re.compile(r'^\s*[^#;=\s][^=]*=\s*["\']?([\w.]+)', re.M)
+# up to the next section, or in setup.cfg to the next option
+_SECTION = re.compile(
+    rf'^\[\s*(?:{re.escape(GROUP)}'
+    rf'|project\.entry-points\.["\']{re.escape(GROUP)}["\'])\s*\]'
+    r'\s*$(.*?)(?=^\[|\Z)',
+    re.M | re.S,
+)
+_OPTION = re.compile(
+    rf'^{re.escape(GROUP)}\s*[=:]((?:.*\n?)(?:[ \t]+.*\n?|\s*\n)*)', re.M
+)
+#: How many modules of an extension are looked at.
+MAXIMUM_MODULES = 1000
+#: The largest module that is (bytes).
+MAXIMUM_SIZE = 1024 * 1024
+#: The packages of ROS 2 itself: of what they have, most is known.
+OF_ROS = ('launch', 'launch_ros')
+_ACTION, _SUBSTITUTION = 'expose_action', 'expose_substitution'
 
 
 class Import(NamedTuple):
@@ -109,3 +156,347 @@ def _imports(nodes: Iterable[ast.AST]) -> Iterator[tuple[str, ast.stmt]]:
         # relative ones stay in the package
         elif isinstance(node, ast.ImportFrom) and not node.level:
             yield (node.module or '').partition('.')[0], node
+
+
+@dataclass(frozen=True, slots=True)
+class Extension:
+    """
+    A module that extends the launch language.
+
+    :param package: Whose it is
+    :param module: Its full name
+    :param folders: Where Python, or a build, looks for it
+    :param is_installed: Whether it is in the environment, and not only in
+      the source of a package
+    """
+
+    package: str
+    module: str
+    folders: tuple[str, ...]
+    is_installed: bool = True
+
+
+def installed_extensions(folders: Iterable[str]) -> Iterator[Extension]:
+    """
+    Find the extensions that are installed into folders.
+
+    As in Python, the first of several distributions of one name counts.
+    """
+    folders = tuple(folders)
+    seen: set[str] = set()
+    for folder in folders:
+        for entry in _entries(folder):
+            name = entry.partition('.')[0].partition('-')[0]
+            if not entry.endswith(_METADATA) or name in seen:
+                continue
+            text = text_of(Path(folder, entry, 'entry_points.txt'))
+            seen.add(name)
+            if GROUP in text:
+                for module in _in_sections(text):
+                    yield Extension(name, module, folders)
+
+
+def extensions_in_source(package: str, source: Path) -> Iterator[Extension]:
+    """
+    Find the extensions that a package will have once it is built.
+
+    :param source: The folder with its source
+    """
+    folders = tuple(str(source / folder) for folder in _IN_SOURCE)
+    for file in ('setup.py', 'setup.cfg', 'pyproject.toml'):
+        text = text_of(source / file)
+        if GROUP not in text:
+            continue
+        find = _in_setup if file == 'setup.py' else _in_metadata
+        for module in find(text):
+            yield Extension(package, module, folders, is_installed=False)
+
+
+def python_folders(environment: Mapping[str, str]) -> list[str]:
+    """
+    Return where the Python of an environment looks for packages.
+
+    Told without running it, so there may be more of them than it has.
+    """
+    found = split_path(environment.get('PYTHONPATH'))
+    for prefix in split_path(environment.get('AMENT_PREFIX_PATH')):
+        found += _installed_into(prefix)
+    python = shutil.which('python3', path=environment.get('PATH', os.defpath))
+    if python is not None:
+        prefix = os.path.dirname(os.path.dirname(python))
+        found += _installed_into(prefix)
+        home = _base_of(prefix)
+        if home is not None:
+            found += _installed_into(home)
+    user = environment.get('HOME')
+    if user and not environment.get('PYTHONNOUSERSITE'):
+        found += _installed_into(os.path.join(user, '.local'))
+    found = list(dict.fromkeys(filter(os.path.isabs, found)))
+    return [*found, *_linked_from(found)]
+
+
+def _installed_into(prefix: str) -> list[str]:
+    patterns = [*_INSTALLED]
+    if prefix == '/usr':
+        # as Debian has it
+        patterns += ['lib/python3/', '../usr/local/lib/python3*/']
+    root = glob.escape(prefix)
+    return [
+        os.path.normpath(folder)
+        for pattern in patterns
+        for name in _PACKAGES
+        for folder in sorted(glob.glob(f'{root}/{pattern}{name}'))
+    ]
+
+
+def _base_of(prefix: str) -> str | None:
+    """Return the prefix that a virtual environment sees the packages of."""
+    settings = dict(
+        [part.strip() for part in line.split('=', 1)]
+        for line in text_of(Path(prefix, 'pyvenv.cfg')).splitlines()
+        if '=' in line
+    )
+    if settings.get('include-system-site-packages') != 'true':
+        return None
+    return os.path.dirname(settings.get('home', '')) or None
+
+
+def _linked_from(folders: Iterable[str]) -> Iterator[str]:
+    """Return the folders that development installations add (`.pth`)."""
+    for folder in folders:
+        for entry in _entries(folder):
+            if entry.endswith('.pth'):
+                for line in text_of(Path(folder, entry)).splitlines():
+                    if os.path.isabs(line):
+                        yield line.rstrip()
+
+
+def _entries(folder: str) -> list[str]:
+    try:
+        return sorted(os.listdir(folder))
+    except OSError:
+        return []
+
+
+def _in_sections(text: str) -> Iterator[str]:
+    for section in _SECTION.findall(text):
+        yield from _ENTRY.findall(section)
+
+
+def _in_metadata(text: str) -> Iterator[str]:
+    """Find the modules that a `setup.cfg` or `pyproject.toml` names."""
+    yield from _in_sections(text)
+    for lines in _OPTION.findall(text):
+        yield from _ENTRY.findall(lines)
+
+
+def _in_setup(text: str) -> Iterator[str]:
+    """Find the modules that the mappings in a `setup.py` name."""
+    try:
+        nodes = list(ast.walk(ast.parse(text)))
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return
+    for node in nodes:
+        if not isinstance(node, ast.Dict):
+            continue
+        for key, value in zip(node.keys, node.values, strict=True):
+            if isinstance(key, ast.Constant) and key.value == GROUP:
+                for inner in ast.walk(value):
+                    if isinstance(inner, ast.Constant):
+                        yield from _ENTRY.findall(str(inner.value))
+
+
+class ExposedNames:
+    """
+    The actions and substitutions that packages expose.
+
+    Packages are looked at when a name is asked for first, those of ROS 2
+    itself only when no other has the name.
+
+    :param environment: Where the packages are
+    :param packages: The packages of the workspace, built or not
+    """
+
+    def __init__(
+        self, environment: Mapping[str, str], packages: Iterable[Package]
+    ) -> None:
+        self._environment = environment
+        self._packages = packages
+        self._found: tuple[dict[str, str], dict[str, str]] | None = None
+        self._of_ros: tuple[dict[str, str], dict[str, str]] | None = None
+        self._folders: list[str] = []
+        self._not_installed: set[str] = set()
+
+    def action(self, name: str) -> str | None:
+        """Return the package that exposes an action, None when none does."""
+        return self._owner(name, 0)
+
+    def substitution(self, name: str) -> str | None:
+        """Return the package that exposes a substitution, or None."""
+        return self._owner(name, 1)
+
+    def actions(self) -> Mapping[str, str]:
+        """Return all actions, with their packages."""
+        return self._ros()[0] | self._others()[0]
+
+    def substitutions(self) -> Mapping[str, str]:
+        """Return all substitutions, with their packages."""
+        return self._ros()[1] | self._others()[1]
+
+    def is_installed(self, package: str) -> bool:
+        """Say whether a package that exposes something is installed."""
+        return package not in self._not_installed
+
+    def _owner(self, name: str, kind: int) -> str | None:
+        return self._others()[kind].get(name) or self._ros()[kind].get(name)
+
+    def _others(self) -> tuple[dict[str, str], dict[str, str]]:
+        if self._found is None:
+            self._folders = python_folders(self._environment)
+            installed = [
+                extension
+                for extension in installed_extensions(self._folders)
+                if extension.package not in OF_ROS
+                and extension.module not in OF_ROS
+            ]
+            in_source = [
+                extension
+                for package in self._packages
+                for extension in extensions_in_source(
+                    package.name, package.path
+                )
+                if extension.module not in OF_ROS
+                and _file_of(extension.module, extension.folders) is not None
+            ]
+            # a distribution may have another name than its package
+            there = {extension.module for extension in installed}
+            own = {extension.module for extension in in_source}
+            self._not_installed = {
+                extension.package
+                for extension in in_source
+                if extension.module not in there
+            }
+            # what a package of the workspace has is what its source has
+            others = (e for e in installed if e.module not in own)
+            self._found = _names(chain(in_source, others))
+        return self._found
+
+    def _ros(self) -> tuple[dict[str, str], dict[str, str]]:
+        if self._of_ros is None:
+            self._others()
+            folders = tuple(self._folders)
+            self._of_ros = _names(Extension(n, n, folders) for n in OF_ROS)
+        return self._of_ros
+
+
+def _names(
+    extensions: Iterable[Extension],
+) -> tuple[dict[str, str], dict[str, str]]:
+    actions: dict[str, str] = {}
+    substitutions: dict[str, str] = {}
+    for extension in extensions:
+        for kind, name in exposed_by(extension):
+            names = actions if kind == _ACTION else substitutions
+            names.setdefault(name, extension.package)
+    return actions, substitutions
+
+
+def exposed_by(extension: Extension) -> Iterator[tuple[str, str]]:
+    """Return what an extension exposes, as what exposes it and the name."""
+    pending = _with_parents(extension.module)
+    seen: set[str] = set()
+    while pending and len(seen) < MAXIMUM_MODULES:
+        module = pending.pop()
+        path = _file_of(module, extension.folders)
+        if module in seen or path is None:
+            continue
+        seen.add(module)
+        text = _text_of(path)
+        tree = _tree_of(text)
+        yield from _exposed_in(tree)
+        is_package = path.name == '__init__.py'
+        if is_package and 'import_module' in text:
+            # which modules it is, only running it would tell
+            folder = path.parent
+            pending += [f'{module}.{f.stem}' for f in folder.glob('*.py')]
+            inner = folder.glob('*/__init__.py')
+            pending += [f'{module}.{f.parent.name}' for f in inner]
+        top = module.partition('.')[0]
+        for name in _imported(tree, module, is_package):
+            if name.partition('.')[0] == top:
+                pending += _with_parents(name)
+
+
+def _with_parents(module: str) -> list[str]:
+    """Return a module and the packages around, which Python imports, too."""
+    parts = module.split('.')
+    return ['.'.join(parts[:n]) for n in range(len(parts), 0, -1)]
+
+
+def _file_of(module: str, folders: Iterable[str]) -> Path | None:
+    relative = module.replace('.', '/')
+    for folder in folders:
+        for end in ('/__init__.py', '.py'):
+            path = Path(folder, relative + end)
+            if os.path.isfile(path):
+                return path
+    return None
+
+
+def _text_of(path: Path) -> str:
+    try:
+        return content_of(path, MAXIMUM_SIZE).decode(errors='replace')
+    except OSError:
+        return ''
+
+
+def _tree_of(text: str) -> ast.AST:
+    try:
+        return ast.parse(text)
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return ast.Module([], [])
+
+
+def _exposed_in(tree: ast.AST) -> Iterator[tuple[str, str]]:
+    texts: dict[str, str] = {}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Assign) and _is_text(node.value):
+            for target in node.targets:
+                if isinstance(target, ast.Name):
+                    texts[target.id] = ast.literal_eval(node.value)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and node.args:
+            kind = _last_name(node.func)
+            argument = node.args[0]
+            if kind not in (_ACTION, _SUBSTITUTION):
+                continue
+            if _is_text(argument):
+                yield kind, ast.literal_eval(argument)
+            elif isinstance(argument, ast.Name) and argument.id in texts:
+                yield kind, texts[argument.id]
+
+
+def _imported(tree: ast.AST, module: str, is_package: bool) -> Iterator[str]:
+    """Return the modules, or names in modules, that a module imports."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = node.module or ''
+            if node.level:
+                around = module.split('.')
+                keep = len(around) - node.level + is_package
+                base = '.'.join([*around[: max(0, keep)], *base.split('.')])
+                base = base.rstrip('.')
+            yield base
+            yield from (f'{base}.{alias.name}' for alias in node.names)
+
+
+def _last_name(node: ast.expr) -> str:
+    if isinstance(node, ast.Attribute):
+        return node.attr
+    return node.id if isinstance(node, ast.Name) else ''
+
+
+def _is_text(node: ast.expr) -> bool:
+    return isinstance(node, ast.Constant) and isinstance(node.value, str)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from colcon_yamllaunch.verb.target import find_workspace
 from colcon_yamllaunch.verb.target import WORKSPACE
-from colcon_yamllaunch.workspace.packages.trust import UntrustedError
+from colcon_yamllaunch.workspace.packages.workspace_root import UntrustedError
 import pytest
 
 

@@ -10,9 +10,9 @@ from colcon_yamllaunch.workspace.building.build_report import after_build
 from colcon_yamllaunch.workspace.building.build_report import after_failure
 from colcon_yamllaunch.workspace.building.build_report import before_build
 from colcon_yamllaunch.workspace.building.build_report import explanation
-from colcon_yamllaunch.workspace.freshness.build_decision import BuildMode
-from colcon_yamllaunch.workspace.freshness.build_decision import Decision
-from colcon_yamllaunch.workspace.freshness.build_decision import Reason
+from colcon_yamllaunch.workspace.freshness.build_record import BuildMode
+from colcon_yamllaunch.workspace.freshness.build_record import Decision
+from colcon_yamllaunch.workspace.freshness.build_record import Reason
 import pytest
 
 

@@ -4,12 +4,12 @@
 import os
 import subprocess
 
-from colcon_yamllaunch.workspace.building.orphan_builds import (
+from colcon_yamllaunch.workspace.building.build_processes import (
     BUILD_ID_VARIABLE,
 )
-from colcon_yamllaunch.workspace.building.orphan_builds import BuildProcesses
-from colcon_yamllaunch.workspace.building.orphan_builds import end_orphans
-from colcon_yamllaunch.workspace.building.orphan_builds import mark
+from colcon_yamllaunch.workspace.building.build_processes import BuildProcesses
+from colcon_yamllaunch.workspace.building.build_processes import end_orphans
+from colcon_yamllaunch.workspace.building.build_processes import mark
 import pytest
 
 

@@ -8,9 +8,9 @@ from types import SimpleNamespace
 
 from colcon_yamllaunch.common import file_sync
 from colcon_yamllaunch.workspace.building import update
-from colcon_yamllaunch.workspace.colcon.build_result import BuildResult
+from colcon_yamllaunch.workspace.colcon.colcon_cache import BuildResult
 from colcon_yamllaunch.workspace.environment.sourcing import Environment
-from colcon_yamllaunch.workspace.freshness.build_decision import BuildMode
+from colcon_yamllaunch.workspace.freshness.build_record import BuildMode
 from colcon_yamllaunch.workspace.packages.package import Package
 import pytest
 from support.file_clock import let_files_settle

@@ -9,13 +9,13 @@ from pathlib import Path
 
 from colcon_yamllaunch.common import fingerprint
 from colcon_yamllaunch.workspace.colcon import colcon_cache
-from colcon_yamllaunch.workspace.colcon.cache_key import cache_key
+from colcon_yamllaunch.workspace.colcon.colcon_cache import cache_key
 from colcon_yamllaunch.workspace.colcon.colcon_cache import CachedColcon
-from colcon_yamllaunch.workspace.colcon.package_index import PackageIndex
 from colcon_yamllaunch.workspace.packages.package import Package
-from colcon_yamllaunch.workspace.packages.package_folder import IGNORED
-from colcon_yamllaunch.workspace.packages.package_folder import PACKAGE
-from colcon_yamllaunch.workspace.packages.package_folder import PLAIN
+from colcon_yamllaunch.workspace.packages.package_index import IGNORED
+from colcon_yamllaunch.workspace.packages.package_index import PACKAGE
+from colcon_yamllaunch.workspace.packages.package_index import PackageIndex
+from colcon_yamllaunch.workspace.packages.package_index import PLAIN
 import pytest
 from support.file_clock import let_files_settle
 from support.manifest import manifest
@@ -246,7 +246,7 @@ def test_cache_with_another_key_is_not_used(two, known, key, value):
 
 
 def test_nothing_is_cached_with_an_unknown_extension(two, monkeypatch):
-    module = 'colcon_yamllaunch.workspace.colcon.cache_key'
+    module = 'colcon_yamllaunch.workspace.colcon.colcon_cache'
     monkeypatch.delenv('COLCON_EXTENSION_BLOCKLIST', raising=False)
     assert cache_key(two.root, (), {}) is not None
     monkeypatch.setattr(

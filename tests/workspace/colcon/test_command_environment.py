@@ -6,7 +6,7 @@ from collections import OrderedDict
 
 from colcon_core.shell import get_command_environment
 from colcon_core.shell import get_shell_extensions
-from colcon_yamllaunch.workspace.colcon.command_environment import (
+from colcon_yamllaunch.workspace.colcon.colcon_adapter import (
     remember_command_environment,
 )
 import pytest

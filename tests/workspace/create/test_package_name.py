@@ -4,12 +4,12 @@
 """Names that packages and nodes may have."""
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.workspace.create.package_name import advised_name
-from colcon_yamllaunch.workspace.create.package_name import check_node_name
-from colcon_yamllaunch.workspace.create.package_name import check_package_name
-from colcon_yamllaunch.workspace.create.package_name import class_name
-from colcon_yamllaunch.workspace.create.package_name import default_node_name
-from colcon_yamllaunch.workspace.create.package_name import dislikes
+from colcon_yamllaunch.workspace.create.new_package import advised_name
+from colcon_yamllaunch.workspace.create.new_package import check_node_name
+from colcon_yamllaunch.workspace.create.new_package import check_package_name
+from colcon_yamllaunch.workspace.create.new_package import class_name
+from colcon_yamllaunch.workspace.create.new_package import default_node_name
+from colcon_yamllaunch.workspace.create.new_package import dislikes
 import pytest
 
 

@@ -3,10 +3,10 @@
 
 """The underlays that a workspace is built on top of."""
 
+from colcon_yamllaunch.workspace.environment.sourcing import build_environment
+from colcon_yamllaunch.workspace.environment.sourcing import chained_underlays
 from colcon_yamllaunch.workspace.environment.sourcing import Environment
-from colcon_yamllaunch.workspace.environment.underlays import build_environment
-from colcon_yamllaunch.workspace.environment.underlays import chained_underlays
-from colcon_yamllaunch.workspace.environment.underlays import sourced_underlays
+from colcon_yamllaunch.workspace.environment.sourcing import sourced_underlays
 import pytest
 
 
@@ -102,7 +102,7 @@ def test_underlay_survives_a_build_from_a_bare_shell(workspace, update, forks):
     overlay.root.mkdir()
     overlay.cmake('above')
     code = (
-        'from colcon_yamllaunch.workspace.environment.underlays '
+        'from colcon_yamllaunch.workspace.environment.sourcing '
         'import build_environment\n'
         f'colcon = Colcon(Path({str(overlay.root)!r}))\n'
         'built = build_environment(dict(os.environ), colcon.install_base)\n'

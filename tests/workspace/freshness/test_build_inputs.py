@@ -7,12 +7,12 @@ from dataclasses import replace
 import struct
 import subprocess
 
-from colcon_yamllaunch.workspace.freshness.build_context import (
-    relevant_environment,
-)
-from colcon_yamllaunch.workspace.freshness.build_decision import BuildMode
 from colcon_yamllaunch.workspace.freshness.build_inputs import BuildInputs
 from colcon_yamllaunch.workspace.freshness.build_inputs import only_installs
+from colcon_yamllaunch.workspace.freshness.build_record import BuildMode
+from colcon_yamllaunch.workspace.freshness.build_record import (
+    relevant_environment,
+)
 import pytest
 from support.package_builds import PackageBuilds
 

@@ -8,7 +8,7 @@ import os
 import shutil
 import subprocess
 
-from colcon_yamllaunch.workspace.freshness.build_decision import BuildMode
+from colcon_yamllaunch.workspace.freshness.build_record import BuildMode
 from colcon_yamllaunch.workspace.freshness.freshness import Freshness
 import pytest
 from support.package_builds import PackageBuilds

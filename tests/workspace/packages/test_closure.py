@@ -6,9 +6,9 @@
 from pathlib import Path
 
 from colcon_yamllaunch.common.errors import WorkspaceError
-from colcon_yamllaunch.workspace.packages.closure import build_closure
-from colcon_yamllaunch.workspace.packages.closure import closure
-from colcon_yamllaunch.workspace.packages.closure import index
+from colcon_yamllaunch.workspace.packages.package import build_closure
+from colcon_yamllaunch.workspace.packages.package import closure
+from colcon_yamllaunch.workspace.packages.package import index
 from colcon_yamllaunch.workspace.packages.package import Package
 import pytest
 

@@ -5,7 +5,7 @@
 
 from pathlib import Path
 
-from colcon_yamllaunch.workspace.packages.install_rules import (
+from colcon_yamllaunch.workspace.packages.build_files import (
     spells_out_programs,
 )
 import pytest

@@ -3,8 +3,8 @@
 
 """Manifests that colcon passes over."""
 
-from colcon_yamllaunch.workspace.packages.manifest import broken_manifests
-from colcon_yamllaunch.workspace.packages.manifest import invalid_manifest
+from colcon_yamllaunch.workspace.packages.package import broken_manifests
+from colcon_yamllaunch.workspace.packages.package import invalid_manifest
 from colcon_yamllaunch.workspace.packages.package import Package
 
 BAD_MAIL = '<package format="3"><name>my_pkg</name></package>'
@@ -16,7 +16,7 @@ def test_colcon_takes_a_broken_package_for_plain_cmake(workspace):
     text = manifest.read_text().replace('someone@example.com', 'a@b.c')
     manifest.write_text(text)
     code = (
-        'from colcon_yamllaunch.workspace.packages.manifest '
+        'from colcon_yamllaunch.workspace.packages.package '
         'import invalid_manifest\n'
         f'colcon = Colcon(Path({str(workspace.root)!r}))\n'
         'show([[p.type, invalid_manifest(p)] for p in colcon.packages()])\n'

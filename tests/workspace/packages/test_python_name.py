@@ -6,7 +6,7 @@
 import os
 from pathlib import Path
 
-from colcon_yamllaunch.workspace.packages.python_name import written_name
+from colcon_yamllaunch.workspace.packages.build_files import written_name
 import pytest
 
 

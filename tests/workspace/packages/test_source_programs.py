@@ -5,10 +5,8 @@
 
 from pathlib import Path
 
-from colcon_yamllaunch.workspace.packages.source_programs import source_plugins
-from colcon_yamllaunch.workspace.packages.source_programs import (
-    source_programs,
-)
+from colcon_yamllaunch.workspace.packages.build_files import source_plugins
+from colcon_yamllaunch.workspace.packages.build_files import source_programs
 import pytest
 
 

@@ -8,10 +8,10 @@ import os
 from pathlib import Path
 
 from colcon_yamllaunch.verb.extensions import TRUSTED
-from colcon_yamllaunch.workspace.packages.trust import TRUST
-from colcon_yamllaunch.workspace.packages.trust import Trust
-from colcon_yamllaunch.workspace.packages.trust import UntrustedError
 from colcon_yamllaunch.workspace.packages.workspace_root import find_root
+from colcon_yamllaunch.workspace.packages.workspace_root import TRUST
+from colcon_yamllaunch.workspace.packages.workspace_root import Trust
+from colcon_yamllaunch.workspace.packages.workspace_root import UntrustedError
 import pytest
 from support.hostile import needs_other_user
 from support.hostile import OTHER_USER

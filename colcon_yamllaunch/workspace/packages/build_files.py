@@ -2,13 +2,15 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-The programs and components that a package will have.
+What CMake files and `setup.py` say, without running them.
 
-They are found as far as its build files say.
+This is the only reader of build files.
 """
 
+import ast
 from collections.abc import Iterable
 from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import dataclass
 from dataclasses import field
 from itertools import pairwise
@@ -18,7 +20,7 @@ from pathlib import PurePosixPath
 import re
 
 from colcon_yamllaunch.common.text_files import text_of
-from colcon_yamllaunch.workspace.packages.package_folder import cmake_files
+from colcon_yamllaunch.workspace.packages.package_index import cmake_files
 
 #: How many commands of CMake are gone through, in loops and functions too.
 MAXIMUM_COMMANDS = 20_000
@@ -71,6 +73,32 @@ _ENTRY = re.compile(r'([\w.-]+)\s*=\s*[\w.]+\s*:\s*\w+')
 _ASSIGNED = re.compile(r'^(\w+)\s*=\s*[\'"]([\w.-]+)[\'"]', re.M)
 # a list of entry points that Python puts together
 _COMPUTED = re.compile(r'[{%+]|\bfor\b|\.format\(')
+
+
+_COMMENT_RULES = re.compile(r'#.*')
+_COMMAND_RULES = re.compile(r'^[ \t]*(\w+)\s*\(([^()]*)', re.M)
+#: Commands of CMake that install nothing unless their arguments say so.
+_KNOWN_COMMANDS = re.compile(
+    r'cmake_minimum_required|project|find_package|set|option|message'
+    r'|if|elseif|else|endif|enable_testing|add_test|set_tests_properties'
+    r'|add_executable|add_library|add_compile_options|add_subdirectory'
+    r'|include_directories|link_directories|target_\w+|include|install'
+    r'|rosidl_generate_interfaces|rosidl_target_interfaces'
+    r'|ament_target_dependencies|ament_package|ament_export_\w+'
+    r'|ament_lint_auto_find_test_dependencies|ament_add_\w*test\w*'
+    r'|ament_python_install_package'
+)
+_KNOWN_MODULES = ('CTest', 'GNUInstallDirs')
+_KNOWN_VARIABLES = ('${PROJECT_NAME}', '${CMAKE_CURRENT_SOURCE_DIR}')
+#: What declares the build of a Python package, beside its `setup.py`.
+_DECLARATIONS = ('setup.cfg', 'pyproject.toml')
+_COMPUTED_RULES = re.compile('(?:data|script)[_-]files')
+#: The arguments of `setup()` that name programs.
+_NAMING_RULES = ('entry_points', 'scripts')
+_SECTION = re.compile(
+    r'^\[(?:metadata|project)\]\s*$(.*?)(?=^\[|\Z)', re.M | re.S
+)
+_NAME = re.compile(r'^name\s*[=:]\s*[\'"]?([\w.-]+)', re.M)
 
 
 @dataclass(slots=True)
@@ -385,3 +413,141 @@ def _read_setup(text: str, found: SourcePrograms) -> None:
     found.scripts |= names
     if _COMPUTED.search(scripts):
         found.add(_ANY)
+
+
+def spells_out_programs(folder: Path) -> bool:
+    """
+    Tell whether a build installs no script but those whose names it spells.
+
+    Then the files that describe the build do nothing but what is known: other
+    commands of CMake, variables and patterns may come to any name.
+
+    :param folder: The source of the package
+    """
+    cmake = [text_of(folder / n) for n in cmake_files(str(folder))[0]]
+    if cmake:
+        return all(
+            _is_plain_cmake(_COMMENT_RULES.sub('', text)) for text in cmake
+        )
+    if any(_COMPUTED_RULES.search(text_of(folder / n)) for n in _DECLARATIONS):
+        return False
+    return _is_plain_setup(text_of(folder / 'setup.py'))
+
+
+def _is_plain_cmake(text: str) -> bool:
+    for word, written in _COMMAND_RULES.findall(text):
+        command, arguments = word.lower(), written
+        for variable in _KNOWN_VARIABLES:
+            arguments = arguments.replace(variable, '')
+        if (
+            not _KNOWN_COMMANDS.fullmatch(command)
+            or (command == 'include' and written.strip() not in _KNOWN_MODULES)
+            or (command == 'add_executable' and '$' in written.split()[0])
+            or (command == 'install' and not _is_plain_rule(arguments))
+        ):
+            return False
+    return True
+
+
+def _is_plain_rule(arguments: str) -> bool:
+    kind = arguments.split(maxsplit=1)[:1]
+    if '$' in arguments or kind in (['CODE'], ['SCRIPT']):
+        return False
+    # in a folder that is installed to the programs, any file may be one
+    _, _, destination = arguments.partition('DESTINATION')
+    folder = destination.strip().strip('"')
+    return kind != ['DIRECTORY'] or folder.startswith(('share', 'include'))
+
+
+def _is_plain_setup(text: str) -> bool:
+    try:
+        tree = ast.parse(text)
+    except (SyntaxError, ValueError, RecursionError):
+        return False
+    calls = [
+        node
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Call)
+        and isinstance(node.func, ast.Name)
+        and node.func.id == 'setup'
+    ]
+    return len(calls) == 1 and all(
+        keyword.arg not in (None, 'cmdclass')
+        and (keyword.arg not in _NAMING_RULES or _is_named(keyword.value))
+        and (keyword.arg != 'data_files' or _is_data(keyword.value))
+        for keyword in calls[0].keywords
+    )
+
+
+def _is_named(node: ast.AST | None) -> bool:
+    """Tell whether texts begin with what is no variable: `name = …`."""
+    if isinstance(node, (ast.List, ast.Tuple)):
+        return all(map(_is_named, node.elts))
+    if isinstance(node, ast.Dict):
+        return all(map(_is_named, node.values))
+    if isinstance(node, ast.JoinedStr):
+        first = node.values[0]
+        return isinstance(first, ast.Constant) and '=' in str(first.value)
+    return isinstance(node, ast.Constant)
+
+
+def _is_data(files: ast.expr) -> bool:
+    """Tell whether files are installed to folders that have no programs."""
+    if not isinstance(files, ast.List):
+        return False
+    for item in files.elts:
+        folder = item.elts[0] if isinstance(item, ast.Tuple) else item
+        texts = (n for n in ast.walk(folder) if isinstance(n, ast.Constant))
+        first = next(texts, None)
+        if first is None or not str(first.value).startswith('share'):
+            return False
+    return True
+
+
+def written_name(folder: Path) -> str | None:
+    """Return the name of a Python package as far as its files write it."""
+    names = list(_in_setup(text_of(folder / 'setup.py')))
+    return names[0] if names else configured_name(folder)
+
+
+def configured_name(
+    folder: Path, files: Sequence[str] = ('setup.cfg', 'pyproject.toml')
+) -> str | None:
+    """Return the name that the metadata files of a package give it."""
+    for file in files:
+        for section in _SECTION.findall(text_of(folder / file)):
+            found = _NAME.search(section)
+            if found:
+                return found[1]
+    return None
+
+
+def _in_setup(text: str) -> Iterator[str | None]:
+    """Return the names that `setup()` is given, None for one not known."""
+    try:
+        nodes = list(ast.walk(ast.parse(text)))
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return
+    values: dict[str, str | None] = {}
+    for node in nodes:
+        for target in getattr(node, 'targets', ()):
+            if isinstance(node, ast.Assign) and isinstance(target, ast.Name):
+                known = _text(node.value) if target.id not in values else None
+                values[target.id] = known
+    for node in nodes:
+        if isinstance(node, ast.Call) and _name_of(node.func) == 'setup':
+            for keyword in node.keywords:
+                if keyword.arg == 'name':
+                    name = _name_of(keyword.value)
+                    yield _text(keyword.value) or values.get(name or '')
+
+
+def _name_of(node: ast.expr) -> str | None:
+    if isinstance(node, ast.Attribute):
+        return node.attr
+    return node.id if isinstance(node, ast.Name) else None
+
+
+def _text(node: ast.expr) -> str | None:
+    value = node.value if isinstance(node, ast.Constant) else None
+    return value if isinstance(value, str) else None

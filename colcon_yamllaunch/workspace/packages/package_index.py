@@ -15,20 +15,155 @@ from collections.abc import Callable
 from collections.abc import Collection
 from collections.abc import Mapping
 from collections.abc import Sequence
+from collections.abc import Set
 import os
 from pathlib import Path
+import re
 from typing import Any
 from typing import Protocol
 
 from colcon_yamllaunch.common.fingerprint import Fingerprint
 from colcon_yamllaunch.common.fingerprint import fingerprint
-from colcon_yamllaunch.workspace.packages import package_folder
+from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.packages.package import Package
+from colcon_yamllaunch.workspace.packages.workspace_root import IGNORE_MARKERS
+from colcon_yamllaunch.workspace.packages.workspace_root import is_folder
+
+#: What a folder may be.
+PACKAGE = 'package'
+IGNORED = 'ignored'
+PLAIN = 'plain'
+
+MANIFEST = 'package.xml'
+_CMAKE = 'CMakeLists.txt'
+_PYTHON_FILES = ('setup.py', 'setup.cfg', 'pyproject.toml')
+#: The types of packages with a manifest start with this.
+_ROS = 'ros.'
+#: Files that make colcon-ros ignore a folder, beside the ignore markers.
+_FOREIGN = ('manifest.xml', '_order_isolated_packages.py', '_setup_util.py')
+_IGNORING = frozenset((*IGNORE_MARKERS, *_FOREIGN))
+_ROS_FILES = _IGNORING | {MANIFEST, 'colcon.pkg'}
+#: A folder without any of these is no package on its own account.
+MARKERS = _ROS_FILES | {_CMAKE, *_PYTHON_FILES}
+
+#: A variable in a condition (REP 149, catkin_pkg).
+_VARIABLE = re.compile(r'\$(\w+)')
+
 
 #: What colcon said about a folder, and what that depends on; as in JSON.
 Entry = dict[str, Any]
+_KINDS = (PACKAGE, IGNORED, PLAIN)
 
-_KINDS = (package_folder.PACKAGE, package_folder.IGNORED, package_folder.PLAIN)
+
+def has_ignore_marker(path: str) -> bool:
+    """Tell whether colcon ignores a folder whatever else is in it."""
+    return os.path.lexists(f'{path}/COLCON_IGNORE')
+
+
+def content(path: str) -> tuple[set[str], list[str]] | None:
+    """Return the names of the files in a folder and of those crawled below."""
+    files, folders = set(), []
+    try:
+        with os.scandir(path) as entries:
+            for entry in entries:
+                if not is_folder(entry):
+                    files.add(entry.name)
+                elif not entry.name.startswith('.'):
+                    folders.append(entry.name)
+    except OSError:
+        return None
+    return files, folders
+
+
+def relevant(
+    path: str, package_type: str, names: Collection[str]
+) -> tuple[Set[str], list[str]]:
+    """
+    Return the files that colcon's answer about a folder depends on.
+
+    With them come the folders where others may appear; all are relative.
+
+    :param package_type: The type of the package, empty if it is none
+    :param names: The files directly in the folder
+    """
+    if package_type.startswith(_ROS):
+        return _ROS_FILES.intersection(names), ['.']
+    if package_type == 'python':
+        # setup.py and setup.cfg may read any of them
+        return set(names), ['.']
+    files = MARKERS.intersection(names)
+    if package_type != 'cmake':
+        return files, ['.']
+    below, folders = cmake_files(path)
+    return files | below, folders
+
+
+def cmake_files(path: str) -> tuple[set[str], list[str]]:
+    """
+    Return the files in which colcon-cmake finds dependencies.
+
+    With them come all folders that they may be in; all are relative.
+    """
+    files, folders = set(), []
+    for current, below, names in os.walk(path):
+        below[:] = [name for name in below if not name.startswith('.')]
+        relative = os.path.relpath(current, path)
+        folders.append(relative)
+        for name in names:
+            if name == _CMAKE or name.endswith('.cmake'):
+                files.add(os.path.normpath(os.path.join(relative, name)))
+    return files, folders
+
+
+def candidates(
+    path: str, names: Collection[str]
+) -> dict[str, Fingerprint | None]:
+    """Return what all is like that :func:`relevant` may turn out to return."""
+    files, folders = set(names), ['.']
+    if _CMAKE in files:
+        below, folders = cmake_files(path)
+        files |= below
+    return settled(path, (*files, *folders))
+
+
+def settled(
+    path: str, names: Collection[str]
+) -> dict[str, Fingerprint | None]:
+    """Return the fingerprints of paths, None where a change may not show."""
+    found = {}
+    for name in names:
+        now = fingerprint(f'{path}/{name}')
+        found[name] = now if now is not None and now.is_settled else None
+    return found
+
+
+def is_certain(kind: str, package_type: str, names: Collection[str]) -> bool:
+    """
+    Tell whether colcon would say the same of a folder without a warning.
+
+    :param kind: What it said: :data:`PACKAGE` or another
+    :param package_type: The type of the package, empty if it is none
+    :param names: The files directly in the folder
+    """
+    if kind == IGNORED:
+        return not _IGNORING.isdisjoint(names)
+    if MANIFEST in names:
+        return package_type.startswith(_ROS)
+    if kind == PLAIN:
+        return _CMAKE not in names and 'setup.py' not in names
+    return package_type in ('cmake', 'python')
+
+
+def conditions(path: str) -> tuple[set[str], bool]:
+    """
+    Return what a manifest says that depends on more than the manifest.
+
+    That is the variables that conditions may name, and whether it depends on
+    the members of a group.
+    """
+    text = text_of(Path(path, MANIFEST))
+    names = set(_VARIABLE.findall(text)) if 'condition' in text else set()
+    return names, 'group_depend' in text
 
 
 class Identifier(Protocol):
@@ -88,7 +223,7 @@ class PackageIndex:
         return {
             folder: _package(entry)
             for folder, entry in self._entries.items()
-            if entry['kind'] == package_folder.PACKAGE
+            if entry['kind'] == PACKAGE
         }
 
     def metadata(self) -> dict[str, str]:
@@ -96,7 +231,7 @@ class PackageIndex:
         return {
             entry['name']: entry['metadata']
             for entry in self._entries.values()
-            if entry['kind'] == package_folder.PACKAGE and entry['metadata']
+            if entry['kind'] == PACKAGE and entry['metadata']
         }
 
     def lasting_entries(self) -> dict[str, Entry]:
@@ -136,19 +271,19 @@ class PackageIndex:
     ) -> list[str]:
         """Say what a folder is; return what to visit below, last first."""
         entry = self._known(known.get(folder), path, status)
-        if entry is None or entry['kind'] == package_folder.PLAIN:
-            if package_folder.has_ignore_marker(path):
+        if entry is None or entry['kind'] == PLAIN:
+            if has_ignore_marker(path):
                 return []
-            there = package_folder.content(path)
+            there = content(path)
             if there is None:
                 return []
             names, below = there
-            may_be_package = self._everywhere or names & package_folder.MARKERS
+            may_be_package = self._everywhere or names & MARKERS
             if entry is None and may_be_package:
                 entry = self._learn(folder, path, names, ask())
         if entry is not None:
             self._entries[folder] = entry
-            if entry['kind'] != package_folder.PLAIN:
+            if entry['kind'] != PLAIN:
                 return []
         return sorted(below, reverse=True)
 
@@ -183,23 +318,23 @@ class PackageIndex:
         ):
             return entry
         # something was added or removed, which need not matter
-        names, _ = package_folder.content(path) or (set(), [])
-        files, below = package_folder.relevant(path, entry['type'], names)
+        names, _ = content(path) or (set(), [])
+        files, below = relevant(path, entry['type'], names)
         if files != entry['files'].keys():
             return None
         self.changed = True
-        return entry | {'folders': package_folder.settled(path, below)}
+        return entry | {'folders': settled(path, below)}
 
     def _learn(
         self, folder: str, path: str, names: set[str], identifier: Identifier
     ) -> Entry:
         self.changed = self._has_learned = True
         # before colcon reads them, so that a change in between will show
-        before = package_folder.candidates(path, names)
+        before = candidates(path, names)
         kind, package_type = identifier.identify(folder)
-        files, folders = package_folder.relevant(path, package_type, names)
-        certain = package_folder.is_certain(kind, package_type, names)
-        variables, groups = package_folder.conditions(path)
+        files, folders = relevant(path, package_type, names)
+        certain = is_certain(kind, package_type, names)
+        variables, groups = conditions(path)
         return {
             'kind': kind,
             'type': package_type,
@@ -241,7 +376,7 @@ def _are_same(path: str, known: Mapping[str, Any]) -> bool:
 
 
 def _is_whole(entry: Entry) -> bool:
-    if entry['kind'] != package_folder.PACKAGE:
+    if entry['kind'] != PACKAGE:
         return entry['kind'] in _KINDS
     texts: Collection[object] = [
         *(entry[key] for key in ('name', 'path', 'type', 'metadata')),

@@ -6,10 +6,10 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from colcon_yamllaunch.workspace.extensions import exposed_names
-from colcon_yamllaunch.workspace.extensions.entry_points import python_folders
-from colcon_yamllaunch.workspace.extensions.exposed_names import ExposedNames
+from colcon_yamllaunch.workspace.packages import python_modules
 from colcon_yamllaunch.workspace.packages.package import Package
+from colcon_yamllaunch.workspace.packages.python_modules import ExposedNames
+from colcon_yamllaunch.workspace.packages.python_modules import python_folders
 import pytest
 
 GROUP = 'launch.frontend.launch_extension'
@@ -191,7 +191,7 @@ def test_source_that_is_elsewhere_hides_nothing(tmp_path: Path) -> None:
 def test_large_modules_are_passed_over(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(exposed_names, 'MAXIMUM_SIZE', 10)
+    monkeypatch.setattr(python_modules, 'MAXIMUM_SIZE', 10)
     install(tmp_path, 'own', {'__init__.py': ACTION.format(name='one')})
     assert not exposed(tmp_path).actions()
 
@@ -199,7 +199,7 @@ def test_large_modules_are_passed_over(
 def test_number_of_modules_is_bounded(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(exposed_names, 'MAXIMUM_MODULES', 3)
+    monkeypatch.setattr(python_modules, 'MAXIMUM_MODULES', 3)
     files = {'__init__.py': 'from . import m0\n'}
     for number in range(9):
         files[f'm{number}.py'] = f'from . import m{number + 1}\n'
