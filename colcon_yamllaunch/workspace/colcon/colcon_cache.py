@@ -155,7 +155,7 @@ class BuildResult:
     """
     How a build ended.
 
-    :param returncode: 0, what colcon returned, or :data:`build_processes.INTERRUPTED`
+    :param returncode: 0, what colcon returned, or `INTERRUPTED`
     :param built: The names of the packages that were built successfully
     :param failed: The names of those that were begun in vain, if known
     """
