@@ -31,7 +31,6 @@ from colcon_yamllaunch.engine.state import ProcessState
 from colcon_yamllaunch.engine.state import to_json
 from colcon_yamllaunch.plan.plan import TRANSITIONS
 from colcon_yamllaunch.plan.plan import transitions_of
-from colcon_yamllaunch.verb.cli.messages import show
 from colcon_yamllaunch.verb.messages import say
 from colcon_yamllaunch.verb.messages import say_line
 from colcon_yamllaunch.verb.messages import show

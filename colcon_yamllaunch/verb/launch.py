@@ -110,10 +110,10 @@ def _inspect_or_run(
     if not options.inspects:
         need_proc()
     if options.watch is not None:
-        from colcon_yamllaunch.watch import watcher_client
+        from colcon_yamllaunch.watch import watcher
 
-        if not watcher_client.is_installed():
-            raise UserError(watcher_client.MISSING)
+        if not watcher.is_installed():
+            raise UserError(watcher.MISSING)
     sigint = signal.getsignal(signal.SIGINT)
     with _junit_report(options, cwd) as report, _time_limit(options):
         if options.attach is not None:

@@ -139,21 +139,21 @@ class WorkspaceSession:
 
         :raises WorkspaceError: when an underlay's script fails
         """
-        from colcon_yamllaunch.workspace.environment import sourcing
-        from colcon_yamllaunch.workspace.environment import underlays
+        from colcon_yamllaunch.workspace.environment.sourcing import (
+            build_environment,
+        )
         from colcon_yamllaunch.workspace.environment.sourcing import source
 
-        source: Callable[[Path, Mapping[str, str]], Environment]
-        source = sourcing.source
+        sourcing: Callable[[Path, Mapping[str, str]], Environment] = source
         if not self._runs:
             # most launches run
-            from colcon_yamllaunch.workspace.environment import (
+            from colcon_yamllaunch.workspace.environment.hooks import (
                 described_environment,
             )
 
-            source = described_environment.described_environment
-        build = underlays.build_environment(
-            self._user_environment, self.colcon.install_base, source
+            sourcing = described_environment
+        build = build_environment(
+            self._user_environment, self.colcon.install_base, sourcing
         )
         known = self._sourced.notes
         return Environment(
@@ -192,7 +192,7 @@ class WorkspaceSession:
         if self._sourced.packages.issuperset(names):
             return
         # most launches need not look for them
-        from colcon_yamllaunch.workspace.environment.environment_check import (
+        from colcon_yamllaunch.workspace.environment.hooks import (
             missing_packages,
         )
 

@@ -4,11 +4,16 @@
 """
 The environment that a setup script made last time.
 
-It is remembered below `build/` for as long as nothing changed that it came
-from; what a build wrote anew with the same content did not change. What is
-kept is what the script changed, together with a digest of the variables that
-it was sourced with: these may hold secrets, and never get to the disk. A
-record that cannot be read counts as none, and in doubt the script is sourced.
+It is kept below `build/` for as long as nothing changed that sourcing reads:
+the names, sizes and times of the scripts, of the descriptions of hooks, and of
+what these look for. What a build wrote anew with the same content did not
+change. Only an environment that is just what the hooks describe is kept, so
+that no script had a hand in it that depends on more.
+
+What is kept is what the script changed, together with a digest of the
+variables that it was sourced with: these may hold secrets, and never get to
+the disk. A record that cannot be read counts as none, and in doubt the script
+is sourced.
 """
 
 from collections.abc import Callable
@@ -19,7 +24,6 @@ from dataclasses import replace
 import json
 import os
 from pathlib import Path
-import shutil
 import time
 
 from colcon_yamllaunch.common.errors import WorkspaceError
@@ -41,17 +45,17 @@ from colcon_yamllaunch.workspace.environment.sourcing import source
 #: The folder with the records, below the build folder.
 FOLDER_NAME = '.colcon_launch_environments'
 #: To be raised when what is in a record, or what is trusted, changes.
-RECORD_VERSION = 3
+RECORD_VERSION = 4
 #: How many are kept: one for each terminal with variables of its own.
 MAXIMUM_RECORDS = 8
 
 #: A Python with the ROS wheels gives this variable another order whenever it
 #: starts. It makes no difference which: hooks add what is not in there.
 _UNORDERED = 'LD_LIBRARY_PATH'
-#: What the scripts run, beside what is built into bash and Python.
-_PROGRAMS = ('bash', 'env', 'dirname', 'head', 'tail')
 _MODE = 0o600
 _SECOND = 1_000_000_000
+#: What colcon writes, and writes anew with each build.
+_COLCON_SCRIPTS = ('setup.bash', 'local_setup.bash', '_local_setup_util_sh.py')
 
 
 def cached_environment(
@@ -67,9 +71,9 @@ def cached_environment(
     :raises WorkspaceError: when the script is missing, fails or takes too long
     """
     path = build_base / FOLDER_NAME / _key(setup, environment)
-    recalled = _load_if_valid(path, environment)
-    if recalled is not None:
-        return recalled
+    known = _load_if_valid(path, environment)
+    if known is not None:
+        return known
     with suppress(OSError):
         path.unlink()
     return _source(setup, environment, path, sourcing)
@@ -88,9 +92,9 @@ def known_environment(
     if known is not None:
         return known
     # a launch that runs does without it
-    from colcon_yamllaunch.workspace.environment import described_environment
+    from colcon_yamllaunch.workspace.environment import hooks
 
-    return described_environment.described_environment(setup, environment)
+    return hooks.described_environment(setup, environment)
 
 
 def _load_if_valid(
@@ -99,10 +103,9 @@ def _load_if_valid(
     record = read_json(path)
     try:
         paths = record['paths']
-        found = fingerprints(paths).values()
-        state = _digest(list(found))
+        state = _state(paths)
         if state != record['state']:
-            is_settled = are_settled(found)
+            is_settled = are_settled(fingerprints(paths).values())
             if _contents(paths) != record['contents']:
                 return None
             write_json(path, {**record, 'state': is_settled and state}, _MODE)
@@ -125,39 +128,58 @@ def _source(
     record: Path,
     sourcing: Callable[[Path, Mapping[str, str]], Environment],
 ) -> Environment:
-    # what most launches do not need is not loaded by them
-    from colcon_yamllaunch.workspace.environment import environment_check
-    from colcon_yamllaunch.workspace.environment import setup_inputs
+    # most launches need not source
+    from colcon_yamllaunch.workspace.environment.hooks import Description
 
     started = time.time_ns()
-    try:
-        paths = setup_inputs.setup_inputs(setup, environment)
-        before, contents = fingerprints(paths), _contents(paths)
-    except (setup_inputs.UnknownContentError, OSError):
-        paths, before, contents = (), {}, ''
+    described = Description(setup, environment)
+    paths = list(dict.fromkeys(described.paths))
+    state, before = _state(paths), fingerprints(paths).values()
+    contents = _contents(paths)
     try:
         result = sourcing(setup, environment)
     except WorkspaceError as e:
-        cure = environment_check.cure_of_script(setup)
-        raise WorkspaceError(f'{e}{cure}') from e
+        raise WorkspaceError(f'{e}{_fix(setup, str(e))}') from e
     if result.messages:
         gone = gone_underlays(setup.parent)
         return replace(result, notes=tuple(map(gone_note, gone)))
-    found = before.values()
-    if paths and fingerprints(paths) == before and _are_older(found, started):
-        packages = environment_check.sourced_packages(
-            result, paths, setup.parent
-        )
-        result = replace(result, packages=packages)
+    if not described.explains(result.variables):
+        return result
+    result = replace(result, packages=frozenset(described.packages))
+    if _state(paths) == state and _are_older(before, started):
         values = {
             'paths': paths,
-            'state': _digest(list(found)),
+            'state': state,
             'contents': contents,
             'changes': _changes(environment, result.variables),
-            'packages': sorted(packages),
+            'packages': sorted(described.packages),
         }
         _write(record, values)
     return result
+
+
+def _fix(setup: Path, error: str) -> str:
+    """Return the fix, in a line, where a script of colcon is to blame."""
+    for name in _COLCON_SCRIPTS:
+        script = setup.parent / name
+        if f'{script}: line ' in error:
+            return (
+                f'\n{script} is damaged: run `colcon build` in the workspace '
+                'to have it written anew'
+            )
+    return ''
+
+
+def _state(paths: Iterable[str]) -> str:
+    """Return a digest of the sizes and times of files and folders."""
+    found: list[tuple[int, ...] | None] = []
+    for path in paths:
+        try:
+            s = os.stat(path)
+            found.append((s.st_size, s.st_mtime_ns, s.st_ctime_ns, s.st_ino))
+        except OSError:
+            found.append(None)
+    return digest(repr(found).encode())
 
 
 def _are_older(found: Iterable[Fingerprint | None], moment: int) -> bool:
@@ -194,14 +216,7 @@ def _key(setup: Path, environment: Mapping[str, str]) -> str:
     if _UNORDERED in variables:
         folders = environment[_UNORDERED].split(os.pathsep)
         variables[_UNORDERED] = sorted(folders)
-    searched = [environment.get(name) for name in ('PATH', 'PYTHONPATH')]
-    entries = os.pathsep.join(filter(None, searched)).split(os.pathsep)
-    # the others mean something else in another folder
-    place = '' if all(map(os.path.isabs, entries)) else os.path.realpath('.')
-    path = environment.get('PATH', os.defpath)
-    programs = [shutil.which(name, path=path) for name in _PROGRAMS]
-    values = [str(setup), programs, place, sorted(variables.items())]
-    return _digest([RECORD_VERSION, *values])
+    return _digest([RECORD_VERSION, str(setup), sorted(variables.items())])
 
 
 def _changes(

@@ -7,9 +7,7 @@ from collections.abc import Callable
 import json
 from pathlib import Path
 
-from colcon_yamllaunch.workspace.environment.described_environment import (
-    described_environment,
-)
+from colcon_yamllaunch.workspace.environment.hooks import described_environment
 from colcon_yamllaunch.workspace.environment.sourcing import source
 import pytest
 from support.completion import complete

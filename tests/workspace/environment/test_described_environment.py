@@ -6,9 +6,7 @@
 import os
 from pathlib import Path
 
-from colcon_yamllaunch.workspace.environment.described_environment import (
-    described_environment,
-)
+from colcon_yamllaunch.workspace.environment.hooks import described_environment
 import pytest
 
 

@@ -9,9 +9,7 @@ import tempfile
 
 from colcon_yamllaunch.common.errors import WorkspaceError
 from colcon_yamllaunch.workspace.environment import sourcing
-from colcon_yamllaunch.workspace.environment.environment_check import (
-    missing_packages,
-)
+from colcon_yamllaunch.workspace.environment.hooks import missing_packages
 from colcon_yamllaunch.workspace.environment.sourcing import source
 import pytest
 
