@@ -21,7 +21,6 @@ from colcon_yamllaunch.remote.deployment.deployment import Machine
 from colcon_yamllaunch.remote.machine_link import MachineLink
 from colcon_yamllaunch.remote.part_protocol import PartSettings
 from colcon_yamllaunch.remote.remote_part import RemotePart
-from colcon_yamllaunch.verb import messages
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
@@ -121,7 +120,7 @@ def _sent(
         _Process(),
         'i',
         'b',
-        messages.MessageReader(read_message),
+        protocol.MessageReader(read_message),
         FACTS,
         PartSettings('arm'),
         {},
@@ -206,7 +205,7 @@ def test_a_machine_that_executed_too_much_is_dropped(asked: Any) -> None:
 
 @pytest.mark.hostile
 def test_few_bytes_do_not_become_many() -> None:
-    data = zlib.compress(bytes(messages.MAXIMUM_MESSAGE + 1), 9)
+    data = zlib.compress(bytes(protocol.MAXIMUM_MESSAGE + 1), 9)
     part, _ = _sent([protocol.encode_raw('packed', {}, data)])
     assert part.link_state == 'gone'
     assert 'too long' in part.reason
