@@ -131,7 +131,7 @@ MAXIMUM_CLIENTS = 32
 #: Bytes of the longest message of a launch, and of the bytes that follow one.
 MAXIMUM_MESSAGE = 64 * 1024 * 1024
 # messages that bytes follow; see `protocol`
-_RAW = ('output', 'shown', 'packed')
+_RAW = ('output', 'shown', 'packed', 'stream')
 
 
 class ProtocolError(Exception):

@@ -208,7 +208,7 @@ def test_the_record_of_a_launch_has_what_came_later(launch, sh, sleep):
     record = json.loads(path.read_text())
     # between them the number of what speaks with ROS
     assert [p.get('label') for p in record['processes']] == ['a', None, 'b']
-    assert record['timeouts'][2] == [7.0, 5.0]
+    assert record['processes'][2]['timeouts'] == [7.0, 5.0]
     assert started.sends(signal.SIGINT).ends() == 0
 
 

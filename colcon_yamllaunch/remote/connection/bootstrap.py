@@ -144,9 +144,9 @@ _ROOTS = (
     'remote/sync/colcon_build.py',
     *(f'remote/sync/{name}.py' for name in MODULES),
     # started as programs
-    'engine/stopping/guard.py',
-    'engine/process/exec_program.py',
-    'engine/components/ros_client.py',
+    'engine/guard.py',
+    'engine/spawn.py',
+    'engine/ros_client.py',
 )
 # an import takes one line, or has its names in parentheses; to parse a hundred
 # modules takes half a second
