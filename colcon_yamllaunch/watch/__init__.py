@@ -14,5 +14,5 @@
   there. `pending_changes` are the changes that it is handling.
 - `until_checks` checks `--until` after each change.
 
-`verb/launching/watch_flow.py` does the jobs of the worker.
+`verb/watch_launch.py` does the jobs of the worker.
 """
