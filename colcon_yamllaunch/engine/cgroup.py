@@ -62,6 +62,7 @@ class LaunchCgroup:
         self._name = _PREFIX + identity
         self._wanted = wanted
         self._lock = -1
+        self._is_inside = self._stays_inside = False
 
     @classmethod
     def of_members(cls, identity: str, pids: Iterable[int]) -> 'LaunchCgroup':
@@ -93,6 +94,22 @@ class LaunchCgroup:
         try:
             yield
         finally:
+            if not self._stays_inside:
+                self._leave()
+
+    @contextmanager
+    def moves_at_once(self) -> Iterator[None]:
+        """
+        Move from one process's group to the next one's, and back at the end.
+
+        That takes half as many moves, which are a fifth of what a start costs.
+        Meanwhile, nothing else may be started.
+        """
+        self._stays_inside = True
+        try:
+            yield
+        finally:
+            self._stays_inside = False
             self._leave()
 
     def kill(self, number: int) -> None:
@@ -150,7 +167,7 @@ class LaunchCgroup:
 
     def _enter(self, number: int) -> bool:
         # whoever moved the launcher elsewhere meant its processes, too
-        if cgroup_of('self') != self._path:
+        if not self._is_inside and cgroup_of('self') != self._path:
             return False
         folder = f'{self._folder}/{number}'
         try:
@@ -158,10 +175,15 @@ class LaunchCgroup:
                 os.mkdir(folder)
             _move_to(folder)
         except OSError:
+            self._leave()
             return False
+        self._is_inside = True
         return True
 
     def _leave(self) -> None:
+        if not self._is_inside:
+            return
+        self._is_inside = False
         try:
             _move_to(str(self._home))
         except OSError:

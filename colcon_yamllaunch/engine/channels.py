@@ -34,32 +34,6 @@ class Channel:
     writer: int
 
 
-def open_channels(size: os.terminal_size | None) -> tuple[Channel, Channel]:
-    """
-    Make the ways for standard output and standard error.
-
-    :param size: The size of two terminals, or None for two pipes
-    :raises OSError: when there are too many open files, for instance
-    """
-    first = _open(size)
-    try:
-        second = _open(size)
-    except OSError:
-        close(first)
-        raise
-    return first, second
-
-
-def _open(size: os.terminal_size | None) -> Channel:
-    return Channel(*os.pipe()) if size is None else open_terminal(size)
-
-
-def close(channel: Channel) -> None:
-    """Close both ends."""
-    os.close(channel.reader)
-    os.close(channel.writer)
-
-
 def size_of(descriptor: int) -> os.terminal_size:
     """Return the size of a terminal, or :data:`DEFAULT_SIZE`."""
     try:

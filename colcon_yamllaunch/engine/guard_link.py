@@ -189,7 +189,7 @@ class GuardLink:
         if stream is not None and self._common_log is not None:
             both = self._log_files.get(process.label)
             if both is not None:
-                files = [str(both.with_name(f'{stream}.log')), str(both)]
+                files = [f'{both.parent}/{stream}.log', str(both)]
             if process.output in IN_COMMON_LOG:
                 common = str(self._common_log)
         self._tell(

@@ -264,9 +264,9 @@ def _interpreter(program: str) -> str | None:
 def _first_bytes(program: str) -> bytes:
     """Return what Linux reads to find an interpreter, or nothing."""
     try:
-        if not Path(program).is_file():
+        if not os.path.isfile(program):
             return b''
-        with Path(program).open('rb') as file:
+        with open(program, 'rb') as file:
             return file.read(256)
     except OSError:
         return b''

@@ -155,9 +155,11 @@ class Supervisor:
         """
         if self._composition is not None:
             self._composition.end_turn()
-        for _ in range(limits.STARTS_PER_TURN):
-            if self._agenda:
-                self._execute(self._agenda.popleft())
+        if self._agenda:
+            with self._engine.starting():
+                for _ in range(limits.STARTS_PER_TURN):
+                    if self._agenda:
+                        self._execute(self._agenda.popleft())
         self._end_single_stops()
         self._clean_up()
         self._respawn_due()

@@ -3,6 +3,7 @@
 
 """Launches without a process, whose time passes as the test says."""
 
+from contextlib import nullcontext
 from itertools import count
 
 from colcon_yamllaunch.common.escalation import Orphan
@@ -41,6 +42,9 @@ class FakeHost:
             raise StartError('refused')
         self.by_label[process.label] = pid = next(self.pids)
         return pid
+
+    def starting(self):
+        return nullcontext()
 
     def release(self, group):
         return True
