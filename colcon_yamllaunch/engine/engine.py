@@ -215,7 +215,9 @@ class Engine:
             self.terminals,
             len(self.supervisor.tasks),
         )
-        self._orphan_finder = OrphanFinder(settings, guard, self.starter)
+        self._orphan_finder = OrphanFinder(
+            settings, guard, self.loop.children.keys()
+        )
         self._end_turns = overridden(participants, 'end_turn')
         self._dues: list[Callable[[], float | None]] = [
             conditions.due,
@@ -475,9 +477,7 @@ class Engine:
     ) -> list[Orphan]:
         """Find processes of the launch."""
         numbers = {task.number for task in self.supervisor.tasks}
-        return self._orphan_finder.orphans(
-            groups, with_leader, numbers, self.loop.children.keys()
-        )
+        return self._orphan_finder.orphans(groups, with_leader, numbers)
 
     def is_alive(self, orphan: Orphan) -> bool:
         """Tell whether a process still runs."""
@@ -595,15 +595,6 @@ class Engine:
             self._guard.ended(group)
         for participant in self.participants:
             participant.close()
-
-    def _children_of_ours(self) -> set[int]:
-        return {*self.supervisor.groups, *self.loop.children}
-
-    def _adopted(self) -> set[int]:
-        """Return the children that we adopted."""
-        return self._orphan_finder.adopted(
-            self._children_of_ours(), self.loop.children.keys()
-        )
 
     def _follow_up(self) -> None:
         """Do what follows from all that happened in this turn."""
@@ -737,8 +728,8 @@ class Engine:
                 os.kill(orphan.pid, number)
 
     def _reap(self) -> None:
-        adopted = self._adopted()
-        ours = self._children_of_ours()
+        ours = {*self.supervisor.groups, *self.loop.children}
+        adopted = self._orphan_finder.adopted(ours)
         for pid, number in suspended_children(ours):
             if pid not in self.loop.children:
                 self.supervisor.suspended(pid, number)

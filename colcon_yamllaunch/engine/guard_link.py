@@ -17,6 +17,7 @@ from typing import Any
 from colcon_yamllaunch.common.escalation import Timeouts
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.channels import as_numbers
+from colcon_yamllaunch.engine.channels import writer_link
 from colcon_yamllaunch.engine.own_files import Place
 from colcon_yamllaunch.plan.plan import IN_COMMON_LOG
 from colcon_yamllaunch.plan.plan import Process
@@ -197,6 +198,19 @@ class GuardLink:
             ['output', reader, number, process.label, files, common],
             reader,
         )
+
+    def writers(self) -> dict[str, int]:
+        """
+        Return whose output goes where.
+
+        That is what /proc shows of the ends that processes write to, with
+        their numbers in the plan.
+        """
+        return {
+            writer_link(frame[1]) or '': frame[2]
+            for frame, _ in self._state.values()
+            if frame[0] == 'output'
+        }
 
     def closed(self, reader: int) -> None:
         """Tell that a descriptor is being closed, so that nobody reads it."""

@@ -37,7 +37,6 @@ from colcon_yamllaunch.engine.cgroup import number_of
 if TYPE_CHECKING:
     from colcon_yamllaunch.engine.engine import Settings
     from colcon_yamllaunch.engine.guard_link import GuardLink
-    from colcon_yamllaunch.engine.process_starter import ProcessStarter
 
 #: The environment variable that marks the processes of a launch; its value is
 #: the identity of the launch, a dot, and the number of the process.
@@ -201,17 +200,19 @@ class OrphanFinder:
     Finds the orphans of a launch.
 
     :param guard: Receives those that became children of the launcher
+    :param helpers: Our children that are no processes of the plan; it changes
+      with them
     """
 
     def __init__(
         self,
         settings: 'Settings',
         guard: 'GuardLink',
-        starter: 'ProcessStarter',
+        helpers: Collection[int],
     ) -> None:
         self._settings = settings
         self._guard = guard
-        self._starter = starter
+        self._helpers = helpers
         self._session = os.getsid(0)
         own = read_process(os.getpid())
         self._birth = 0 if own is None else own.birth
@@ -223,19 +224,16 @@ class OrphanFinder:
         #: When children were looked for last, by the clock.
         self.looked = settings.clock()
 
-    def adopted(
-        self, ours: Collection[int], helpers: Collection[int]
-    ) -> set[int]:
+    def adopted(self, ours: Collection[int]) -> set[int]:
         """
-        Return the children that we adopted, and tell the guard of them.
+        Return the children that we adopted; the guard receives new ones.
 
         :param ours: Those that we have started
-        :param helpers: Those of them that are no processes of the plan
         """
         self.looked = self._settings.clock()
         adopted, new = self._settings.adoption.look(ours)
         if new:
-            adopter = self._adopter(helpers)
+            adopter = self._adopter()
             for child in filter(None, map(read_process, new)):
                 number = adopter.number_of(child)
                 if number is not None:
@@ -247,13 +245,11 @@ class OrphanFinder:
         groups: Mapping[int, int],
         with_leader: Collection[int],
         numbers: Collection[int],
-        helpers: Collection[int],
     ) -> list[Orphan]:
         """
         Find processes of the launch; see :func:`find_orphans`.
 
         :param numbers: Those of the processes of the plan
-        :param helpers: Our children that are no processes of the plan
         """
         found = find_orphans(
             self._settings.identity,
@@ -261,20 +257,20 @@ class OrphanFinder:
             groups,
             with_leader,
             known=self._known,
-            adopter=self._adopter(helpers),
+            adopter=self._adopter(),
             since=self._birth,
             elders=_ELDERS,
         )
         # what a helper that has ended left behind, or who was dropped
         return [
             orphan
-            if orphan.number in numbers or orphan.group in helpers
+            if orphan.number in numbers or orphan.group in self._helpers
             else Orphan(orphan.pid, orphan.birth, orphan.group, WHOLE)
             for orphan in found
         ]
 
-    def _adopter(self, helpers: Collection[int]) -> Adopter:
+    def _adopter(self) -> Adopter:
         """Return what is known of our children."""
         is_exact = self._settings.adoption.is_exact
-        others = set(helpers) if is_exact else None
-        return Adopter(os.getpid(), self._starter.writers(), others)
+        others = set(self._helpers) if is_exact else None
+        return Adopter(os.getpid(), self._guard.writers(), others)

@@ -13,7 +13,6 @@ from colcon_yamllaunch.engine.cgroup import CGROUP_VARIABLE
 from colcon_yamllaunch.engine.cgroup import LaunchCgroup
 from colcon_yamllaunch.engine.channels import Channel
 from colcon_yamllaunch.engine.channels import open_terminal
-from colcon_yamllaunch.engine.channels import writer_link
 from colcon_yamllaunch.engine.guard_link import GuardLink
 from colcon_yamllaunch.engine.launch_scan import LAUNCH_ID_VARIABLE
 from colcon_yamllaunch.engine.own_files import ParameterFiles
@@ -33,7 +32,7 @@ _STREAMS = ('stdout', 'stderr')
 
 class ProcessStarter:
     """
-    Starts the processes of a launch, and maps descriptors to their output.
+    Starts the processes of a launch.
 
     :param guard: Receives all processes
     :param processes: How many processes the plan has
@@ -60,9 +59,7 @@ class ProcessStarter:
         self._limit = DescriptorLimit(processes)
         #: The variables of processes that say nothing else.
         self.variables: Mapping[str, str] = settings.environment
-        # whose output each descriptor has
-        self._outputs: dict[int, int] = {}
-        relay.closing = terminals.closing = self._forget_output
+        relay.closing = terminals.closing = guard.closed
 
     def expect(self, processes: int) -> None:
         """Prepare for more processes."""
@@ -106,7 +103,6 @@ class ProcessStarter:
         self._relay.add(group, process, stdout.reader, stderr.reader)
         self._guard.started(number, group, timeouts_of(process))
         for stream, channel in zip(_STREAMS, channels, strict=True):
-            self._outputs[channel.reader] = number
             self._guard.output(number, process, stream, channel.reader)
         keyboard = self._terminals.keyboard_of(process.label)
         if keyboard is not None:
@@ -144,15 +140,6 @@ class ProcessStarter:
         """Remove the control group of the launch, as nothing runs in it."""
         self._cgroup.remove()
 
-    def writers(self) -> Mapping[str, int]:
-        """
-        Return whose output goes where.
-
-        What /proc shows of the ends that processes write to, with their
-        numbers in the plan.
-        """
-        return {writer_link(d) or '': n for d, n in self._outputs.items()}
-
     def command_line(self, number: int, process: Process) -> list[str]:
         """
         Return the command line of a process as it is started.
@@ -185,10 +172,6 @@ class ProcessStarter:
         buffering = self._settings.buffering
         environment |= buffering.variables(process, argv, environment)
         return environment
-
-    def _forget_output(self, descriptor: int) -> None:
-        self._outputs.pop(descriptor, None)
-        self._guard.closed(descriptor)
 
 
 def _open_channel(size: os.terminal_size | None) -> Channel:

@@ -72,7 +72,7 @@ class _Respawn:
         """Return whether its time has come and nothing of it runs any more."""
         if now < self.due or not self.is_clean:
             return False
-        return self.cleanup is None or self.cleanup.is_over
+        return self.cleanup is None or self.cleanup.escalation.is_over
 
     def cancel(self) -> None:
         """Do not end what it left running."""
@@ -100,7 +100,6 @@ class Supervisor:
         self._loop = loop
         self._tasks: dict[int, Task] = {}
         self._by_label: dict[str, Task] = {}
-        self._by_name: dict[str, Task] = {}
         self._numbers = count()
         self._expect(plan.processes())
         #: The number of the ROS client, which no process of the plan has.
@@ -212,10 +211,12 @@ class Supervisor:
         :param name: Its label, or what ROS 2 calls it
         :raises RefusedError: when there is none with this name
         """
-        task = self._by_label.get(name) or self._by_name.get(name)
-        if task is None:
-            raise RefusedError(f"there is no process '{name}'")
-        return task
+        if name in self._by_label:
+            return self._by_label[name]
+        for task in self._tasks.values():
+            if task.process.ros_name == name:
+                return task
+        raise RefusedError(f"there is no process '{name}'")
 
     def stop_process(self, name: str) -> None:
         """
@@ -230,8 +231,7 @@ class Supervisor:
         task = self._ended_for(name, 'stop')
         if task.number in self._single_stops:
             self._single_stops[task.number].escalate()
-        else:
-            self._single_stops[task.number] = self._stop_of([task])
+        self._stop_single(task)
 
     def kill_process(self, name: str) -> None:
         """
@@ -260,8 +260,7 @@ class Supervisor:
         task = self._asked_for(name, 'restart' if once is None else 'debug')
         task.once = once
         task.is_restarting = True
-        if task.number not in self._single_stops:
-            self._single_stops[task.number] = self._stop_of([task])
+        self._stop_single(task)
 
     def extend(self, more: Plan) -> None:
         """
@@ -337,8 +336,7 @@ class Supervisor:
                 self._engine.tell(events.Requested(task.process, 'change'))
                 self._prepare_stop(task, is_anew=False)
                 task.is_restarting = True
-                if task.number not in self._single_stops:
-                    self._single_stops[task.number] = self._stop_of([task])
+                self._stop_single(task)
                 if task.number not in self._queue:
                     self._queue.append(task.number)
                 restarted.append(label)
@@ -478,14 +476,12 @@ class Supervisor:
             task = Task(next(self._numbers), process)
             self._tasks[task.number] = task
             self._by_label[process.label] = task
-            self._by_name[process.ros_name] = task
 
     def _forget(self, task: Task) -> None:
         """Remove a process from the plan."""
         process = task.process
         del self._tasks[task.number]
         del self._by_label[process.label]
-        self._by_name.pop(process.ros_name, None)
         if self._composition is not None:
             self._composition.drop_process(process)
         self._engine.tell(events.Dropped(process))
@@ -493,8 +489,6 @@ class Supervisor:
     def _succeed(self, task: Task, process: Process) -> None:
         """Replace a process before its start."""
         before, task.process, task.successor = task.process, process, None
-        self._by_name.pop(before.ros_name, None)
-        self._by_name[process.ros_name] = task
         if self._composition is not None:
             self._composition.replace_process(before, process)
         self._engine.tell(events.Planned((process,)))
@@ -728,6 +722,11 @@ class Supervisor:
         self._stop = self._stop_of(self.tasks, whole=True)
         self._progress_later(self._stop)
 
+    def _stop_single(self, task: Task) -> None:
+        """Begin to stop one process, unless that has begun."""
+        if task.number not in self._single_stops:
+            self._single_stops[task.number] = self._stop_of([task])
+
     def _stop_of(
         self,
         tasks: Sequence[Task],
@@ -753,12 +752,12 @@ class Supervisor:
 
     def _report_progress(self, stop: Stop) -> None:
         """Report what is waited for, if that has changed."""
-        if not stop.is_over:
+        if not stop.escalation.is_over:
             stop.take_steps()
         labels = tuple(task.process.label for task in stop.alive())
         timers = len(self._timers)
         now = self._loop.time()
-        progress = labels, timers, stop.latest_signal()
+        progress = labels, timers, stop.escalation.latest_signal()
         before, last = self._progress
         is_repeated = (
             progress == before and now - last < limits.PROGRESS_REPEAT
@@ -766,7 +765,7 @@ class Supervisor:
         if is_repeated or not (labels or timers):
             return
         self._progress = progress, now
-        following, due = stop.next_signal() or (None, now)
+        following, due = stop.escalation.next_signal() or (None, now)
         self._engine.tell(events.StillRunning(*progress, following, due - now))
 
     def _end_single_stops(self) -> None:
@@ -775,8 +774,9 @@ class Supervisor:
         others = [n for n in stops if n not in first]
         for number, stop in [(n, stops[n]) for n in (*first, *others)]:
             task = self._tasks[number]
+            is_over = stop.escalation.is_over and task.group is None
             # one that cannot be started again may end the launch
-            if self.is_stopping or not stop.is_over or task.group is not None:
+            if self.is_stopping or not is_over:
                 continue
             if number in self._queue:
                 if self._queue[0] != number:
@@ -813,10 +813,10 @@ class Supervisor:
             # what processes left running ends with the launch
             self._begin_stopping()
         assert self._stop is not None
-        is_waiting = self._running or self._stop.has_orphans
-        if not is_waiting and not self._stop.is_over:
+        escalation = self._stop.escalation
+        if not (self._running or escalation.orphans or escalation.is_over):
             self._stop.take_steps()
-        if self._stop.is_over and not self._engine.is_waiting():
+        if escalation.is_over and not self._engine.is_waiting():
             self._stop.abandon()
             self.done = True
 

@@ -99,27 +99,18 @@ class Stop(Targets):
         self._groups = groups
         self._next: TimerHandle | None = None
         timeouts = {t.number: timeouts_of(t.process) for t in tasks}
-        self._escalation = Escalation(self, timeouts, loop.time(), first)
+        #: Their steps so far, and the next ones.
+        self.escalation = Escalation(self, timeouts, loop.time(), first)
         self.take_steps()
-
-    @property
-    def is_over(self) -> bool:
-        """Whether nothing of them runs, or what does cannot be ended."""
-        return self._escalation.is_over
-
-    @property
-    def has_orphans(self) -> bool:
-        """Whether processes run whose end the system does not report."""
-        return bool(self._escalation.orphans)
 
     def take_steps(self) -> None:
         """Check what still runs, and send it the signals that are due."""
-        self._escalation.advance(self._loop.time())
+        self.escalation.advance(self._loop.time())
         self._note_next()
 
     def escalate(self) -> None:
         """Take the next step at once."""
-        self._escalation.escalate(self._loop.time())
+        self.escalation.escalate(self._loop.time())
         self._note_next()
 
     def cancel(self) -> None:
@@ -129,20 +120,12 @@ class Stop(Targets):
 
     def alive(self) -> list[Task]:
         """Return what still runs, in the order of the plan."""
-        return [self._tasks[n] for n in sorted(self._escalation.alive())]
-
-    def latest_signal(self) -> signal.Signals:
-        """Return the furthest step that anything which still runs came to."""
-        return self._escalation.latest_signal()
-
-    def next_signal(self) -> tuple[signal.Signals, float] | None:
-        """Return the signal that is sent next, and when, if one is."""
-        return self._escalation.next_signal()
+        return [self._tasks[n] for n in sorted(self.escalation.alive())]
 
     def abandon(self) -> None:
         """Report what still runs, as it cannot be ended."""
         left = dict(self.groups())
-        left |= {o.pid: o.number for o in self._escalation.orphans}
+        left |= {o.pid: o.number for o in self.escalation.orphans}
         for pid, number in left.items():
             process = self._tasks[number].process
             self._engine.tell(events.LeftBehind(process, pid))
@@ -177,7 +160,7 @@ class Stop(Targets):
 
     def _note_next(self) -> None:
         self.cancel()
-        due = self._escalation.due()
+        due = self.escalation.due()
         if due != math.inf:
             self._next = self._loop.call_at(due, self.take_steps)
 
