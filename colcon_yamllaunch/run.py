@@ -234,7 +234,6 @@ class _Launch:
             self._conditions,
             state,
             context.participants,
-            log_files=log_files,
             parameters_of=context.parameters_of,
         )
         stack.callback(self.engine.close)

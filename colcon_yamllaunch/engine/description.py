@@ -7,14 +7,13 @@ from collections.abc import Iterable
 from collections.abc import Mapping
 from collections.abc import Sequence
 from dataclasses import field
-from pathlib import Path
+from dataclasses import replace
 from typing import Any
 
 from colcon_yamllaunch.common.codec import Codec
 from colcon_yamllaunch.common.codec import only
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.frozen import mutable
-from colcon_yamllaunch.engine.composition import ComponentTask
 from colcon_yamllaunch.plan.plan import Block
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Process
@@ -115,30 +114,43 @@ def from_json(data: object) -> Description:
     return _CODEC.from_json(Description, data, 'description')
 
 
-def process_description(
-    process: Process,
-    argv: Sequence[str],
+def described(
+    part: Process | Component,
+    node: str | None,
     parameters: Iterable[SetParameter],
     blocks: Sequence[Block],
-    log: Path | None,
+    log: str | None,
+    argv: Sequence[str] = (),
 ) -> Description:
     """
-    Describe a process.
+    Describe a process or component.
 
-    :param argv: Its command line as it is started
+    :param node: The full name of its node, if it is known better than in the
+      plan
     :param parameters: All that it is given
     :param blocks: The launch files, groups and timers of the plan
     :param log: The log with all of its output, if there is one
+    :param argv: Its command line as it is started
     """
-    return _description(
-        process,
-        None,
-        parameters,
-        blocks,
+    more: dict[str, Any] = {}
+    if isinstance(part, Component):
+        more['plugin'] = part.plugin
+        more['container'] = part.container
+        more['remaps'] = part.remaps
+    else:
+        more['argv'] = tuple(argv)
+        more['cwd'] = part.cwd
+        more['environment'] = part.environment
+    return Description(
+        part.label,
+        part.ros_name,
+        node or part.node_name,
+        part.package,
+        str(part.position),
+        _within(part.block, blocks),
+        tuple(map(_parameter, parameters)),
         log,
-        argv=tuple(argv),
-        cwd=process.cwd,
-        environment=process.environment,
+        **more,
     )
 
 
@@ -146,7 +158,7 @@ def told_description(
     part: Process | Component,
     told: Mapping[str, Any],
     blocks: Sequence[Block],
-    log: Path | None,
+    log: str | None,
 ) -> Description:
     """
     Describe what runs on another machine.
@@ -158,68 +170,25 @@ def told_description(
     :param blocks: The launch files, groups and timers of the plan
     :param log: The log with all of its output here, if there is one
     """
-    variables = told.get('environment')
-    more: dict[str, Any] = {
-        'environment': tuple(
-            (str(name), _text(value))
-            for name, value in (
-                variables.items() if isinstance(variables, Mapping) else ()
-            )
-        )
-    }
-    if isinstance(part, Process):
-        more['argv'] = tuple(map(str, _list(told.get('argv'))))
-        more['cwd'] = _text(told.get('cwd'))
     node = _text(told.get('node'))
-    return _description(part, node, part.parameters, blocks, log, **more)
+    found = described(part, node, part.parameters, blocks, log)
+    variables = told.get('environment')
+    if not isinstance(variables, Mapping):
+        variables = {}
+    environment = tuple((str(n), _text(v)) for n, v in variables.items())
+    if isinstance(part, Component):
+        return replace(found, environment=environment)
+    argv = told.get('argv')
+    return replace(
+        found,
+        environment=environment,
+        argv=tuple(map(str, argv)) if isinstance(argv, list) else (),
+        cwd=_text(told.get('cwd')),
+    )
 
 
 def _text(told: object) -> str | None:
     return told if isinstance(told, str) else None
-
-
-def _list(told: object) -> list[Any]:
-    return told if isinstance(told, list) else []
-
-
-def component_description(
-    task: ComponentTask, blocks: Sequence[Block], log: Path | None
-) -> Description:
-    """
-    Describe a component.
-
-    :param blocks: The launch files, groups and timers of the plan
-    :param log: The log of its container, if there is one
-    """
-    component = task.successor or task.component
-    return _description(
-        component, task.full_name, component.parameters, blocks, log
-    )
-
-
-def _description(
-    part: Process | Component,
-    node: str | None,
-    parameters: Iterable[SetParameter],
-    blocks: Sequence[Block],
-    log: Path | None,
-    **more: Any,
-) -> Description:
-    if isinstance(part, Component):
-        more['plugin'] = part.plugin
-        more['container'] = part.container
-        more['remaps'] = part.remaps
-    return Description(
-        part.label,
-        part.ros_name,
-        node or part.node_name,
-        part.package,
-        str(part.position),
-        _within(part.block, blocks),
-        tuple(map(_parameter, parameters)),
-        None if log is None else str(log),
-        **more,
-    )
 
 
 def _parameter(parameter: SetParameter) -> Parameter:

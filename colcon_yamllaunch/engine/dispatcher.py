@@ -13,7 +13,6 @@ from collections.abc import Callable
 from collections.abc import Mapping
 from functools import partial
 import os
-from pathlib import Path
 from typing import Any
 from typing import TYPE_CHECKING
 
@@ -27,7 +26,7 @@ from colcon_yamllaunch.engine.participants import Execute
 from colcon_yamllaunch.engine.participants import Reply
 from colcon_yamllaunch.engine.spawn import StartError
 from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import ParametersOf
+from colcon_yamllaunch.plan.plan import Process
 
 if TYPE_CHECKING:
     # most launches have no components, and few are asked for these
@@ -44,21 +43,11 @@ class Dispatcher:
 
     Participants execute their share of a command before a handler does, and
     add handlers of their own.
-
-    :param log_files: For each label, the log with all output
-    :param parameters_of: Returns the parameters of a process
     """
 
-    def __init__(
-        self,
-        engine: 'Engine',
-        log_files: Mapping[str, Path],
-        parameters_of: ParametersOf,
-    ) -> None:
+    def __init__(self, engine: 'Engine') -> None:
         self._engine = engine
         self._supervisor = engine.supervisor
-        self._log_files = log_files
-        self._parameters_of = parameters_of
         supervisor = engine.supervisor
         effects: dict[type[Command[Any]], Callable[[Any], object]] = {
             commands.Stop: self._stop,
@@ -158,32 +147,26 @@ class Dispatcher:
     def _describe(
         self, command: commands.Describe, _: Reply
     ) -> commands.Described:
-        from colcon_yamllaunch.engine import description
+        from colcon_yamllaunch.engine.description import described
 
-        blocks = self._engine.blocks
+        engine = self._engine
+        part: Process | Component
+        argv: list[str] = []
         if found := self._component(command.process):
-            composition, component = found
-            container = composition.container_process(component)
-            place = component.label if container is None else container.label
-            return commands.Described(
-                description.component_description(
-                    component, blocks, self._log_files.get(place)
-                )
-            )
-        task = self._supervisor.task(command.process)
-        process = task.successor or task.process
-        try:
-            argv = self._engine.starter.command_line(task.number, process)
-        except StartError as error:
-            raise RefusedError(f'{process.label}: {error}') from error
+            component = found[1]
+            part = component.successor or component.component
+            node, parameters = component.full_name, part.parameters
+        else:
+            task = self._supervisor.task(command.process)
+            part = task.successor or task.process
+            node, parameters = None, tuple(engine.parameters_of(part))
+            try:
+                argv = engine.starter.command_line(task.number, part)
+            except StartError as error:
+                raise RefusedError(f'{part.label}: {error}') from error
+        log = engine.state.log_of(engine.state.by_label[part.label])
         return commands.Described(
-            description.process_description(
-                process,
-                argv,
-                self._parameters_of(process),
-                blocks,
-                self._log_files.get(process.label),
-            )
+            described(part, node, parameters, engine.blocks, log, argv)
         )
 
     def _change_state(

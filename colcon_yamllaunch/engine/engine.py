@@ -17,7 +17,6 @@ import os
 from pathlib import Path
 import signal
 import time
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.adoption import Adoption
@@ -144,7 +143,6 @@ class Engine:
     :param state: Is changed by each event before listeners get it
     :param participants: What else takes part in the launch, in the order in
       which they execute commands and receive events
-    :param log_files: For each label, the log with all output
     :param parameters_of: Returns the parameters of a process
     """
 
@@ -162,7 +160,6 @@ class Engine:
         state: LaunchState,
         participants: Sequence[Participant] = (),
         *,
-        log_files: Mapping[str, Path] = MappingProxyType({}),
         parameters_of: ParametersOf = lambda process: process.parameters,
     ) -> None:
         if settings.tty:
@@ -236,8 +233,8 @@ class Engine:
         self.when_resized: list[Callable[[], None]] = []
         #: Lets other terminals of the user see the launch, if they do not yet.
         self.serve: Callable[[], object] = bool
-        self._log_files = log_files
-        self._parameters_of = parameters_of
+        #: Returns the parameters of a process.
+        self.parameters_of = parameters_of
         self._dispatcher: Dispatcher | None = None
         self._expect_guard()
         for participant in participants:
@@ -250,9 +247,7 @@ class Engine:
             # few launches are asked for anything
             from colcon_yamllaunch.engine.dispatcher import Dispatcher
 
-            self._dispatcher = Dispatcher(
-                self, self._log_files, self._parameters_of
-            )
+            self._dispatcher = Dispatcher(self)
         return self._dispatcher
 
     @property

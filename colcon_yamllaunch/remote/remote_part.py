@@ -17,7 +17,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 import os
-from pathlib import Path
 import signal
 import termios
 import time
@@ -397,7 +396,7 @@ class RemotePart:
         part = self.part(command.process)
         log = self._launch.state.log_files.get(part.label)
         described = told_description(
-            part, told, self._launch.blocks, Path(log) if log else None
+            part, told, self._launch.blocks, str(log) if log else None
         )
         return commands.Described(described)
 

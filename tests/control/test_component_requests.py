@@ -72,7 +72,8 @@ class Controlled:
         )
         engine.planned_processes = partial(Engine.planned_processes, engine)
         engine.planned_components = partial(Engine.planned_components, engine)
-        engine.dispatcher = Dispatcher(engine, logs, lambda p: p.parameters)
+        engine.parameters_of = lambda p: p.parameters
+        engine.dispatcher = Dispatcher(engine)
         service = Service(engine, Journal())
         self.near, far = socket.socketpair()
         far.setblocking(False)

@@ -61,7 +61,7 @@ class Asked:
         placed = Placed(whole, Plan((HERE,)), {'arm': Plan((FIRST, LAST))})
         self.parts = RemoteParts([self.link], placed)
         self.launch = PlayedLaunch(self.parts)
-        self.launch.state.log_files = logs = {'arm│last': Path('/log/last')}
+        self.launch.state.log_files = {'arm│last': Path('/log/last')}
         engine: Any = SimpleNamespace(
             state=self.launch.state,
             participants=[self.parts],
@@ -77,7 +77,8 @@ class Asked:
             blocks=(),
             tell=self.launch.tell,
         )
-        engine.dispatcher = Dispatcher(engine, logs, lambda p: p.parameters)
+        engine.parameters_of = lambda p: p.parameters
+        engine.dispatcher = Dispatcher(engine)
         self.service = Service(engine, Journal())
         self.launch.here = [HERE]
         self.parts.begin()
