@@ -95,7 +95,7 @@ class LaunchCgroup:
             yield
         finally:
             if not self._stays_inside:
-                self._leave()
+                self.leave()
 
     @contextmanager
     def moves_at_once(self) -> Iterator[None]:
@@ -103,17 +103,31 @@ class LaunchCgroup:
         Move from one process's group to the next one's, and back at the end.
 
         That takes half as many moves, which are a fifth of what a start costs.
-        Meanwhile, nothing else may be started.
+        Meanwhile, nothing else may be started; and before anybody looks for
+        the members of a group, :meth:`leave` has to be called.
         """
         self._stays_inside = True
         try:
             yield
         finally:
             self._stays_inside = False
-            self._leave()
+            self.leave()
+
+    def leave(self) -> None:
+        """Move back to where we were."""
+        if not self._is_inside:
+            return
+        self._is_inside = False
+        try:
+            _move_to(str(self._home))
+        except OSError:
+            # where nothing is killed but by ourselves
+            with suppress(OSError):
+                _move_to(str(self._folder))
 
     def kill(self, number: int) -> None:
         """Kill all that is in the group of a process, in one step."""
+        self.leave()
         if self._folder is not None:
             self._kill(f'{self._folder}/{number}')
 
@@ -175,21 +189,10 @@ class LaunchCgroup:
                 os.mkdir(folder)
             _move_to(folder)
         except OSError:
-            self._leave()
+            self.leave()
             return False
         self._is_inside = True
         return True
-
-    def _leave(self) -> None:
-        if not self._is_inside:
-            return
-        self._is_inside = False
-        try:
-            _move_to(str(self._home))
-        except OSError:
-            # where nothing is killed but by ourselves
-            with suppress(OSError):
-                _move_to(str(self._folder))
 
     def _kill(self, folder: str) -> None:
         ours = cgroup_of('self') or ''

@@ -471,6 +471,7 @@ class Engine:
         self, groups: Mapping[int, int], with_leader: Collection[int]
     ) -> list[Orphan]:
         """Find processes of the launch."""
+        self.starter.leave_group()
         numbers = {task.number for task in self.supervisor.tasks}
         return self._orphan_finder.orphans(groups, with_leader, numbers)
 
@@ -540,11 +541,11 @@ class Engine:
         """Prepare for more entries of the plan."""
         self.starter.expect(sum(1 for _ in more.processes()))
         if self._ros is not None:
-            self._ros.expect(more, is_late=True)
+            self._ros.expect(more)
         elif more.needs_ros:
             known = Plan(tuple(t.process for t in self.supervisor.tasks))
             self._ros = self._ros_link(known)
-            self._ros.expect(more, is_late=True)
+            self._ros.expect(more)
             self.supervisor.compose(self._ros.composition)
             self._ros.start()
 
@@ -552,24 +553,23 @@ class Engine:
         # few launches need it
         from colcon_yamllaunch.engine.ros_link import RosLink
 
-        def start(argv: list[str], streams: tuple[int, int, int]) -> int:
-            environment = dict(self._settings.environment)
-            number = self.supervisor.client_number
-            group = self.starter.start_helper(
-                number, argv, environment, '/', streams
-            )
-            self._guard.started(number, group, _CLIENT_TIMEOUTS)
-            return group
+        return RosLink(plan, self, self._settings)
 
-        return RosLink(
-            plan,
-            self._settings.environment,
-            self.loop,
-            start,
-            self.tell,
-            self._settings.client_log,
-            self.state,
+    def start_client_program(
+        self, argv: list[str], streams: tuple[int, int, int]
+    ) -> int:
+        """
+        Start the ROS client as a process of the launch.
+
+        :returns: its process group
+        """
+        number = self.supervisor.client_number
+        environment = dict(self._settings.environment)
+        group = self.starter.start_helper(
+            number, argv, environment, '/', streams
         )
+        self.guard_group(group, number)
+        return group
 
     def _await_ros(self, ros: 'RosLink') -> None:
         """
@@ -584,10 +584,8 @@ class Engine:
             self.loop.run_once()
 
     def _close_helpers(self) -> None:
-        if self._ros is not None and self._ros.pid:
-            group = self._ros.pid
+        if self._ros is not None:
             self._ros.close()
-            self._guard.ended(group)
         for participant in self.participants:
             participant.close()
 

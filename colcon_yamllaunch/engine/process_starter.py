@@ -132,6 +132,10 @@ class ProcessStarter:
                 self._limit.wrapped(self._settings.spawn),
             )
 
+    def leave_group(self) -> None:
+        """Be in the group of no process; see `LaunchCgroup.leave`."""
+        self._cgroup.leave()
+
     def kill(self, number: int) -> None:
         """Kill all that belongs to a process of the plan, if possible."""
         self._cgroup.kill(number)

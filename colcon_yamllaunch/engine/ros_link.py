@@ -8,22 +8,24 @@ It runs with the Python of the sourced environment, which may be another than
 ours. Messages are JSON objects, one a line.
 """
 
-from collections.abc import Callable
 from collections.abc import Mapping
 from collections.abc import Sequence
 import glob
 import os
 from pathlib import Path
 from typing import Any
+from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.composition import Composition
 from colcon_yamllaunch.engine.helper_process import HelperProcess
 from colcon_yamllaunch.engine.helper_process import pythons
-from colcon_yamllaunch.engine.loop import Loop
-from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.plan.plan import Plan
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.engine.engine import Engine
+    from colcon_yamllaunch.engine.engine import Settings
 
 #: The program; it imports nothing of this package.
 PROGRAM = Path(__file__).with_name('ros_client.py')
@@ -38,46 +40,36 @@ _PURPOSES = {
 #: Packages on PyPI.
 _WHEELS = ('rclpy', 'rcl-interfaces', 'lifecycle-msgs', 'rosgraph-msgs')
 
-#: Starts a program with standard streams; returns its process group.
-Start = Callable[[list[str], tuple[int, int, int]], int]
-
 
 class RosLink:
     """
     The client process of a launch.
 
-    :param environment: The environment that it runs in
-    :param start: Starts it as a process of the launch
-    :param emit: Receives events, and applies them to `state`
-    :param log: The file for its standard error, or None
+    :param engine: Starts it as a process of the launch
     """
 
     def __init__(
-        self,
-        plan: Plan,
-        environment: Mapping[str, str],
-        loop: Loop,
-        start: Start,
-        emit: events.Listener,
-        log: Path | None,
-        state: LaunchState,
+        self, plan: Plan, engine: 'Engine', settings: 'Settings'
     ) -> None:
-        self._environment = environment
-        self._start = start
-        self._emit = emit
+        self._engine = engine
+        self._environment = settings.environment
         self._process = HelperProcess(
-            loop, self._spawn, self._handle, self._lost, log
+            engine.loop,
+            self._spawn,
+            self._handle,
+            self._lost,
+            settings.client_log,
         )
         self._packages = needed_packages(plan)
-        self._pythons = pythons(environment.get('PATH', os.defpath))
+        self._pythons = pythons(self._environment.get('PATH', os.defpath))
         self._python = self._first_found = 0
         #: The components and lifecycle nodes of the launch.
         self.composition = Composition(
-            plan, self._process.send, emit, loop, state
+            plan, self._process.send, engine.tell, engine.loop, engine.state
         )
         #: Whether the environment has the needed packages.
         self.is_found = are_beside(
-            self._packages, self._pythons[0], environment
+            self._packages, self._pythons[0], self._environment
         )
         # whether a client confirmed that
         self._is_sure = False
@@ -87,21 +79,15 @@ class RosLink:
         self.error: str | None = None
         self._is_ready = False
 
-    @property
-    def pid(self) -> int:
-        """The process group of the client, or 0 while there is none."""
-        return self._process.pid
-
-    def expect(self, more: Plan, *, is_late: bool) -> None:
+    def expect(self, more: Plan) -> None:
         """
         Add the needs of more entries, from the next start on.
 
-        :param is_late: Whether the launch runs already, and so goes on even
-          if the environment lacks it
+        As the launch runs already, it goes on if the environment lacks them.
         """
         needed = dict.fromkeys([*self._packages, *needed_packages(more)])
         self._packages = list(needed)
-        self.is_found |= is_late
+        self.is_found = True
 
     def start(self) -> None:
         """Start the client, without waiting until it is ready."""
@@ -113,12 +99,16 @@ class RosLink:
 
     def close(self) -> None:
         """End the client, at the latest after a moment."""
+        group = self._process.pid
         self._process.close(limits.CLIENT_END_TIMEOUT)
+        if group:
+            self._engine.release_group(group)
 
     def _spawn(self, streams: tuple[int, int, int]) -> int:
         self._is_ready = False
         python = self._pythons[self._python]
-        return self._start([python, str(PROGRAM), *self._packages], streams)
+        words = [python, str(PROGRAM), *self._packages]
+        return self._engine.start_client_program(words, streams)
 
     def _lost(self, ending: str, was_killed: bool) -> None:
         """
@@ -150,7 +140,7 @@ class RosLink:
             )
             return
         text = f'the ROS client {ending}, and is started again'
-        self._emit(events.Warned(text))
+        self._engine.tell(events.Warned(text))
 
     def _last_words(self) -> str:
         last = self._process.last_line()
