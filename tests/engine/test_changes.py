@@ -113,14 +113,6 @@ def test_process_behind_a_timer_waits_for_it(history, process):
     assert h.started() == ['a']
 
 
-def test_restart_does_not_end_the_launch(history, process):
-    h = history(process('a', on_exit_shutdown=True))
-    restarts(h, 'a')
-    h.exit('a', STOPPED)
-    assert h.started() == ['a', 'a']
-    assert h.happened(ShuttingDown) == []
-
-
 def test_failure_does_not_end_a_watched_launch(history, process):
     h = history(process('a', on_exit_shutdown=True))
     h.exit('a', Outcome(code=1))
@@ -132,14 +124,6 @@ def test_failure_does_not_end_a_watched_launch(history, process):
     restarts(h, 'a')
     h.exit('a')
     assert len(h.happened(ShuttingDown)) == 1
-
-
-def test_restart_cancels_a_respawn(history, process):
-    h = history(process('a', respawn=True, respawn_delay=3.0))
-    h.exit('a', Outcome(code=1))
-    restarts(h, 'a')
-    h.after(5.0)
-    assert h.started() == ['a', 'a']
 
 
 def test_revision_applies_from_the_next_start(history, process):

@@ -284,16 +284,6 @@ def test_dropped_component_is_unloaded(history, box):
     assert not h.open('load')
 
 
-def test_replaced_container_reloads_its_components(history, box, process):
-    h = history(box, component('a'))
-    h.ready('/box')
-    h.loads(1)
-    replace_process(h, process('box-1', 'new', node_name='/box'))
-    h.exit('box-1', STOPPED)
-    h.there('/box')
-    assert h.loads(2) == ['/a']
-
-
 def test_replaced_lifecycle_node_gets_its_state(history, process):
     node = {'is_lifecycle': True, 'autostart': True, 'node_name': '/lc'}
     h = history(process('lc', **node))

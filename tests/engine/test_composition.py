@@ -133,26 +133,6 @@ def test_invalid_parameter_value_fails_the_load(box):
     assert '0x1' in reason
 
 
-def test_failed_load_does_not_affect_others(box):
-    h = begin(box(), component('a'), component('b'))
-    h.ready('/box')
-    h.answer('load', 'there is no such plugin')
-    h.loads(1)
-    assert failed(h) == [('a', 'there is no such plugin')]
-    assert phases(h) == ['failed', 'loaded']
-    (line,) = h.happened(LoadFailed)[0].lines()
-    assert 'there is no such plugin' in line
-    assert 'demo.yaml:7:9' in line
-
-
-def test_component_in_a_timer_is_loaded_later(box):
-    h = begin(box(), Timer(3.0, (component('a'),)))
-    h.ready('/box')
-    assert h.open('load') == []
-    h.after(3.1)
-    assert [r['name'] for r in h.open('load')] == ['a']
-
-
 def test_missing_container_is_reported_ever_less_often(box):
     h = begin(box(), component('a'), component('b', '/far'))
     h.ready()
@@ -272,16 +252,6 @@ def test_respawn_brings_the_components_back_in_order(box):
     # and one that was unloaded can be had again
     h.composition.reload('b')
     assert h.loads(4) == ['/b']
-
-
-def test_a_restart_of_the_container_brings_the_components_back(box):
-    h = begin(box(), component('a'), component('b'))
-    h.ready('/box')
-    h.loads(1)
-    h.restart('box-1')
-    h.exit('box-1', Outcome(signal=signal.SIGINT))
-    assert not failed(h)
-    assert h.loads(1, 2) == ['/a', '/b']
 
 
 def test_unloaded_component_is_loaded_by_a_restart(box, process):

@@ -31,29 +31,26 @@ def find(tmp_path):
     return look
 
 
-def test_a_core_dump_lies_in_the_working_directory(find):
-    assert find('core', 'core', 'core.12', cwd='a [1]') == 'core'
+EVENTS = ('core-talker.12.1732', 'core-talker.12.1731', 'core-x.13.1732')
 
 
-def test_a_process_id_is_added_where_the_system_does(find):
-    assert find('core', 'core', 'core.12', uses_pid='1') == 'core.12'
-
-
-def test_what_is_not_known_matches_anything(find):
-    names = ('core-talker.12.1732', 'core-talker.12.1731', 'core-x.13.1732')
-    assert find('core-%e.%p.%t', *names, uses_pid='1') == names[0]
-
-
-def test_a_pattern_may_hold_what_is_special_to_others(find):
-    assert find('100%%[a]%p', '100%a12', '100%[a]12') == '100%[a]12'
-
-
-def test_a_file_that_is_older_than_the_process_is_another_ones(find):
-    assert find('core', 'core', age=60) is None
-
-
-def test_there_may_be_none(find):
-    assert find('core') is None
+@pytest.mark.parametrize(
+    ('pattern', 'names', 'more', 'expected'),
+    [
+        ('core', ('core', 'core.12'), {'cwd': 'a [1]'}, 'core'),
+        ('core', ('core', 'core.12'), {'uses_pid': '1'}, 'core.12'),
+        # what is not known matches anything
+        ('core-%e.%p.%t', EVENTS, {'uses_pid': '1'}, EVENTS[0]),
+        ('100%%[a]%p', ('100%a12', '100%[a]12'), {}, '100%[a]12'),
+        # older than the process
+        ('core', ('core',), {'age': 60}, None),
+        ('core', (), {}, None),
+    ],
+)
+def test_core_dump_is_found_by_the_pattern_of_the_system(
+    find, pattern, names, more, expected
+):
+    assert find(pattern, *names, **more) == expected
 
 
 def test_a_program_may_take_it(find, tmp_path):

@@ -95,13 +95,6 @@ def test_arguments_and_input_arrive() -> None:
     assert done.stdout == 'in<><->'
 
 
-def test_python_of_the_script_is_missing(script: Script) -> None:
-    path = script('#!/usr/bin/env python9\n')
-    message = refusal([str(path)])
-    assert "the interpreter 'python9', which is not" in message
-    assert str(path) in message
-
-
 def test_env_with_options_is_left_to_env(script: Script) -> None:
     path = script('#!/usr/bin/env -S sh -e\nexit 3\n')
     assert run(str(path)).returncode == 3

@@ -159,19 +159,6 @@ def test_the_time_starts_when_all_was_seen(says):
     assert replay.ends() == ()
 
 
-def test_a_failure_ends_the_wait(fails):
-    replay = Replay('ready')
-    assert replay.hears(fails()) == 'a failed'
-    assert replay.ends() != ()
-
-
-def test_what_cannot_be_started_ends_the_wait(process):
-    replay = Replay('ready')
-    replay.conditions.handle(StartFailed(process('a'), 'no such file'))
-    assert replay.conditions.due() <= replay.now
-    assert replay.reason == 'a failed'
-
-
 def test_a_respawn_may_mend_a_failure_while_something_is_waited_for(
     says, fails
 ):
@@ -226,14 +213,24 @@ def test_a_line_that_takes_too_long_is_passed_over(says):
     assert replay.ends() == ()
 
 
-def test_what_fails_in_ros_decides_as_a_failed_process(process):
-    position = Position('/ws/demo.yaml', 7, 9)
-    component = Component('a', 'demo', 'demo::A', '/box', position)
-    failed = LoadFailed(component, 'reason')
-    assert Replay('ready').hears(failed) == 'a failed'
+COMPONENT = Component('a', 'd', 'd::A', '/box', Position('/ws/d.yaml', 7, 9))
+
+
+@pytest.mark.parametrize(
+    ('event', 'reason'),
+    [
+        (lambda p: StartFailed(p, 'no such file'), 'lc-1 failed'),
+        (lambda _: LoadFailed(COMPONENT, 'reason'), 'a failed'),
+        (lambda _: LoadFailed(COMPONENT, 'reason', again=True), None),
+        (lambda p: TransitionFailed(p, '/lc', 'configure', ''), 'lc-1 failed'),
+        (lambda _: RosLost('reason'), 'the ROS client failed'),
+    ],
+)
+def test_failure_ends_a_launch_that_waits_for_something(
+    process, event, reason
+):
+    failed = event(process('lc-1'))
+    replay = Replay('ready')
+    assert replay.hears(failed) == reason
+    assert replay.ends() != ()
     assert Replay().hears(failed) is None
-    again = LoadFailed(component, 'reason', again=True)
-    assert Replay('ready').hears(again) is None
-    node = TransitionFailed(process('lc-1'), '/lc', 'configure', 'reason')
-    assert Replay('ready').hears(node) == 'lc-1 failed'
-    assert 'ROS' in Replay('ready').hears(RosLost('reason'))

@@ -72,26 +72,6 @@ def test_who_is_older_than_the_launcher_is_none_of_the_launch(start):
     assert not find_orphans(identity, NO_SESSION, {}, since=birth + 1)
 
 
-def test_a_process_is_found_by_its_group_in_our_session_only(start):
-    process = start({}, start_new_session=True)
-    groups = {process.pid: 3}
-    identity = new_identity()
-    found = find_orphans(identity, process.pid, groups)
-    assert [(m.pid, m.number) for m in found] == [(process.pid, 3)]
-    assert find_orphans(identity, os.getpid(), groups) == []
-
-
-def test_a_child_without_the_mark_is_found_by_its_parent(start):
-    identity = new_identity()
-    process = start(
-        {LAUNCH_ID_VARIABLE: f'{identity}.2'},
-        "env -i sh -c 'echo $$; exec sleep 99' & read x; kill $!",
-    )
-    child = int(process.stdout.readline())
-    found = {m.pid: m.number for m in find_orphans(identity, NO_SESSION, {})}
-    assert found == {process.pid: 2, child: 2}
-
-
 def test_a_group_whose_leader_runs_is_left_out_but_not_who_left_it(start):
     identity = new_identity()
     process = start(

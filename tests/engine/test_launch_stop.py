@@ -209,14 +209,6 @@ def test_a_restart_that_fails_may_end_the_launch(history, process):
     assert h.phases() == ['ended', 'ended', 'stopping']
 
 
-def test_the_launch_ends_when_its_last_process_is_stopped(history, process):
-    h = history(process('a'))
-    h.stop('a')
-    assert not h.supervisor.done
-    h.exit('a', INTERRUPTED)
-    assert h.supervisor.done
-
-
 def test_the_launch_goes_on_while_its_last_process_is_restarted(
     history, process
 ):

@@ -88,28 +88,6 @@ def test_a_node_is_configured_and_activated(node):
     assert not h.happened(TransitionFailed)
 
 
-def test_without_autostart_a_node_is_only_followed(node):
-    h = begin(node(autostart=False))
-    goes(h, 'unconfigured')
-    assert transitions(h) == []
-    assert h.state('lc-1').lifecycle == 'unconfigured'
-
-
-def test_a_transition_that_fails_is_a_failure(node):
-    h = begin(node())
-    goes(h, 'unconfigured')
-    goes(h, 'configuring', 'unconfigured')
-    h.answer('change_state', 'the callback failed')
-    goes(h, 'unconfigured', 'configuring')
-    (failure,) = h.happened(TransitionFailed)
-    assert failure.transition == 'configure'
-    (line,) = failure.lines()
-    assert '/lc' in line
-    assert 'the callback failed' in line
-    assert 'demo.yaml:14:5' in line
-    assert transitions(h) == []
-
-
 def test_a_respawned_node_gets_the_state_that_it_had_reached(node):
     h = begin(node(respawn=True))
     activate(h)

@@ -62,37 +62,36 @@ def variables(files, process):
     return tell
 
 
-def test_a_compiled_program_is_line_buffered(variables):
-    assert variables('/lib/node') == (BUFFERED, False, False)
-    assert variables('nice', '/lib/node', '-x') == (BUFFERED, False, False)
-    assert variables('/lib/node', LD_PRELOAD='') == (BUFFERED, False, False)
+NOTHING = {}, False, False
+HELD = {}, True, True
 
 
 @pytest.mark.parametrize(
-    'argv',
+    ('argv', 'environment', 'expected'),
     [
-        ('/lib/sane',),
-        ('nice', '/lib/sane'),
-        ('/lib/alpine',),
-        ('/lib/wide',),
+        (['/lib/node'], {}, (BUFFERED, False, False)),
+        (['nice', '/lib/node', '-x'], {}, (BUFFERED, False, False)),
+        (['/lib/node'], {'LD_PRELOAD': ''}, (BUFFERED, False, False)),
+        # they may hold lines back
+        (['/lib/sane'], {}, HELD),
+        (['nice', '/lib/sane'], {}, HELD),
+        (['/lib/alpine'], {}, HELD),
+        (['/lib/wide'], {}, HELD),
+        # a library of the user stays alone
+        (['/lib/node'], {'LD_PRELOAD': '/x.so'}, HELD),
+        (['nice', 'x'], {'LD_PRELOAD': '/x.so'}, ({}, True, False)),
+        # they need nothing
+        (['/lib/script.py'], {}, NOTHING),
+        (['/lib/static'], {}, NOTHING),
+        (['missing'], {}, NOTHING),
+        (['/lib/node'], {'terminal': True}, NOTHING),
+        (['/lib/node'], {'COLCON_LAUNCH_LINE_BUFFERED': '0'}, NOTHING),
     ],
 )
-def test_one_that_cannot_be_may_hold_lines_back(variables, argv):
-    assert variables(*argv) == ({}, True, True)
-
-
-def test_a_library_of_the_user_stays_alone(variables):
-    assert variables('/lib/node', LD_PRELOAD='/x.so') == ({}, True, True)
-    assert variables('nice', 'x', LD_PRELOAD='/x.so') == ({}, True, False)
-
-
-def test_what_needs_nothing_gets_nothing(variables):
-    assert variables('/lib/script.py') == ({}, False, False)
-    assert variables('/lib/static') == ({}, False, False)
-    assert variables('missing') == ({}, False, False)
-    assert variables('/lib/node', terminal=True) == ({}, False, False)
-    off = {line_buffering.LINE_BUFFERED_VARIABLE: '0'}
-    assert variables('/lib/node', **off) == ({}, False, False)
+def test_programs_that_can_be_are_line_buffered(
+    variables, argv, environment, expected
+):
+    assert variables(*argv, **environment) == expected
 
 
 def test_without_the_library_lines_may_be_held_back(files, variables):

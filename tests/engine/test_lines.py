@@ -16,32 +16,11 @@ CHUNKS = st.lists(
 )
 
 
-def test_a_line_is_kept_until_it_ends():
-    buffer = LineBuffer()
-    assert buffer.feed(b'one\ntw') == b'one\n'
-    assert buffer.feed(b'o') == b''
-    assert buffer.feed(b'\nthree\n') == b'two\nthree\n'
-    assert buffer.flush() == b''
-
-
-def test_the_last_line_may_lack_its_end():
-    buffer = LineBuffer()
-    assert buffer.feed(b'partial') == b''
-    assert buffer.flush() == b'partial'
-    assert buffer.flush() == b''
-
-
 def test_a_progress_display_is_passed_on_as_it_comes():
     buffer = LineBuffer()
     assert buffer.feed(b' 10%\r 20%') == b' 10%\r'
     assert buffer.feed(b'\r') == b''
     assert buffer.feed(b' 30%') == b' 20%\r'
-
-
-def test_a_windows_line_end_is_not_torn():
-    buffer = LineBuffer()
-    assert buffer.feed(b'one\r') == b''
-    assert buffer.feed(b'\ntwo') == b'one\r\n'
 
 
 def test_a_line_without_end_is_passed_on_in_pieces():

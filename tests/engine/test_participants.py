@@ -137,37 +137,6 @@ def test_participants_execute_commands_in_their_order(process):
     assert asking.answers == [commands.Refused('one says no')] * 2
 
 
-class Limiting(Participant):
-    """Accepts output when it is asked for the third time."""
-
-    def __init__(self, received):
-        self.asked = 0
-        self.received = received
-
-    def join(self, engine):
-        self.loop = engine.loop
-
-    def accepts(self, label):
-        self.asked += label == 'a'
-        return self.asked >= 3
-
-    def end_turn(self):
-        self.loop.wake()
-
-    def handle_output(self, event):
-        assert self.asked >= 3
-        self.received.touch()
-
-
-def test_output_is_not_read_until_a_participant_accepts_it(process, tmp_path):
-    received = tmp_path / 'received'
-    script = f'echo hello; until [ -e {received} ]; do sleep 0.01; done'
-    limiting = Limiting(received)
-    code, shown = ran(Plan((process('a', 'sh', '-c', script),)), limiting)
-    assert code == 0
-    assert 'hello' in shown
-
-
 class Showing(Participant):
     """Shows a hidden launch to other terminals when it begins, twice."""
 

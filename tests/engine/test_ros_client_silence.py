@@ -126,21 +126,6 @@ def test_state_confirms_a_change(played: Played, node: LifecycleNode) -> None:
     assert len(played.sent) == 2
 
 
-def test_state_shows_a_refused_change(
-    played: Played, node: LifecycleNode
-) -> None:
-    _change(node, 'activate')
-    played.waits(node, ANSWER_TIMEOUT)
-    _state(played, 'unconfigured')
-    # asked for the reason, as if the answer had come; it is lost, too
-    assert played.sent == ['change_state', 'get_state', 'get_state']
-    played.waits(node, ANSWER_TIMEOUT)
-    assert played.sent[3:] == ['get_state']
-    _state(played, 'unconfigured')
-    reason = "'activate' is not possible in 'unconfigured'"
-    assert played.answers == {1: {'ok': False, 'reason': reason}}
-
-
 def test_unfinished_change_is_waited_for(
     played: Played, node: LifecycleNode
 ) -> None:
@@ -170,18 +155,6 @@ def test_change_without_effect_is_given_up(
     assert played.answers == {1: {'ok': True}}
 
 
-def test_late_answer_counts(played: Played, node: LifecycleNode) -> None:
-    _change(node, 'configure')
-    played.waits(node, ANSWER_TIMEOUT)
-    played.respond('change_state', success=True)
-    assert played.answers == {1: {'ok': True}}
-    _change(node, 'activate')
-    _state(played, 'inactive')
-    played.waits(node, ANSWER_TIMEOUT - 1)
-    played.respond('change_state', success=True)
-    assert played.sent == ['change_state', 'get_state', 'change_state']
-
-
 @pytest.mark.parametrize('name', ['b', ''])
 def test_load_whose_answer_is_lost_is_found_in_the_list(
     played: Played, box: Container, name: str
@@ -200,20 +173,6 @@ def test_load_whose_answer_is_lost_is_found_in_the_list(
     played.waits(box, ANSWER_TIMEOUT)
     _list(played, a=4, b=5)
     assert 3 not in played.answers
-
-
-def test_load_in_a_busy_container_is_waited_for(
-    played: Played, box: Container
-) -> None:
-    _load(box)
-    played.waits(box, 1000)
-    assert not played.answers
-    assert played.sent.count('load_node') == 1
-    assert played.sent.count('list_nodes') < 10
-    _list(played)
-    assert not played.answers
-    played.respond('load_node', success=False, error_message='It broke')
-    assert played.answers == {1: {'ok': False, 'reason': 'It broke'}}
 
 
 def test_load_without_effect_is_given_up_not_repeated(

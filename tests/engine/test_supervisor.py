@@ -37,15 +37,6 @@ def test_entries_take_their_turn_in_order(history, process):
     assert h.started() == ['a', 'b']
 
 
-def test_the_launch_ends_when_the_last_process_does(history, process):
-    h = history(process('a'), process('b'))
-    h.exit('a')
-    assert not h.supervisor.done
-    h.exit('b')
-    assert h.supervisor.done
-    assert h.host.sent == []
-
-
 def test_many_starts_leave_turns_for_others(history, process):
     h = History(*(process(f'p{n}') for n in range(50)))
     h.turn(1)
@@ -54,15 +45,6 @@ def test_many_starts_leave_turns_for_others(history, process):
     assert h.supervisor.is_starting
     h.turn()
     assert not h.supervisor.is_starting
-
-
-def test_a_process_that_cannot_be_started_leaves_the_others_alone(
-    history, process
-):
-    h = history(process('bad'), process('good'), refused=['bad'])
-    assert [e.process.label for e in h.happened(StartFailed)] == ['bad']
-    assert h.started() == ['good']
-    assert not h.supervisor.is_stopping
 
 
 def test_a_required_process_that_cannot_be_started_ends_the_launch(
@@ -78,23 +60,6 @@ def test_a_required_process_that_cannot_be_started_ends_the_launch(
     assert h.sent('good') == [INT]
 
 
-def test_on_exit_shutdown_stops_the_others(history, process):
-    h = history(process('a'), process('b', on_exit_shutdown=True))
-    h.exit('b')
-    assert h.sent('a') == [INT]
-    assert 'b ended' in h.happened(ShuttingDown)[0].reason
-    h.exit('a', Outcome(signal=INT))
-    assert h.supervisor.done
-    assert [e.failed for e in h.happened(Exited)] == [False, False]
-
-
-def test_a_shutdown_skips_what_follows_and_stops_what_runs(history, process):
-    h = history(process('a'), Shutdown('enough'), process('b'))
-    assert h.started() == ['a']
-    assert h.happened(ShuttingDown)[0].reason == 'enough'
-    assert h.sent('a') == [INT]
-
-
 def test_a_process_is_respawned_after_its_delay(history, process):
     h = history(process('a', respawn=True, respawn_delay=2.0))
     h.exit('a')
@@ -105,15 +70,6 @@ def test_a_process_is_respawned_after_its_delay(history, process):
     h.after(0.2)
     assert h.started() == ['a', 'a']
     assert h.happened(Respawned)[0].attempt == 1
-
-
-def test_respawning_ends_after_the_retries(history, process):
-    h = history(process('a', respawn=True, respawn_max_retries=2))
-    for _ in range(3):
-        h.exit('a', Outcome(code=3))
-    assert h.started() == ['a', 'a', 'a']
-    assert h.supervisor.done
-    assert [e.respawn_delay for e in h.happened(Exited)] == [0.0, 0.0, None]
 
 
 @pytest.mark.hostile
@@ -298,40 +254,6 @@ def test_stopping_wins_over_a_respawn_that_is_due(history, process):
     assert h.supervisor.done
 
 
-def test_stopping_wins_over_the_respawn_of_a_process_that_it_ends(
-    history, process
-):
-    h = history(process('a', respawn=True))
-    h.supervisor.stop('enough')
-    h.exit('a', Outcome(signal=INT))
-    assert h.started() == ['a']
-    assert h.supervisor.done
-
-
-def test_signals_follow_each_other_until_the_process_ends(history, process):
-    h = history(
-        process('a', sigterm_timeout=1.0, sigkill_timeout=2.0),
-        process('b'),
-    )
-    h.supervisor.stop('enough')
-    h.after(0.9)
-    assert h.sent('a') == [INT]
-    h.after(0.2)
-    assert h.sent('a') == [INT, TERM]
-    h.after(2.0)
-    assert h.sent('a') == [INT, TERM, KILL]
-    assert h.sent('b') == [INT]
-
-
-def test_escalating_sends_the_next_signal(history, process):
-    h = history(process('a'))
-    h.supervisor.stop('enough')
-    h.supervisor.escalate()
-    assert h.sent('a') == [INT, TERM]
-    h.supervisor.escalate()
-    assert h.sent('a') == [INT, TERM, KILL]
-
-
 def test_a_slow_stop_is_told_with_its_next_step(history, process):
     h = history(process('a'), process('b', sigterm_timeout=3.0))
     h.supervisor.stop('enough')
@@ -366,33 +288,6 @@ def test_escalating_is_reported_at_once(history, process):
     ]
 
 
-def test_a_process_that_survives_sigkill_is_given_up(history, process):
-    h = history(process('a', sigterm_timeout=1.0, sigkill_timeout=1.0))
-    h.supervisor.stop('enough')
-    h.after(60.0)
-    assert h.supervisor.done
-    pid = h.host.by_label['a']
-    assert [(e.process.label, e.pid) for e in h.happened(LeftBehind)] == [
-        ('a', pid)
-    ]
-
-
-def test_a_launch_that_ends_by_itself_stops_what_processes_left(
-    history, process
-):
-    h = history(process('a'))
-    orphan = Orphan(pid=7, birth=1, group=7, number=0)
-    h.host.left = [orphan]
-    h.exit('a')
-    assert not h.supervisor.done
-    assert h.host.sent == [(7, INT)]
-    h.after(5.0)
-    assert h.host.sent == [(7, INT), (7, TERM)]
-    h.host.left = []
-    h.after(1.0)
-    assert h.supervisor.done
-
-
 def test_what_a_running_process_left_its_group_is_stopped_with_it(
     history, process
 ):
@@ -403,17 +298,6 @@ def test_what_a_running_process_left_its_group_is_stopped_with_it(
     h.host.left = [inside, outside]
     h.supervisor.stop('enough')
     assert h.host.sent == [(pid, INT), (7, INT)]
-
-
-def test_a_timer_is_due_after_its_period(history, process):
-    h = history(Timer(2.0, (process('late'),)), process('early'))
-    assert h.started() == ['early']
-    h.exit('early')
-    assert not h.supervisor.done
-    h.after(2.0)
-    assert h.started() == ['early', 'late']
-    h.exit('late')
-    assert h.supervisor.done
 
 
 def test_a_nested_timer_counts_from_its_own_turn(history, process):
@@ -463,22 +347,6 @@ def test_a_timer_that_outlasts_a_shutdown_can_be_dropped(history, way):
         h.supervisor.escalate()
     h.turn()
     assert h.supervisor.done
-
-
-def test_a_process_that_was_asked_to_stop_did_not_fail(history, process):
-    h = history(process('a'), process('b'))
-    h.supervisor.stop('enough')
-    h.exit('a', Outcome(code=1))
-    h.exit('b', Outcome(signal=KILL))
-    assert [e.failed for e in h.happened(Exited)] == [False, False]
-    assert all(e.asked for e in h.happened(Exited))
-
-
-def test_an_exit_tells_how_long_the_process_ran(history, process):
-    h = history(process('a'))
-    h.after(2.5)
-    h.exit('a')
-    assert h.happened(Exited)[0].seconds == 2.5
 
 
 def test_a_launch_that_ends_by_itself_is_searched_once(history, process):

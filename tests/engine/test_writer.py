@@ -29,15 +29,6 @@ def to_pipe(pipe):
     made.close()
 
 
-def test_what_is_written_arrives_in_order(to_pipe, pipe):
-    for n in range(1000):
-        to_pipe.write('a', f'{n}\n'.encode())
-    to_pipe.flush()
-    expected = ''.join(f'{n}\n' for n in range(1000)).encode()
-    assert os.read(pipe['reader'], 65536) == expected
-    assert not to_pipe.waits()
-
-
 def test_a_full_pipe_is_not_waited_for_and_nothing_is_lost(to_pipe, pipe):
     data = os.urandom(3_000_000)
     to_pipe.write('a', data)
@@ -49,10 +40,6 @@ def test_a_full_pipe_is_not_waited_for_and_nothing_is_lost(to_pipe, pipe):
         to_pipe.flush()
     assert received == data
     assert not to_pipe.waits()
-
-
-def test_a_descriptor_of_others_stays_blocking(to_pipe, pipe):
-    assert os.get_blocking(pipe['writer'])
 
 
 def test_only_who_floods_has_to_wait(to_pipe, pipe):
