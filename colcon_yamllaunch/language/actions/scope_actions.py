@@ -129,7 +129,7 @@ def set_configuration(walk: Walk, pair: Attributes) -> None:
     with _setting(walk, name):
         value = evaluated(walk, pair)
     if name in walk.given:
-        walk.overwritten(name, pair.item.texts['name'])
+        walk.overwrite(name, pair.item.texts['name'])
     walk.scope.configurations.set(name, value)
 
 

@@ -44,6 +44,8 @@ from colcon_yamllaunch.language.vocabulary.parameter import parse_boolean
 #: The largest file that `$(file-content …)` reads, and the most that a
 #: command may write (bytes).
 MAXIMUM_CONTENT = 16 * 1024 * 1024
+#: How many characters of an expression a message shows.
+MAXIMUM_SHOWN = 500
 #: How many characters of a command's error output a message shows.
 MAXIMUM_STDERR = 2000
 #: The ways of `$(command …)` with output on stderr, as ROS 2 names them.
@@ -154,7 +156,20 @@ def _env(call: Call) -> Value:
 
 
 def _eval(call: Call, expression: str, modules: str = 'math') -> str | None:
-    value = call.walk.compute(expression, modules)
+    # most launch files compute nothing
+    from colcon_yamllaunch.language.actions import expressions
+
+    value = None
+    try:
+        if call.walk.runs:
+            return expressions.run(call.walk, expression, modules)
+        if modules == 'math':
+            value = expressions.compute(expression)
+    except expressions.ExpressionError as e:
+        shown = expression
+        if len(shown) > MAXIMUM_SHOWN:
+            shown = f'{shown[:MAXIMUM_SHOWN]}…'
+        raise SubstitutionError(f"the expression '{shown}' fails: {e}") from e
     if value is None and call.walk.is_launch:
         return call.walk.leave_open(
             f'$(eval {shlex.quote(expression)})', call.position

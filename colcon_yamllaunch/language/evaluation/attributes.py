@@ -9,17 +9,15 @@ from collections.abc import Sequence
 import math
 from typing import Any
 from typing import NamedTuple
-from typing import Protocol
+from typing import TYPE_CHECKING
 from typing import TypeVar
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.syntax.diagnostics import error
-from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.launch_tree import Entity
 from colcon_yamllaunch.language.syntax.launch_tree import Item
 from colcon_yamllaunch.language.syntax.template import split_command_line
-from colcon_yamllaunch.language.syntax.template import Template
 from colcon_yamllaunch.language.syntax.template import UnclosedQuoteError
 from colcon_yamllaunch.language.syntax.text import Text
 from colcon_yamllaunch.language.vocabulary.actions import Attribute
@@ -29,22 +27,10 @@ from colcon_yamllaunch.language.vocabulary.actions import Type
 from colcon_yamllaunch.language.vocabulary.parameter import parse_boolean
 from colcon_yamllaunch.plan.position import Position
 
+if TYPE_CHECKING:
+    from colcon_yamllaunch.language.evaluation.walk import Walk
+
 _T = TypeVar('_T')
-
-
-class Reader(Protocol):
-    """What evaluates the texts of attributes."""
-
-    def value(self, text: Text) -> Value:
-        """Put the substitutions into a text."""
-
-    def template(
-        self, template: Template, position_at: Callable[[int], Position]
-    ) -> Value:
-        """Put the substitutions into a template."""
-
-    def fail(self, problem: LaunchError, *, is_certain: bool = True) -> None:
-        """Take note of an error."""
 
 
 class Word(NamedTuple):
@@ -61,7 +47,7 @@ class Attributes:
     What is read is checked against the table. A value is None when it is not
     known, or wrong; the default when the attribute is left out.
 
-    :param reader: What evaluates their texts
+    :param walk: What evaluates their texts
     :param name: The name of the action or list
     :param item: What is written
     :param table: What the attributes are
@@ -70,9 +56,9 @@ class Attributes:
     """
 
     __slots__ = (
-        '_reader',
         '_table',
         '_values',
+        '_walk',
         'children',
         'item',
         'length',
@@ -81,14 +67,14 @@ class Attributes:
 
     def __init__(
         self,
-        reader: Reader,
+        walk: 'Walk',
         name: str,
         item: Item,
         table: '_Table',
         children: tuple[Entity, ...] = (),
         length: int = 1,
     ) -> None:
-        self._reader = reader
+        self._walk = walk
         self._table = table
         self._values: dict[str, Value] = {}
         self.name = name
@@ -97,11 +83,11 @@ class Attributes:
         self.length = length
 
     @classmethod
-    def of_action(cls, reader: Reader, entity: Entity) -> 'Attributes':
+    def of_action(cls, walk: 'Walk', entity: Entity) -> 'Attributes':
         """Return those of an action."""
         action = entity.action
         return cls(
-            reader,
+            walk,
             action.name,
             entity.item,
             _table(action.attributes),
@@ -139,7 +125,7 @@ class Attributes:
             return None
         value = self._values.get(name)
         if value is None:
-            value = self._reader.value(text)
+            value = self._walk.value(text)
             self._values[name] = value
             table = self._table
             if value.text is not None and name in table.checked:
@@ -186,13 +172,13 @@ class Attributes:
         if items is None:
             return ()
         table = _table(items_of(self._table.attributes[name]))
-        return [Attributes(self._reader, name, i, table) for i in items]
+        return [Attributes(self._walk, name, i, table) for i in items]
 
     def command(self, name: str) -> list[Word]:
         """Return a command line as arguments."""
-        reader, texts = self._reader, self.item.lists.get(name)
+        walk, texts = self._walk, self.item.lists.get(name)
         if texts is not None:
-            return [Word(text, reader.value(text)) for text in texts]
+            return [Word(text, walk.value(text)) for text in texts]
         text = self.item.texts.get(name)
         if text is None:
             return []
@@ -205,9 +191,9 @@ class Attributes:
                 'close it, or put it into quotes of the other kind',
             )
             # what was meant for the program is not known now
-            return [Word(text, reader.value(text).forgotten())]
+            return [Word(text, walk.value(text).forgotten())]
         return [
-            Word(text, reader.template(piece, text.position_at))
+            Word(text, walk.template(piece, text.position_at))
             for piece in pieces
         ]
 
@@ -223,7 +209,7 @@ class Attributes:
         """Take note of an error in an attribute; see :meth:`Walk.fail`."""
         text = self.item.texts[name]
         value = self._values.get(name)
-        self._reader.fail(
+        self._walk.fail(
             error(
                 message,
                 text,
@@ -236,7 +222,7 @@ class Attributes:
 
     def fail_as_whole(self, message: str, hint: str | None = None) -> None:
         """Take note of an error in the action or item."""
-        self._reader.fail(error(message, self, hint=hint))
+        self._walk.fail(error(message, self, hint=hint))
 
     def _check(self, attribute: Attribute, value: Value) -> None:
         name, written = attribute.name, value.text or ''

@@ -16,8 +16,6 @@ from colcon_yamllaunch.plan.position import Position
 
 #: The longest key of a value, in characters; a longer one is cut.
 MAXIMUM_KEY_LENGTH = 400
-#: How many characters of an expression a message shows.
-MAXIMUM_SHOWN = 500
 #: The longest text that is made before a launch, in characters.
 MAXIMUM_TEXT_LENGTH = 1_000_000
 
@@ -48,13 +46,6 @@ class SubstitutionError(Exception):
         self.message = message
         self.hint = hint
         self.may_pass_after_build = may_pass_after_build
-
-
-def expression_error(expression: str, reason: str) -> SubstitutionError:
-    """Return the error of an expression in Python that fails."""
-    if len(expression) > MAXIMUM_SHOWN:
-        expression = f'{expression[:MAXIMUM_SHOWN]}…'
-    return SubstitutionError(f"the expression '{expression}' fails: {reason}")
 
 
 class LeftOpen(str):

@@ -18,16 +18,13 @@ import os
 import re
 
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.language.actions.handlers import HANDLERS
 from colcon_yamllaunch.language.actions.handlers import PASSIVE
-from colcon_yamllaunch.language.actions.substitution_makers import MAKERS
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.findings import Checked
 from colcon_yamllaunch.language.evaluation.findings import DeclaredArgument
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.evaluation.scope import Guard
 from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
-from colcon_yamllaunch.language.evaluation.values import expression_error
 from colcon_yamllaunch.language.evaluation.values import Place
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import Call
@@ -44,8 +41,6 @@ from colcon_yamllaunch.language.policies.cross_checks import (
 from colcon_yamllaunch.language.policies.cross_checks import (
     warn_of_useless_sections,
 )
-from colcon_yamllaunch.language.policies.expression import compute
-from colcon_yamllaunch.language.policies.expression import ExpressionError
 from colcon_yamllaunch.language.policies.portability import not_portable
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import error
@@ -159,12 +154,13 @@ class _OpenFile:
 class _Check(Walk):
     """Goes through all that launches may do."""
 
+    is_launch = False
     has_environment = False
     #: Whether the worker is asked to run actions of other packages.
     runs_exposed = True
 
     def __init__(self, request: Request, *, portable: bool = False) -> None:
-        super().__init__(request, HANDLERS, MAKERS)
+        super().__init__(request)
         self.log_folder = None
         self._portable = portable
         self._arguments = ArgumentUse()
@@ -441,12 +437,6 @@ class _Check(Walk):
         # both may stand under the same condition
         is_behind = self.never > 0 and name in self._never_set
         return is_behind or super().may_be_set(name)
-
-    def compute(self, expression: str, modules: str) -> str | None:
-        try:
-            return compute(expression) if modules == 'math' else None
-        except ExpressionError as e:
-            raise expression_error(expression, str(e)) from e
 
     def visit_rounds(
         self,

@@ -17,6 +17,7 @@ from colcon_yamllaunch.language.evaluation.launch_worker import (
 )
 from colcon_yamllaunch.language.evaluation.scope import environment_changes
 from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
+from colcon_yamllaunch.language.evaluation.walk import EndlessError
 from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.python_files.python_errors import at_frames
 from colcon_yamllaunch.language.python_files.python_errors import is_no_choice
@@ -112,17 +113,20 @@ def ask_worker(walk: Walk, request: WorkerMessage, origin: Span) -> str | None:
 
 def finish(walk: Walk, path: str) -> None:
     """
-    Tell the host that all is read, where there is something left to be done.
+    Let the host do what is left to be done when all is read.
 
     :param path: The outermost launch file
-    :raises LaunchError: when the launch cannot go on
     """
     if walk.dialogue is not None and walk.dialogue.goes_on:
         start = Position(path, 1, 1)
         try:
             ask_worker(walk, {'do': 'finish'}, start)
         except NotTakenOverError as e:
-            raise error(str(e.reason), start) from e
+            walk.report(error(str(e.reason), start))
+        except LaunchError as e:
+            walk.report(e)
+        except (AlreadyReportedError, EndlessError):
+            pass
 
 
 def _asked(

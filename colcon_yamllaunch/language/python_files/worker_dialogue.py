@@ -610,7 +610,7 @@ class Intake:
         before = walk.error_count()
         with walk.within_scope(walk.scope.inner()):
             take_scope(walk, message['scope'], position)
-            walk.visit_from_python(*located, position)
+            walk.visit_included(*located, position)
             scope = scope_as_json(walk)
         if walk.error_count() > before:
             self._answer(message, {'failed': True})

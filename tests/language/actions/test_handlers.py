@@ -74,12 +74,12 @@ def test_that_each_policy_comes_to(
     check(request, portable=True)
     find_declarations(request)
 
-    missed = {policy.__name__ for policy in {*Walk.__subclasses__()} - {*seen}}
+    missed = {'Walk', '_Check', '_Listing'} - {p.__name__ for p in seen}
     may_miss = set()
     if name in PASSIVE:
         may_miss.add('_Listing')
     if ' if: ' in EXAMPLES[name]:
-        may_miss.add('_Launch')
+        may_miss.add('Walk')
     assert missed <= may_miss
 
 

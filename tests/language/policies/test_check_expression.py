@@ -3,8 +3,8 @@
 
 """The expressions that a check may compute."""
 
-from colcon_yamllaunch.language.policies.expression import compute
-from colcon_yamllaunch.language.policies.expression import ExpressionError
+from colcon_yamllaunch.language.actions.expressions import compute
+from colcon_yamllaunch.language.actions.expressions import ExpressionError
 import pytest
 
 

@@ -5,10 +5,13 @@
 
 import ast
 from collections.abc import Mapping
+import importlib
 import math
 import os
 import resource
 import signal
+
+from colcon_yamllaunch.language.evaluation.walk import Walk
 
 #: The longest expression that is computed, in characters.
 MAXIMUM_LENGTH = 2000
@@ -88,6 +91,37 @@ _NODES = (
 
 class ExpressionError(Exception):
     """An expression that can never be computed."""
+
+
+def run(walk: Walk, expression: str, modules: str) -> str:
+    """
+    Compute an expression as a launch does.
+
+    :param modules: The modules whose names it has, separated by commas
+    :raises ExpressionError: when it fails; the message says how
+    """
+    variables: dict[str, object] = {}
+    try:
+        for name in modules.split(','):
+            name = name.strip()
+            if not name:
+                continue
+            module = importlib.import_module(name)
+            if name == 'math':
+                variables.update(vars(math))
+            variables[module.__name__] = module
+            variables.setdefault(name.partition('.')[0], module)
+        if not is_costly(expression):
+            return str(eval(expression, variables))
+        if expression not in walk.computed:
+            result = compute_in_child(expression, variables)
+            walk.computed[expression] = result
+        return walk.computed[expression]
+    except ExpressionError:
+        raise
+    except (Exception, SystemExit) as e:
+        # the expression is the user's own program, and may raise anything
+        raise ExpressionError(f'{type(e).__name__}: {e}') from e
 
 
 def compute(expression: str) -> str | None:
