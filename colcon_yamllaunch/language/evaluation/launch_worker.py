@@ -8,7 +8,6 @@ from typing import Any
 from typing import Protocol
 
 from colcon_yamllaunch.plan.plan import Growth
-from colcon_yamllaunch.plan.position import Span
 
 #: A message of the host or for it; see the program of the host.
 WorkerMessage = Mapping[str, Any]
@@ -46,28 +45,6 @@ class LaunchWorker(Protocol):
 
     def doing(self) -> WorkerMessage:
         """Return what the host is doing, a message `where`, and end it."""
-
-
-class Dialogue(Protocol):
-    """What was asked of the host, and what it said."""
-
-    #: What it has said of each launch argument, by its name.
-    declared: dict[str, WorkerMessage]
-
-    @property
-    def goes_on(self) -> bool:
-        """Whether there is something left to be asked while the plan runs."""
-
-    def ask(self, request: WorkerMessage, origin: Span) -> WorkerMessage:
-        """
-        Ask for something in the scope that there is, and do what it says.
-
-        :param origin: What asks for it
-        :return: The end of the answer, with the text of a `value` if it had
-          one; the scope is taken over
-        :raises WorkerError: when there is no host, or it does not answer
-        :raises LaunchError: when the launch cannot go on
-        """
 
 
 class Growing(Protocol):

@@ -16,8 +16,8 @@ import re
 from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.common.suggestions import listing
 from colcon_yamllaunch.common.text_files import text_of
-from colcon_yamllaunch.language.evaluation.findings import Findings
 from colcon_yamllaunch.language.evaluation.findings import SectionUse
+from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.launch_tree import LaunchFile
@@ -38,6 +38,49 @@ PROCESS_ARGUMENTS = (
 )
 
 
+def cross_check(walk: Walk) -> None:
+    """Report what does not fit together in a launch."""
+    if not walk.has_opaque:
+        _warn_of_unknown_arguments(walk)
+        for name, problem in walk.overwritten.items():
+            if name not in walk.given_read:
+                # the includes around are not those that led there
+                walk.diagnostics.extend(problem.diagnostics)
+    for problem in shell_variables(walk.files.values()):
+        walk.report(problem)
+    if not walk.error_count():
+        # an action with an error is none of the launch's nodes
+        warn_of_missing_containers(walk)
+    warn_of_useless_sections(walk, in_full=False)
+
+
+def _warn_of_unknown_arguments(walk: Walk) -> None:
+    """Warn of given arguments that no launch file declares or reads."""
+    files = [file for file in walk.files.values() if file is not None]
+    declared = declared_arguments(files)
+    if walk.dialogue is not None:
+        # most launch files are not in Python
+        from colcon_yamllaunch.language.python_files.python_errors import (
+            written_arguments,
+        )
+
+        texts = [text_of(Path(path)) for path in walk.python_files]
+        for path in walk.python_files:
+            declared.update(a.name for a in written_arguments(path))
+        declared |= walk.dialogue.declared.keys()
+        # they may have been read before they were set
+        walk.given_read |= {
+            name
+            for name in walk.given
+            if any(f"'{name}'" in t or f'"{name}"' in t for t in texts)
+        }
+    known = declared | walk.read | walk.given_read | {*PROCESS_ARGUMENTS}
+    for name in walk.given:
+        if name not in known:
+            hint = undeclared_hint(name, declared)
+            walk.report(undeclared_argument(name, hint))
+
+
 def declared_arguments(files: Iterable[LaunchFile]) -> set[str]:
     """Return the launch arguments that some launch files declare."""
     return {
@@ -45,25 +88,6 @@ def declared_arguments(files: Iterable[LaunchFile]) -> set[str]:
         for file in files
         for entity in file.walk()
         if entity.action.name in ARGUMENT_ACTIONS
-    }
-
-
-def written_in_python(paths: Iterable[str]) -> set[str]:
-    """Return the launch arguments that launch files in Python declare."""
-    from colcon_yamllaunch.language.python_files.python_errors import (
-        written_arguments,
-    )
-
-    return {a.name for path in paths for a in written_arguments(path)}
-
-
-def in_python(paths: Iterable[str], names: Iterable[str]) -> set[str]:
-    """Return those of some names that launch files in Python have."""
-    texts = [text_of(Path(path)) for path in paths]
-    return {
-        name
-        for name in names
-        if any(f"'{name}'" in t or f'"{name}"' in t for t in texts)
     }
 
 
@@ -238,33 +262,33 @@ def shell_variables(
                         ).as_warning()
 
 
-def warn_of_missing_containers(findings: Findings) -> None:
+def warn_of_missing_containers(walk: Walk) -> None:
     """Warn of components whose container no node of the launch is."""
-    if findings.may_have_others:
+    if walk.may_have_others:
         return
-    for wanted in findings.targets:
-        if wanted.name in findings.nodes:
+    for wanted in walk.targets:
+        if wanted.name in walk.nodes:
             continue
         last = wanted.name.rpartition('/')[2]
-        same = [n for n in findings.nodes if n.rpartition('/')[2] == last]
-        hint = did_you_mean(wanted.name, same or findings.nodes)
+        same = [n for n in walk.nodes if n.rpartition('/')[2] == last]
+        hint = did_you_mean(wanted.name, same or walk.nodes)
         if same:
             hint = f"did you mean '{same[0]}'?"
-        findings.warn_at(
+        walk.warn_at(
             wanted.place,
             f"nothing in this launch is the container '{wanted.name}'",
             hint or 'its components are loaded once it runs elsewhere',
         )
 
 
-def warn_of_useless_sections(findings: Findings, *, in_full: bool) -> None:
+def warn_of_useless_sections(walk: Walk, *, in_full: bool) -> None:
     """
     Warn of files with parameters that say nothing to the nodes they are for.
 
     :param in_full: Whether to name also what may be for nodes of others
     """
     files: dict[str, list[SectionUse]] = {}
-    for use in findings.section_uses:
+    for use in walk.section_uses:
         files.setdefault(use.path, []).append(use)
     for path, uses in files.items():
         nodes = [use.node for use in uses]
@@ -277,11 +301,11 @@ def warn_of_useless_sections(findings: Findings, *, in_full: bool) -> None:
         ]
         told: set[Section] = set()
         for use in uses if useless else ():
-            told |= _warn_of_useless(findings, use, useless)
+            told |= _warn_of_useless(walk, use, useless)
         rest = [section for section in useless if section not in told]
         if in_full and rest:
             names = listing(f"'{section.pattern}'" for section in rest)
-            findings.report(
+            walk.report(
                 error(
                     'no node of this launch that gets '
                     f"'{os.path.basename(path)}' is {names}",
@@ -291,7 +315,7 @@ def warn_of_useless_sections(findings: Findings, *, in_full: bool) -> None:
 
 
 def _warn_of_useless(
-    findings: Findings, use: SectionUse, useless: list[Section]
+    walk: Walk, use: SectionUse, useless: list[Section]
 ) -> set[Section]:
     """Warn of a node that gets nothing; return what may be meant for it."""
     node = use.node or ''
@@ -302,7 +326,7 @@ def _warn_of_useless(
         return set()
     same = [s for s in useless if s.pattern.rpartition('/')[2] == last]
     if same:
-        findings.warn_at(
+        walk.warn_at(
             use.place,
             f"the section '{same[0].pattern}' of '{file}' is not for the node "
             f"'{node}'",
@@ -310,7 +334,7 @@ def _warn_of_useless(
         )
     elif use.is_own and not own:
         patterns = [section.pattern for section in useless]
-        findings.warn_at(
+        walk.warn_at(
             use.place,
             f"no section of '{file}' is for the node '{node}'",
             did_you_mean(node, patterns) or f'it has {listing(patterns)}',

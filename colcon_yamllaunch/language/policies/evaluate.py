@@ -65,11 +65,16 @@ def evaluate(request: Request, *, runs: bool = True) -> Evaluation:
         from colcon_yamllaunch.language.python_files import python_visit
 
         python_visit.finish(walk, request.path)
-    if request.arguments and not walk.has_opaque:
-        _warn_of_unknown_arguments(walk, request.arguments)
-        _warn_of_overwritten_arguments(walk)
-    _warn_of_shell_variables(walk)
-    _warn_of_nodes(walk)
+    if (
+        walk.given
+        or walk.targets
+        or walk.section_uses
+        or any('${' in source.text for source in walk.sources)
+    ):
+        # most launches have none of these
+        from colcon_yamllaunch.language.policies import cross_checks
+
+        cross_checks.cross_check(walk)
     plan = replace(walk.draft.plan(), left_open=tuple(walk.left_open))
     growing = None
     if walk.dialogue is not None and not walk.error_count():
@@ -88,54 +93,3 @@ def evaluate(request: Request, *, runs: bool = True) -> Evaluation:
         growing,
         walk.programs,
     )
-
-
-def _warn_of_overwritten_arguments(walk: Walk) -> None:
-    for name, problem in walk.overwritten.items():
-        if name not in walk.given_read:
-            # the includes around are not those that led there
-            walk.diagnostics.extend(problem.diagnostics)
-
-
-def _warn_of_unknown_arguments(walk: Walk, given: Mapping[str, str]) -> None:
-    """Warn of arguments that no launch file declares or reads."""
-    # most launches are given none
-    from colcon_yamllaunch.language.policies import cross_checks
-
-    known = {*walk.read, *cross_checks.PROCESS_ARGUMENTS}
-    files = [file for file in walk.files.values() if file is not None]
-    declared = cross_checks.declared_arguments(files)
-    if walk.dialogue is not None:
-        declared |= walk.dialogue.declared.keys()
-        declared |= cross_checks.written_in_python(walk.python_files)
-        in_python = cross_checks.in_python(walk.python_files, given)
-        known |= in_python
-        # they may have been read before they were set
-        walk.given_read |= in_python
-    for name in given:
-        if name not in declared | known:
-            hint = cross_checks.undeclared_hint(name, declared)
-            walk.report(cross_checks.undeclared_argument(name, hint))
-
-
-def _warn_of_shell_variables(walk: Walk) -> None:
-    """Warn of launch arguments that are written as in a shell."""
-    if any('${' in source.text for source in walk.sources):
-        # most launch files have none
-        from colcon_yamllaunch.language.policies import cross_checks
-
-        for problem in cross_checks.shell_variables(walk.files.values()):
-            walk.report(problem)
-
-
-def _warn_of_nodes(walk: Walk) -> None:
-    """Warn of names that no node of the launch has."""
-    if not (walk.targets or walk.section_uses):
-        return
-    # only launches with components or parameter files need it
-    from colcon_yamllaunch.language.policies import cross_checks
-
-    if not walk.error_count():
-        # an action with an error is none of the launch's nodes
-        cross_checks.warn_of_missing_containers(walk)
-    cross_checks.warn_of_useless_sections(walk, in_full=False)

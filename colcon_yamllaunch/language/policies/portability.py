@@ -19,7 +19,6 @@ from colcon_yamllaunch.language.syntax.launch_tree import Entity
 from colcon_yamllaunch.language.syntax.launch_tree import Item
 from colcon_yamllaunch.language.syntax.launch_tree import LaunchFile
 from colcon_yamllaunch.language.syntax.text import Text
-from colcon_yamllaunch.language.syntax.xml_scalar import is_xml
 from colcon_yamllaunch.language.vocabulary.actions import Attribute
 from colcon_yamllaunch.language.vocabulary.actions import by_name
 from colcon_yamllaunch.language.vocabulary.actions import items_of
@@ -56,7 +55,7 @@ _KIND_NAMES = {
 def not_portable(file: LaunchFile) -> Iterator[LaunchError]:
     """Report what ROS 2's own launcher does not accept in a launch file."""
     # in XML all values are texts, which ROS 2 reads as the type it wants
-    is_typed = not is_xml(file.source)
+    is_typed = not file.source.is_xml
     for entity in file.walk():
         yield from _newer_action(entity)
         name = entity.action.name

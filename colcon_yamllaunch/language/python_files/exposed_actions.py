@@ -32,8 +32,6 @@ from colcon_yamllaunch.language.syntax.template import Substitution
 from colcon_yamllaunch.language.syntax.template import Template
 from colcon_yamllaunch.language.syntax.template import TemplateSyntaxError
 from colcon_yamllaunch.language.syntax.text import Text
-from colcon_yamllaunch.language.syntax.xml_scalar import is_xml
-from colcon_yamllaunch.language.syntax.xml_scalar import XmlScalar
 from colcon_yamllaunch.language.syntax.yaml_reader import Mapping
 from colcon_yamllaunch.language.syntax.yaml_reader import Scalar
 from colcon_yamllaunch.language.syntax.yaml_reader import Sequence
@@ -167,7 +165,7 @@ class RawReader:
         return item
 
     def _scalar(self, value: Scalar, texts: list[Text]) -> Any:
-        is_null = value.kind == 'null' and not isinstance(value, XmlScalar)
+        is_null = value.kind == 'null' and not value.is_of_xml
         if is_null or _is_of_yaml(value):
             return value.value
         with suppress(LaunchError):
@@ -193,7 +191,7 @@ def _is_of_yaml(value: Value) -> TypeGuard[Scalar]:
     """Say whether YAML takes a value for something that is no text."""
     return (
         isinstance(value, Scalar)
-        and not isinstance(value, XmlScalar)
+        and not value.is_of_xml
         and value.kind not in ('str', 'timestamp', 'null')
     )
 
@@ -242,7 +240,7 @@ def _do(walk: Walk, attributes: Attributes) -> None:
         'entity': raw.message(lambda text: _prepared(walk, text, at)),
         'position': [at.path, at.line, at.column],
         'file': walk.source.name,
-        'frontend': 'xml' if is_xml(walk.source) else 'yaml',
+        'frontend': 'xml' if walk.source.is_xml else 'yaml',
     }
     _ask(walk, request, attributes, what, raw.package)
 

@@ -155,7 +155,7 @@ def growing_launch(
     The latter is None when nothing does.
     """
     dialogue = walk.dialogue
-    if not isinstance(dialogue, WorkerDialogue) or not dialogue.goes_on:
+    if dialogue is None or not dialogue.goes_on:
         return plan, None
     growing = GrowingLaunch(walk, dialogue, plan)
     return replace(plan, handlers=dialogue.handlers), growing

@@ -21,7 +21,6 @@ from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.source_text import Source
 from colcon_yamllaunch.language.syntax.text import Text
-from colcon_yamllaunch.language.syntax.xml_scalar import is_xml
 from colcon_yamllaunch.language.syntax.yaml_reader import Mapping
 from colcon_yamllaunch.language.syntax.yaml_reader import read_yaml
 from colcon_yamllaunch.language.syntax.yaml_reader import Scalar
@@ -208,7 +207,7 @@ class _TreeReader:
         self._problems: list[Diagnostic] = []
 
     def read(self) -> LaunchFile:
-        if is_xml(self._source):
+        if self._source.is_xml:
             # most launch files are in YAML
             from colcon_yamllaunch.language.syntax.xml_to_yaml import (
                 read_xml_document,
@@ -598,7 +597,7 @@ class _TreeReader:
         if isinstance(value, Scalar) and value.style in (None, '"', "'"):
             text = value.text
         more = ', and so for each' if len(written.pairs) > 1 else ''
-        if is_xml(self._source):
+        if self._source.is_xml:
             return f'write {first}="{name}" {second}="{text}"{more}'
         if isinstance(value, Scalar) and value.style and text != '…':
             text = f'{value.style}{text}{value.style}'

@@ -44,6 +44,19 @@ class Source:
     text: str
     kind: str = 'launch file'
 
+    @property
+    def is_xml(self) -> bool:
+        """
+        Whether a launch file is written in XML.
+
+        ROS 2 tries all its languages whatever the suffix; no launch file in
+        YAML starts as one in XML does.
+        """
+        text = self.text.lstrip()
+        is_yaml = text.startswith(('launch:', '---', '#'))
+        is_named_so = self.path.endswith('.xml') and not is_yaml
+        return text[:1] == '<' or is_named_so
+
     def position(self, line: int, column: int) -> Position:
         """Return the position for a line and column counted from 0."""
         return Position(self.path, line + 1, column + 1)

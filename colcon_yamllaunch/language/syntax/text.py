@@ -3,8 +3,6 @@
 
 """A text of a launch file, ready to have its substitutions put in."""
 
-import re
-
 from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.common.suggestions import listing
 from colcon_yamllaunch.language.evaluation.request import FindExposed
@@ -15,7 +13,6 @@ from colcon_yamllaunch.language.syntax.template import Substitution
 from colcon_yamllaunch.language.syntax.template import Template
 from colcon_yamllaunch.language.syntax.template import TemplateSyntaxError
 from colcon_yamllaunch.language.syntax.template import unescape
-from colcon_yamllaunch.language.syntax.xml_scalar import XmlScalar
 from colcon_yamllaunch.language.syntax.yaml_reader import Kind
 from colcon_yamllaunch.language.syntax.yaml_reader import Scalar
 from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
@@ -23,15 +20,6 @@ from colcon_yamllaunch.plan.position import Position
 
 # substitutions, by their names in ROS 1
 _NAMES_ELSEWHERE = {'arg': 'var', 'find': 'find-pkg-share', 'optenv': 'env'}
-_PROPERTIES = re.compile(r'(?:[&!]\S*\s+)*')
-_BLOCK_HEADER = re.compile(r'[|>][^\n]*\n')
-# what one or more characters of a text in double quotes are written as
-_DOUBLE_QUOTED = r"""
-    (?P<continuation>\\\r?\n(?:[ \t]*\r?\n)*[ \t]*)
-    |\\(?:x[0-9A-Fa-f]{2}|u[0-9A-Fa-f]{4}|U[0-9A-Fa-f]{8}|.)
-    |(?P<folding>[ \t]*\r?\n(?:[ \t]*\r?\n)*[ \t]*)
-    |.
-    """
 
 
 class Text:
@@ -87,7 +75,7 @@ class Text:
     @property
     def is_coerced(self) -> bool:
         """Whether a type that is wanted decides what the text is."""
-        return isinstance(self._scalar, XmlScalar)
+        return self._scalar.is_of_xml
 
     @property
     def value(self) -> str | int | float | bool | None:
@@ -109,7 +97,7 @@ class Text:
 
     def position_at(self, index: int) -> Position:
         """Return the position of the character with this index."""
-        return self._scalar.source.position_at(_locate(self._scalar, index))
+        return self._scalar.source.position_at(self._scalar.locate(index))
 
     def _check(self, substitution: Substitution, exposed: FindExposed) -> None:
         name = substitution.name
@@ -147,59 +135,3 @@ def _meant(substitution: Substitution, exposed: FindExposed) -> str:
             f'$(var {name})'
         )
     return f'the substitutions are {listing(KINDS)}'
-
-
-def _locate(scalar: Scalar, index: int) -> int:
-    """Return where a character of a scalar's text stands in its file."""
-    if isinstance(scalar, XmlScalar):
-        return scalar.locate(index)
-    raw = scalar.source.text
-    at = scalar.source.index_of(scalar.line, scalar.column)
-    properties = _PROPERTIES.match(raw, at)
-    at = properties.end() if properties else at
-    if scalar.style in ('|', '>'):
-        header = _BLOCK_HEADER.match(raw, at)
-        at = header.end() if header else at
-    elif scalar.style:
-        at += 1
-    if scalar.style == '"':
-        return _locate_in_double_quotes(raw, at, index)
-    for character in scalar.text[:index]:
-        at = _step(raw, at, character, scalar.style)
-    return _skip_folding(raw, at, scalar.text[index : index + 1])
-
-
-def _locate_in_double_quotes(raw: str, at: int, index: int) -> int:
-    written = re.compile(_DOUBLE_QUOTED, re.DOTALL | re.VERBOSE)
-    # escapes are not the characters that they stand for, so it is by count
-    while piece := written.match(raw, at):
-        # of several line ends in a row, the first is dropped
-        count = piece[0].count('\n') - 1
-        if piece['continuation'] is None:
-            count = max(1, count if piece['folding'] else 1)
-        if count > index:
-            break
-        index -= count
-        at = piece.end()
-    return at
-
-
-def _step(raw: str, at: int, character: str, style: str | None) -> int:
-    at = _skip_folding(raw, at, character)
-    if style == "'" and raw.startswith("''", at):
-        return at + 2
-    if raw[at : at + 1] == character:
-        return at + 1
-    if character.isspace():
-        # a line end that was folded into a space
-        return at + 1 if raw[at : at + 1].isspace() else at
-    return at
-
-
-def _skip_folding(raw: str, at: int, character: str) -> int:
-    """Skip the white space that YAML drops before a character."""
-    if character.isspace():
-        return at
-    while at < len(raw) and raw[at] in ' \t\n\r' and raw[at] != character:
-        at += 1
-    return at

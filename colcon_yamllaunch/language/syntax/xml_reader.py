@@ -3,6 +3,7 @@
 
 """XML with the position of every element and attribute."""
 
+from array import array
 from collections.abc import Iterator
 from dataclasses import dataclass
 from dataclasses import field
@@ -13,10 +14,97 @@ from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.errors import explain_xml
 from colcon_yamllaunch.language.syntax.source_text import Source
-from colcon_yamllaunch.language.syntax.xml_scalar import Written
-from colcon_yamllaunch.language.syntax.xml_scalar import XmlScalar
 from colcon_yamllaunch.language.syntax.yaml_reader import MAXIMUM_DEPTH
 from colcon_yamllaunch.language.syntax.yaml_reader import Scalar
+
+# what one character of an attribute's value is written as
+_CHARACTER = re.compile(r'&[^;]*;|\r\n|.', re.DOTALL)
+
+
+class Written:
+    """
+    How the value of an attribute is written.
+
+    :param source: The file
+    :param start: The index in the file where the value starts
+    :param end: The index behind it
+    """
+
+    __slots__ = ('_end', '_indices', '_is_plain', '_start', 'source')
+
+    def __init__(self, source: Source, start: int, end: int) -> None:
+        self.source = source
+        self._start = start
+        self._end = end
+        raw = source.text[start:end]
+        self._is_plain = '&' not in raw and '\n' not in raw
+        self._indices: array[int] | None = None
+
+    def index_of(self, count: int) -> int:
+        """Return where the character of the value with this index stands."""
+        if self._is_plain:
+            return self._start + count
+        if self._indices is None:
+            pieces = _CHARACTER.finditer(
+                self.source.text, self._start, self._end
+            )
+            starts = (piece.start() for piece in pieces)
+            self._indices = array('Q', [*starts, self._end])
+        return self._indices[min(count, len(self._indices) - 1)]
+
+
+class XmlScalar(Scalar):
+    """
+    The value of an attribute, or a piece of it.
+
+    XML has no types but text: what type is wanted decides what it is.
+
+    :param written: How the value is written
+    :param text: The text, its entities resolved
+    :param offset: How many characters of the value stand before the text
+    :param style: None where YAML's rules say what the text is, else a quote
+    :param tag: The YAML tag that is written with it, if any
+    """
+
+    __slots__ = ('_offset', '_written')
+    is_of_xml = True
+
+    def __init__(
+        self,
+        written: Written,
+        text: str,
+        *,
+        offset: int = 0,
+        style: str | None = '"',
+        tag: str | None = None,
+    ) -> None:
+        self._written = written
+        self._offset = offset
+        source = written.source
+        start = source.place_of(written.index_of(offset))
+        end = source.place_of(written.index_of(offset + len(text)))
+        super().__init__(source, *start, text, style, tag, end)
+
+    def locate(self, index: int) -> int:
+        """Return where a character of the text stands in the file."""
+        return self._written.index_of(self._offset + index)
+
+    def piece(
+        self,
+        offset: int,
+        text: str,
+        style: str | None,
+        tag: str | None = None,
+    ) -> 'XmlScalar':
+        """Return a piece of the text; see the class for the parameters."""
+        return XmlScalar(
+            self._written,
+            text,
+            offset=self._offset + offset,
+            style=style,
+            tag=tag,
+        )
+
 
 #: How deep elements may be nested: as deep as the same actions in YAML, where
 #: each takes a list and a mapping.

@@ -14,7 +14,7 @@ from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.source_text import Source
 from colcon_yamllaunch.language.syntax.xml_reader import Element
 from colcon_yamllaunch.language.syntax.xml_reader import read_xml
-from colcon_yamllaunch.language.syntax.xml_scalar import XmlScalar
+from colcon_yamllaunch.language.syntax.xml_reader import XmlScalar
 from colcon_yamllaunch.language.syntax.yaml_reader import Mapping
 from colcon_yamllaunch.language.syntax.yaml_reader import MAXIMUM_VALUES
 from colcon_yamllaunch.language.syntax.yaml_reader import read_yaml

@@ -4,6 +4,7 @@
 """YAML 1.1 with the position of every value."""
 
 from collections.abc import Callable
+import re
 from typing import Any
 from typing import Literal
 
@@ -18,6 +19,15 @@ MAXIMUM_DEPTH = 200
 MAXIMUM_VALUES = 1_000_000
 
 _PREFIX = 'tag:yaml.org,2002:'
+_PROPERTIES = re.compile(r'(?:[&!]\S*\s+)*')
+_BLOCK_HEADER = re.compile(r'[|>][^\n]*\n')
+# what one or more characters of a text in double quotes are written as
+_DOUBLE_QUOTED = r"""
+    (?P<continuation>\\\r?\n(?:[ \t]*\r?\n)*[ \t]*)
+    |\\(?:x[0-9A-Fa-f]{2}|u[0-9A-Fa-f]{4}|U[0-9A-Fa-f]{8}|.)
+    |(?P<folding>[ \t]*\r?\n(?:[ \t]*\r?\n)*[ \t]*)
+    |.
+    """
 _Loader: Any = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
 
 Kind = Literal['str', 'int', 'float', 'bool', 'null', 'timestamp', 'merge']
@@ -52,6 +62,9 @@ class Scalar(Value):
 
     __slots__ = ('_kind', 'end', 'style', 'tag', 'text')
 
+    #: Whether the type that is wanted decides what the text is, as in XML.
+    is_of_xml = False
+
     def __init__(
         self,
         source: Source,
@@ -85,6 +98,59 @@ class Scalar(Value):
     def value(self) -> str | int | float | bool | None:
         """The scalar as a Python object; a timestamp stays a text."""
         return construct(self.kind, self.text)
+
+    def locate(self, index: int) -> int:
+        """Return where a character of the text is in the file."""
+        raw = self.source.text
+        at = self.source.index_of(self.line, self.column)
+        properties = _PROPERTIES.match(raw, at)
+        at = properties.end() if properties else at
+        if self.style in ('|', '>'):
+            header = _BLOCK_HEADER.match(raw, at)
+            at = header.end() if header else at
+        elif self.style:
+            at += 1
+        if self.style == '"':
+            return _locate_in_double_quotes(raw, at, index)
+        for character in self.text[:index]:
+            at = _step(raw, at, character, self.style)
+        return _skip_folding(raw, at, self.text[index : index + 1])
+
+
+def _locate_in_double_quotes(raw: str, at: int, index: int) -> int:
+    written = re.compile(_DOUBLE_QUOTED, re.DOTALL | re.VERBOSE)
+    # escapes are not the characters that they stand for, so it is by count
+    while piece := written.match(raw, at):
+        # of several line ends in a row, the first is dropped
+        count = piece[0].count('\n') - 1
+        if piece['continuation'] is None:
+            count = max(1, count if piece['folding'] else 1)
+        if count > index:
+            break
+        index -= count
+        at = piece.end()
+    return at
+
+
+def _step(raw: str, at: int, character: str, style: str | None) -> int:
+    at = _skip_folding(raw, at, character)
+    if style == "'" and raw.startswith("''", at):
+        return at + 2
+    if raw[at : at + 1] == character:
+        return at + 1
+    if character.isspace():
+        # a line end that was folded into a space
+        return at + 1 if raw[at : at + 1].isspace() else at
+    return at
+
+
+def _skip_folding(raw: str, at: int, character: str) -> int:
+    """Skip the white space that YAML drops before a character."""
+    if character.isspace():
+        return at
+    while at < len(raw) and raw[at] in ' \t\n\r' and raw[at] != character:
+        at += 1
+    return at
 
 
 class Sequence(Value):

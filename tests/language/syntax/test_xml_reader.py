@@ -8,7 +8,6 @@ from colcon_yamllaunch.language.syntax.source_text import read_source
 from colcon_yamllaunch.language.syntax.source_text import Source
 from colcon_yamllaunch.language.syntax.xml_reader import MAXIMUM_ELEMENT_DEPTH
 from colcon_yamllaunch.language.syntax.xml_reader import read_xml
-from colcon_yamllaunch.language.syntax.xml_scalar import is_xml
 import pytest
 from support.language_fixtures import Marked
 
@@ -35,7 +34,7 @@ def malformed(text):
     ],
 )
 def test_which_files_are_xml(path, text, expected):
-    assert is_xml(source(text, path)) is expected
+    assert source(text, path).is_xml is expected
 
 
 def test_elements_and_attributes():
