@@ -144,6 +144,14 @@ def _required(name: str, kind: Type, text: str) -> Attribute:
     return Attribute(name, kind, text, required=True)
 
 
+def _text(name: str, text: str) -> Attribute:
+    return Attribute(name, Type.TEXT, text)
+
+
+def _name(name: str, text: str, pattern: str | None = None) -> Attribute:
+    return Attribute(name, Type.NAME, text, pattern=pattern)
+
+
 def _items(
     name: str,
     text: str,
@@ -190,9 +198,8 @@ class _NestedParameters(Attribute):
 
 
 PARAMETER: tuple[Attribute, ...] = (
-    Attribute(
+    _text(
         'name',
-        Type.TEXT,
         'The name of the parameter; every parameter has one, unless it comes '
         "with 'from'.",
     ),
@@ -209,9 +216,8 @@ PARAMETER: tuple[Attribute, ...] = (
         'substitutions.',
         values=(*SCALAR_TYPES, *_LIST_TYPES, 'yaml'),
     ),
-    Attribute(
+    _text(
         'from',
-        Type.TEXT,
         'A YAML file with parameters; stands alone or with allow_substs.',
     ),
     _flag(
@@ -228,9 +234,8 @@ PARAMETER: tuple[Attribute, ...] = (
 )
 
 _PROCESS = (
-    Attribute(
+    _text(
         'cwd',
-        Type.TEXT,
         'The working directory; when left out, the folder that the launch '
         'was started in.',
     ),
@@ -247,9 +252,8 @@ _PROCESS = (
         values=OUTPUT_MODES,
         default=OUTPUT_MODES[0],
     ),
-    Attribute(
+    _text(
         'launch-prefix',
-        Type.TEXT,
         'A command that runs the process, such as `gdb -ex run --args`.',
     ),
     Attribute(
@@ -299,43 +303,42 @@ _PROCESS = (
         'Iron',
     ),
 )
-_NODE = (
-    Attribute(
-        'pkg',
-        Type.NAME,
-        'The package that has the program; when left out, the program is a '
-        'path or on the PATH.',
-    ),
-    _required('exec', Type.NAME, 'The program.'),
-    Attribute(
-        'name',
-        Type.NAME,
-        'The name of the node.',
-        pattern=_NODE_NAME_PATTERN,
-    ),
-    Attribute(
-        'exec_name',
-        Type.NAME,
-        'The name of the process in the output where the node has no name; '
-        'when left out, that of the program.',
-    ),
-    Attribute(
-        'namespace',
-        Type.NAME,
-        'The namespace of the node; a relative one is put behind that of the '
-        'scope.',
-        pattern=_NAMESPACE_PATTERN,
-    ),
-    Attribute('args', Type.COMMAND, 'Arguments for the program.'),
-    Attribute(
-        'ros_args', Type.COMMAND, 'Arguments that stand behind --ros-args.'
-    ),
+_NODE_PARAMETERS = (
     _items(
         'param',
         'Parameters; the last of several with one name counts.',
         PARAMETER,
     ),
     _items('remap', 'Names to replace by others.', _REMAP),
+)
+_NODE = (
+    _name(
+        'pkg',
+        'The package that has the program; when left out, the program is a '
+        'path or on the PATH.',
+    ),
+    _required('exec', Type.NAME, 'The program.'),
+    _name(
+        'name',
+        'The name of the node.',
+        _NODE_NAME_PATTERN,
+    ),
+    _name(
+        'exec_name',
+        'The name of the process in the output where the node has no name; '
+        'when left out, that of the program.',
+    ),
+    _name(
+        'namespace',
+        'The namespace of the node; a relative one is put behind that of the '
+        'scope.',
+        _NAMESPACE_PATTERN,
+    ),
+    Attribute('args', Type.COMMAND, 'Arguments for the program.'),
+    Attribute(
+        'ros_args', Type.COMMAND, 'Arguments that stand behind --ros-args.'
+    ),
+    *_NODE_PARAMETERS,
     *_PROCESS,
 )
 _AUTOSTART = _flag(
@@ -350,25 +353,18 @@ _COMPONENT = (
         Type.NAME,
         'The class of the node, as the package registers it.',
     ),
-    Attribute(
+    _name(
         'name',
-        Type.NAME,
         'The name of the node; when left out, the one that it has itself.',
-        pattern=_NODE_NAME_PATTERN,
+        _NODE_NAME_PATTERN,
     ),
-    Attribute(
+    _name(
         'namespace',
-        Type.NAME,
         'The namespace of the node; a relative one is put behind that of the '
         'scope, not of the container.',
-        pattern=_NAMESPACE_PATTERN,
+        _NAMESPACE_PATTERN,
     ),
-    _items(
-        'param',
-        'Parameters; the last of several with one name counts.',
-        PARAMETER,
-    ),
-    _items('remap', 'Names to replace by others.', _REMAP),
+    *_NODE_PARAMETERS,
     _items(
         'extra_arg',
         'What the container takes besides, such as use_intra_process_comms.',
@@ -378,17 +374,21 @@ _COMPONENT = (
         ),
     ),
 )
-_CANCEL_ON_SHUTDOWN = _flag(
-    'cancel_on_shutdown',
-    'Whether the end of the launch drops the timer instead of waiting for it.',
-    'true',
+_TIMER = (
+    _required('period', Type.SECONDS, 'The time until then.'),
+    _CHILDREN,
+    _flag(
+        'cancel_on_shutdown',
+        'Whether the end of the launch drops the timer instead of waiting for '
+        'it.',
+        'true',
+    ),
 )
 _LOG = (_required('message', Type.TEXT, 'The line.'),)
 _ARGUMENT = (
     _required('name', Type.PLAIN, 'The name of the argument.'),
-    Attribute(
+    _text(
         'default',
-        Type.TEXT,
         'The value when none is given; without one, the argument is required.',
     ),
     Attribute('description', Type.PLAIN, 'What it is for, for --show-args.'),
@@ -542,17 +542,13 @@ _ACTIONS = (
         'timer',
         'Do several actions once, some time after the launch has come to '
         'them.',
-        _required('period', Type.SECONDS, 'The time until then.'),
-        _CHILDREN,
-        _CANCEL_ON_SHUTDOWN,
+        *_TIMER,
     ),
     _action(
         'ros_timer',
         'Do several actions once, some time after the launch has come to '
         "them; on the topic /clock where 'set_use_sim_time' is true.",
-        _required('period', Type.SECONDS, 'The time until then.'),
-        _CHILDREN,
-        _CANCEL_ON_SHUTDOWN,
+        *_TIMER,
     ),
     _action(
         'for_each',
@@ -592,9 +588,8 @@ _ACTIONS = (
         'executable',
         'Run a program.',
         _required('cmd', Type.COMMAND, 'The command line.'),
-        Attribute(
+        _name(
             'name',
-            Type.NAME,
             'The name of the process in the output; when left out, that of '
             'the program.',
         ),
