@@ -8,14 +8,12 @@ The rules are those of the parsers of `launch` and `launch_ros`: they take a
 YAML value of one type for each attribute, and change no type into another.
 """
 
-from collections.abc import Callable
 from collections.abc import Iterator
 from collections.abc import Mapping
 import shlex
 
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.syntax.launch_tree import Entity
 from colcon_yamllaunch.language.syntax.launch_tree import Item
 from colcon_yamllaunch.language.syntax.launch_tree import LaunchFile
 from colcon_yamllaunch.language.syntax.text import Text
@@ -38,11 +36,11 @@ _WANTED_NAMES: Mapping[str, tuple[str, ...]] = {
     'composable_lifecycle_node': ('name',),
 }
 # ROS 2 reads these as a text, which it takes for a boolean afterwards
-_TEXT_BOOLEANS = ('respawn', 'value')
-# ROS 2 makes substitutions in these, and takes no other text
+# what is a text in ROS 2, though it has another type here
+_TEXTS = ('respawn', 'value', 'len')
+_TYPED = (Type.BOOLEAN, Type.INTEGER, Type.SECONDS)
+_VALUE = Attribute('value', Type.TEXT, '')
 _SUBSTITUTED_BOOLEANS = ('autostart', 'cancel_on_shutdown', 'prepend')
-# ROS 2 takes a text for these too, and makes its substitutions
-_TEXT_SECONDS = ('period',)
 _KIND_NAMES = {
     'bool': 'a boolean',
     'float': 'a number',
@@ -57,79 +55,65 @@ def not_portable(file: LaunchFile) -> Iterator[LaunchError]:
     # in XML all values are texts, which ROS 2 reads as the type it wants
     is_typed = not file.source.is_xml
     for entity in file.walk():
-        yield from _newer_action(entity)
-        name = entity.action.name
-        yield from _missing_names(name, entity.item, len(name))
-        known = by_name(entity.action.attributes)
-        since = entity.action.since
-        yield from _item(entity.item, known, since, is_typed)
-        if entity.action.name == 'set_parameter':
-            yield from _yaml_text('set_parameter', entity.item, is_typed)
+        action, item = entity.action, entity.item
+        name, length = action.name, len(action.name)
+        yield from _newer(
+            f"action '{name}'", action.since, item.position, length
+        )
+        yield from _missing_names(name, item, length)
+        yield from _item(
+            item, by_name(action.attributes), action.since, is_typed
+        )
+        if name == 'set_parameter':
+            yield from _yaml_text(name, item, is_typed)
 
 
 def _item(
     item: Item, known: Mapping[str, Attribute], since: str, is_typed: bool
 ) -> Iterator[LaunchError]:
+    for text in item.own_texts():
+        for found in text.template.substitutions():
+            # one of another package is as old as that
+            kind = KINDS.get(found.name)
+            yield from _newer(
+                f'substitution $({found.name} …)',
+                None if kind is None else kind.since,
+                text.position_at(found.start),
+                found.end - found.start,
+            )
     for name, text in item.texts.items():
         attribute = known[name]
         if is_typed:
-            yield from _TYPE_RULES.get(attribute.type, _text)(name, text)
+            yield from _wrong_type(attribute, text)
         if attribute.type is Type.COMMAND:
             yield from _quotes(text)
-        yield from _newer_substitutions(text)
-        yield from _newer_attribute(attribute, since, text)
+        if attribute.since != since:
+            yield from _newer(f"attribute '{name}'", attribute.since, text)
     for name, texts in item.lists.items():
         yield from _list(name, texts)
-    for value in item.values.values():
-        for text in value.texts:
-            yield from _newer_substitutions(text)
     for name, items in item.items.items():
         attribute = known[name]
-        inner_known = by_name(items_of(attribute))
-        if items:
-            yield from _newer_attribute(attribute, since, items[0].position)
+        if items and attribute.since != since:
+            at = items[0].position
+            yield from _newer(f"attribute '{name}'", attribute.since, at)
         for inner in items:
             yield from _missing_names(name, inner)
             if name == 'extra_arg':
                 yield from _yaml_text(name, inner, is_typed)
             yield from _item(
-                inner, inner_known, attribute.since or since, is_typed
+                inner,
+                by_name(items_of(attribute)),
+                attribute.since or since,
+                is_typed,
             )
 
 
-def _newer_action(entity: Entity) -> Iterator[LaunchError]:
-    action = entity.action
-    if action.since != OLDEST_RELEASE:
-        yield error(
-            f"ROS 2 has the action '{action.name}' since {action.since} only",
-            entity.item.position,
-            length=len(action.name),
-        ).as_warning()
-
-
-def _newer_attribute(
-    attribute: Attribute, since: str, at: Span
+def _newer(
+    what: str, since: str | None, at: Span, length: int | None = None
 ) -> Iterator[LaunchError]:
-    if attribute.since not in (None, OLDEST_RELEASE, since):
-        yield error(
-            f"ROS 2 has the attribute '{attribute.name}' since "
-            f'{attribute.since} only',
-            at,
-        ).as_warning()
-
-
-def _newer_substitutions(text: Text) -> Iterator[LaunchError]:
-    for found in text.template.substitutions():
-        # one of another package is as old as that
-        kind = KINDS.get(found.name)
-        since = OLDEST_RELEASE if kind is None else kind.since
-        if since != OLDEST_RELEASE:
-            yield error(
-                f'ROS 2 has the substitution $({found.name} …) since {since} '
-                'only',
-                text.position_at(found.start),
-                length=found.end - found.start,
-            ).as_warning()
+    if since not in (None, OLDEST_RELEASE):
+        message = f'ROS 2 has the {what} since {since} only'
+        yield error(message, at, length=length).as_warning()
 
 
 def _missing_names(
@@ -147,76 +131,50 @@ def _missing_names(
             )
 
 
-def _problem(text: Text, message: str, hint: str) -> Iterator[LaunchError]:
-    yield error(message, text, hint=hint)
-
-
-def _text(name: str, text: Text) -> Iterator[LaunchError]:
-    if text.kind in _KIND_NAMES:
-        yield from _problem(
-            text,
-            f"ROS 2 wants a text for '{name}', and YAML reads "
-            f'{text.plain} as {_KIND_NAMES[text.kind]}',
-            f"quote it: '{text.plain}'",
-        )
-
-
-def _boolean(name: str, text: Text) -> Iterator[LaunchError]:
-    if name in _TEXT_BOOLEANS:
-        yield from _text(name, text)
-    elif text.kind == 'bool':
-        return
-    elif text.literal is not None:
-        yield from _problem(
-            text,
-            f"ROS 2 wants a boolean for '{name}', and takes any "
-            'text for true or for an error',
-            'write true or false, without quotes',
-        )
-    elif name not in _SUBSTITUTED_BOOLEANS:
-        yield from _problem(
-            text,
-            f"ROS 2 makes no substitutions in '{name}', and takes "
-            'any text for true or for an error',
-            "write true and false in two actions, one with 'if', one with "
-            "'unless'",
-        )
-
-
-def _integer(name: str, text: Text) -> Iterator[LaunchError]:
-    if name == 'len':
-        yield from _text(name, text)
-    elif text.kind != 'int':
-        yield from _problem(
-            text,
-            f"ROS 2 wants a whole number for '{name}', and fails with a text",
-            'write a number, without quotes or substitutions',
-        )
-
-
-def _seconds(name: str, text: Text) -> Iterator[LaunchError]:
-    if text.kind == 'float':
-        return
-    if text.kind == 'int':
-        yield from _problem(
-            text,
+def _wrong_type(attribute: Attribute, text: Text) -> Iterator[LaunchError]:
+    name, kind = attribute.name, text.kind
+    problem = None
+    if attribute.type not in _TYPED or name in _TEXTS:
+        if kind in _KIND_NAMES:
+            problem = (
+                f"ROS 2 wants a text for '{name}', and YAML reads "
+                f'{text.plain} as {_KIND_NAMES[kind]}',
+                f"quote it: '{text.plain}'",
+            )
+    elif attribute.type is Type.BOOLEAN:
+        if kind != 'bool' and text.literal is not None:
+            problem = (
+                f"ROS 2 wants a boolean for '{name}', and takes any text for "
+                'true or for an error',
+                'write true or false, without quotes',
+            )
+        elif kind != 'bool' and name not in _SUBSTITUTED_BOOLEANS:
+            problem = (
+                f"ROS 2 makes no substitutions in '{name}', and takes any "
+                'text for true or for an error',
+                "write true and false in two actions, one with 'if', one with "
+                "'unless'",
+            )
+    elif attribute.type is Type.INTEGER:
+        if kind != 'int':
+            problem = (
+                f"ROS 2 wants a whole number for '{name}', and fails with a "
+                'text',
+                'write a number, without quotes or substitutions',
+            )
+    elif kind == 'int':
+        problem = (
             f"ROS 2 wants a number with a decimal point for '{name}'",
             f'write {text.plain}.0',
         )
-    elif name not in _TEXT_SECONDS:
-        yield from _problem(
-            text,
+    elif kind != 'float' and name != 'period':
+        problem = (
             f"ROS 2 wants a number for '{name}', and fails with a text",
             'write it without quotes or substitutions, with a decimal point: '
             '2.0',
         )
-
-
-_TYPE_RULES: Mapping[Type, Callable[[str, Text], Iterator[LaunchError]]] = {
-    Type.BOOLEAN: _boolean,
-    Type.INTEGER: _integer,
-    Type.SECONDS: _seconds,
-}
+    if problem is not None:
+        yield error(problem[0], text, hint=problem[1])
 
 
 def _list(name: str, texts: tuple[Text, ...]) -> Iterator[LaunchError]:
@@ -228,24 +186,20 @@ def _list(name: str, texts: tuple[Text, ...]) -> Iterator[LaunchError]:
             if all(text.literal is not None for text in texts)
             else 'write the arguments in one line, with a space between',
         )
-    for text in texts:
-        yield from _newer_substitutions(text)
 
 
 def _quotes(text: Text) -> Iterator[LaunchError]:
     # ROS 2 splits each text between substitutions by itself
-    for part in text.template.parts:
-        if not isinstance(part, str):
-            continue
-        try:
-            shlex.split(part)
-        except ValueError:
-            yield from _problem(
-                text,
-                'in ROS 2 no quote of a command line spans a substitution',
-                'remove the quotes: what a substitution gives is never split',
-            )
-            return
+    try:
+        for part in text.template.parts:
+            if isinstance(part, str):
+                shlex.split(part)
+    except ValueError:
+        yield error(
+            'in ROS 2 no quote of a command line spans a substitution',
+            text,
+            hint='remove the quotes: what a substitution gives is never split',
+        )
 
 
 def _yaml_text(what: str, item: Item, is_typed: bool) -> Iterator[LaunchError]:
@@ -256,7 +210,5 @@ def _yaml_text(what: str, item: Item, is_typed: bool) -> Iterator[LaunchError]:
             value.position,
             hint="quote the whole list: '[…]'",
         )
-        return
-    # in XML all is text
-    if is_typed:
-        yield from _text('value', value.texts[0])
+    elif is_typed:
+        yield from _wrong_type(_VALUE, value.texts[0])

@@ -92,13 +92,17 @@ class Item:
     items: 'dict[str, tuple[Item, ...]]'
     raw: 'RawEntity | None' = None
 
-    def every_text(self) -> 'Iterator[Text]':
-        """Return all texts of the attributes, also those of items."""
+    def own_texts(self) -> 'Iterator[Text]':
+        """Return the texts of the attributes, but not those of items."""
         yield from self.texts.values()
         for texts in self.lists.values():
             yield from texts
         for value in self.values.values():
             yield from value.texts
+
+    def every_text(self) -> 'Iterator[Text]':
+        """Return all texts of the attributes, also those of items."""
+        yield from self.own_texts()
         for items in self.items.values():
             for inner in items:
                 yield from inner.every_text()
