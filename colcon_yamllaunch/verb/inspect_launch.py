@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.language.actions.parameter_files import parameters_of
 from colcon_yamllaunch.language.evaluation.findings import Checked
 from colcon_yamllaunch.language.evaluation.findings import together
 from colcon_yamllaunch.language.policies.check import check
@@ -24,9 +25,6 @@ from colcon_yamllaunch.language.reports import as_text
 from colcon_yamllaunch.language.reports import show_arguments
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.vocabulary.parameter_sections import (
-    parameters_of,
-)
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan_graph import plan_to_dot
 from colcon_yamllaunch.plan.plan_graph import plan_to_mermaid

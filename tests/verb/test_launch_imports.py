@@ -50,7 +50,7 @@ UNUSED_MODULES = (
     'engine.ros_link',
     'engine.ros_requests',
     'language.actions.component_actions',
-    'language.actions.parameter_file_lookup',
+    'language.actions.parameter_files',
     'language.policies.check',
     'language.syntax.xml_reader',
     'language.syntax.errors',

@@ -12,16 +12,16 @@ from colcon_yamllaunch.language.actions.node_parameters import (
     nested_parameters,
 )
 from colcon_yamllaunch.language.actions.node_parameters import parameter_value
-from colcon_yamllaunch.language.actions.parameter_file_lookup import file_of
-from colcon_yamllaunch.language.actions.parameter_file_lookup import (
-    note_sections,
-)
-from colcon_yamllaunch.language.actions.parameter_file_lookup import (
+from colcon_yamllaunch.language.actions.parameter_files import file_of
+from colcon_yamllaunch.language.actions.parameter_files import note_sections
+from colcon_yamllaunch.language.actions.parameter_files import (
     note_sections_of_scope,
 )
-from colcon_yamllaunch.language.actions.parameter_file_lookup import (
-    sections_in,
+from colcon_yamllaunch.language.actions.parameter_files import (
+    ParameterSections,
 )
+from colcon_yamllaunch.language.actions.parameter_files import read_sections
+from colcon_yamllaunch.language.actions.parameter_files import sections_in
 from colcon_yamllaunch.language.actions.process_actions import full_node_name
 from colcon_yamllaunch.language.actions.process_actions import node_name
 from colcon_yamllaunch.language.actions.process_actions import node_namespace
@@ -40,12 +40,6 @@ from colcon_yamllaunch.language.syntax.source_text import Source
 from colcon_yamllaunch.language.syntax.text import Text
 from colcon_yamllaunch.language.vocabulary.actions import COMPONENTS
 from colcon_yamllaunch.language.vocabulary.parameter import Parameter
-from colcon_yamllaunch.language.vocabulary.parameter_sections import (
-    ParameterSections,
-)
-from colcon_yamllaunch.language.vocabulary.parameter_sections import (
-    read_sections,
-)
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import ParameterFile
 
@@ -126,7 +120,7 @@ def _node_container(walk: Walk, attributes: Attributes) -> None:
             "a 'node_container' with components needs a 'name'",
             'by that they are loaded into it',
         )
-    container = run_node(walk, attributes, is_container=True)
+    container = run_node(walk, attributes)
     _load(walk, components, container)
 
 

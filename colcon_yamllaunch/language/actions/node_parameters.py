@@ -59,24 +59,20 @@ def parameter_arguments(
             pending.clear()
 
     if walk.scope.parameters:
-        from colcon_yamllaunch.language.actions import parameter_file_lookup
+        from colcon_yamllaunch.language.actions import parameter_files
 
-        parameter_file_lookup.note_sections_of_scope(walk, full_name)
+        parameter_files.note_sections_of_scope(walk, full_name)
     for entry in attributes.items('param'):
         if 'from' in entry.item.texts:
             flush()
             # many launches have no parameter files
-            from colcon_yamllaunch.language.actions import (
-                parameter_file_lookup,
-            )
+            from colcon_yamllaunch.language.actions import parameter_files
 
-            path = parameter_file_lookup.file_of(walk, entry)
+            path = parameter_files.file_of(walk, entry)
             if path is not None:
                 arguments.extend(['--params-file', path])
             if isinstance(path, str):
-                parameter_file_lookup.note_sections(
-                    walk, path, entry, full_name
-                )
+                parameter_files.note_sections(walk, path, entry, full_name)
             continue
         for parameter in nested_parameters(walk, entry, node):
             if parameter.value is not None:

@@ -33,7 +33,7 @@ from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import Handler
 from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.syntax.diagnostics import error
-from colcon_yamllaunch.language.syntax.template import Substitution
+from colcon_yamllaunch.language.syntax.text import Substitution
 from colcon_yamllaunch.language.syntax.text import Text
 from colcon_yamllaunch.language.vocabulary.parameter import parse_boolean
 from colcon_yamllaunch.plan.plan import OUTPUT_MODES
@@ -76,27 +76,10 @@ def _executable(walk: Walk, attributes: Attributes) -> None:
     _add_process(walk, attributes, _Program(name, [*argv], words[0].text))
 
 
-def _node(walk: Walk, attributes: Attributes) -> None:
-    run_node(walk, attributes)
-
-
-def _lifecycle_node(walk: Walk, attributes: Attributes) -> None:
-    run_node(walk, attributes, is_lifecycle=True)
-
-
-def run_node(
-    walk: Walk,
-    attributes: Attributes,
-    *,
-    is_container: bool = False,
-    is_lifecycle: bool = False,
-) -> str | None:
-    """
-    Run the program of a node, and return its full name as far as it is known.
-
-    :param is_container: Whether components can be loaded into it
-    :param is_lifecycle: Whether it has the states of a lifecycle node
-    """
+def run_node(walk: Walk, attributes: Attributes) -> str | None:
+    """Run the program of a node; return its full name as far as known."""
+    is_container = attributes.name == 'node_container'
+    is_lifecycle = attributes.name == 'lifecycle_node'
     package = attributes.value('pkg')
     program = attributes.text('exec')
     path = program
@@ -121,10 +104,20 @@ def run_node(
         full_text if full_text and namespace is not None else '/**',
         full_name,
     )
-    remaps = [
-        a for rule in remap_rules(walk, attributes) for a in ('-r', rule)
-    ]
-    argv += [*_scope_parameters(walk), *own, *remaps]
+    parameters: list[SetParameter] = []
+    for parameter in walk.scope.parameters:
+        if isinstance(parameter, str):
+            argv += ['--params-file', parameter]
+        elif parameter.value is not None:
+            given = parameter.as_set()
+            parameters.append(given)
+            argv += ['-p', f'{given.name}:={given.value}']
+    for argument in own:
+        if isinstance(argument, ParameterFile):
+            parameters += argument.parameters
+    argv += own
+    for rule in remap_rules(walk, attributes):
+        argv += ['-r', rule]
     node = _Program(
         attributes.text('exec_name') or os.path.basename(program or ''),
         argv,
@@ -132,7 +125,7 @@ def run_node(
         "name its package with 'pkg'",
         None if package is None else package.text,
         full_text,
-        _parameters(walk, own),
+        tuple(parameters),
         is_container,
         is_lifecycle,
         is_lifecycle and attributes.boolean('autostart') is True,
@@ -205,29 +198,6 @@ def full_node_name(
     text = None if outer is None else f'{outer.rstrip("/")}/{name.text}'
     sources = name.sources | namespace.sources
     return name._replace(text=text, sources=sources)
-
-
-def _scope_parameters(walk: Walk) -> Arguments:
-    arguments: Arguments = []
-    for parameter in walk.scope.parameters:
-        if isinstance(parameter, str):
-            arguments += ['--params-file', parameter]
-        elif parameter.value is not None:
-            given = parameter.as_set()
-            arguments += ['-p', f'{given.name}:={given.value}']
-    return arguments
-
-
-def _parameters(
-    walk: Walk, own: list[str | ParameterFile]
-) -> tuple[SetParameter, ...]:
-    of_scope = (
-        parameter.as_set()
-        for parameter in walk.scope.parameters
-        if not isinstance(parameter, str) and parameter.value is not None
-    )
-    files = (a for a in own if isinstance(a, ParameterFile))
-    return (*of_scope, *(p for file in files for p in file.parameters))
 
 
 def remap_rules(walk: Walk, attributes: Attributes) -> list[str]:
@@ -498,6 +468,6 @@ def _configured(walk: Walk, name: str) -> str | None:
 #: What does each action that runs a process.
 PROCESS_HANDLERS: Mapping[str, Handler] = {
     'executable': _executable,
-    'node': _node,
-    'lifecycle_node': _lifecycle_node,
+    'node': run_node,
+    'lifecycle_node': run_node,
 }

@@ -248,7 +248,7 @@ def _set_parameters_from_file(walk: Walk, attributes: Attributes) -> None:
         return
     path = os.path.join(walk.cwd, written)
     if walk.parameter_file(path) is None:
-        from colcon_yamllaunch.language.actions.parameter_file_lookup import (
+        from colcon_yamllaunch.language.actions.parameter_files import (
             missing_file,
         )
 

@@ -17,9 +17,9 @@ from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.launch_tree import Entity
 from colcon_yamllaunch.language.syntax.launch_tree import Item
-from colcon_yamllaunch.language.syntax.template import split_command_line
-from colcon_yamllaunch.language.syntax.template import UnclosedQuoteError
+from colcon_yamllaunch.language.syntax.text import split_command_line
 from colcon_yamllaunch.language.syntax.text import Text
+from colcon_yamllaunch.language.syntax.text import UnclosedQuoteError
 from colcon_yamllaunch.language.vocabulary.actions import Attribute
 from colcon_yamllaunch.language.vocabulary.actions import by_name
 from colcon_yamllaunch.language.vocabulary.actions import items_of

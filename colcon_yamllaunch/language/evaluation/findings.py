@@ -26,9 +26,7 @@ from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.plan.position import Span
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.language.vocabulary.parameter_sections import (
-        Section,
-    )
+    from colcon_yamllaunch.language.actions.parameter_files import Section
 
 
 @dataclass(frozen=True, slots=True)

@@ -46,19 +46,19 @@ from colcon_yamllaunch.language.syntax.launch_tree import read_launch_file
 from colcon_yamllaunch.language.syntax.launch_tree import UNREADABLE
 from colcon_yamllaunch.language.syntax.source_text import read_source
 from colcon_yamllaunch.language.syntax.source_text import Source
-from colcon_yamllaunch.language.syntax.template import Substitution
-from colcon_yamllaunch.language.syntax.template import Template
+from colcon_yamllaunch.language.syntax.text import Substitution
+from colcon_yamllaunch.language.syntax.text import Template
 from colcon_yamllaunch.language.syntax.text import Text
 from colcon_yamllaunch.plan.plan import Condition
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.plan.position import Span
 
 if TYPE_CHECKING:
+    from colcon_yamllaunch.language.actions.parameter_files import (
+        ParameterSections,
+    )
     from colcon_yamllaunch.language.python_files.worker_dialogue import (
         WorkerDialogue,
-    )
-    from colcon_yamllaunch.language.vocabulary.parameter_sections import (
-        ParameterSections,
     )
 
 #: How to know what a plan leaves open.
@@ -179,7 +179,7 @@ class Call:
         )
 
 
-Handler = Callable[['Walk', Attributes], None]
+Handler = Callable[['Walk', Attributes], object]
 Maker = Callable[[Call], Value]
 
 

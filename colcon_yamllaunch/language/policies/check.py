@@ -47,7 +47,7 @@ from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.launch_tree import Entity
 from colcon_yamllaunch.language.syntax.launch_tree import LaunchFile
-from colcon_yamllaunch.language.syntax.template import Template
+from colcon_yamllaunch.language.syntax.text import Template
 from colcon_yamllaunch.language.syntax.text import Text
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.plan.position import Span

@@ -27,10 +27,10 @@ from colcon_yamllaunch.language.python_files.python_visit import (
 )
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.syntax.template import parse_template
-from colcon_yamllaunch.language.syntax.template import Substitution
-from colcon_yamllaunch.language.syntax.template import Template
-from colcon_yamllaunch.language.syntax.template import TemplateSyntaxError
+from colcon_yamllaunch.language.syntax.text import parse_template
+from colcon_yamllaunch.language.syntax.text import Substitution
+from colcon_yamllaunch.language.syntax.text import Template
+from colcon_yamllaunch.language.syntax.text import TemplateSyntaxError
 from colcon_yamllaunch.language.syntax.text import Text
 from colcon_yamllaunch.language.syntax.yaml_reader import Mapping
 from colcon_yamllaunch.language.syntax.yaml_reader import Scalar

@@ -1,22 +1,315 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""A text of a launch file, ready to have its substitutions put in."""
+"""
+Texts with substitutions in them.
 
+ROS 2 defines the grammar in `launch/frontend/grammar.lark`; this is the same
+language, read in one pass.
+"""
+
+from collections.abc import Iterator
+import re
+
+from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.common.suggestions import listing
 from colcon_yamllaunch.language.evaluation.request import FindExposed
 from colcon_yamllaunch.language.evaluation.request import NothingExposed
 from colcon_yamllaunch.language.syntax.diagnostics import error
-from colcon_yamllaunch.language.syntax.template import parse_template
-from colcon_yamllaunch.language.syntax.template import Substitution
-from colcon_yamllaunch.language.syntax.template import Template
-from colcon_yamllaunch.language.syntax.template import TemplateSyntaxError
-from colcon_yamllaunch.language.syntax.template import unescape
 from colcon_yamllaunch.language.syntax.yaml_reader import Kind
 from colcon_yamllaunch.language.syntax.yaml_reader import Scalar
 from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
 from colcon_yamllaunch.plan.position import Position
+
+#: How deep substitutions may be nested.
+MAXIMUM_DEPTH = 50
+
+_IDENTIFIER = re.compile(r'[A-Za-z][A-Za-z0-9_-]*')
+_ESCAPED = re.compile(r'\\(.)')
+# a substitution starts at '$(' unless a backslash stands before it
+_START = re.compile(r'(?<!\\)\$\(')
+
+
+@dataclass(frozen=True, slots=True)
+class Substitution:
+    """
+    A `$(name argument …)`.
+
+    :param name: What kind it is
+    :param arguments: Its arguments
+    :param start: The index of its `$` in the text
+    :param end: The index behind its `)`
+    """
+
+    name: str
+    arguments: 'tuple[Template, ...]'
+    start: int
+    end: int
+
+
+@dataclass(frozen=True, slots=True)
+class Template:
+    """
+    Text with substitutions in it.
+
+    :param parts: Text, its backslashes resolved, and substitutions
+    """
+
+    parts: tuple[str | Substitution, ...]
+
+    @property
+    def literal(self) -> str | None:
+        """The text when there is no substitution in it, else None."""
+        if not self.parts:
+            return ''
+        if len(self.parts) == 1 and isinstance(self.parts[0], str):
+            return self.parts[0]
+        return None
+
+    def substitutions(self) -> Iterator[Substitution]:
+        """Iterate over all substitutions, each before those inside of it."""
+        for part in self.parts:
+            if isinstance(part, Substitution):
+                yield part
+                for argument in part.arguments:
+                    yield from argument.substitutions()
+
+
+class TemplateSyntaxError(Exception):
+    """
+    A text is not of the grammar.
+
+    :param message: What is wrong
+    :param index: Where in the text
+    :param length: How many characters are meant
+    :param hint: The way out
+    """
+
+    def __init__(
+        self, message: str, index: int, length: int = 1, hint: str = ''
+    ) -> None:
+        super().__init__(message)
+        self.message = message
+        self.index = index
+        self.length = length
+        self.hint = hint or None
+
+
+def unescape(text: str) -> str:
+    """Drop the backslash of each backslash and character, as ROS 2 does."""
+    return _ESCAPED.sub(r'\1', text) if '\\' in text else text
+
+
+def parse_template(text: str) -> Template:
+    """
+    Read a text.
+
+    :raises TemplateSyntaxError: when a substitution in it is malformed
+    """
+    if '$(' not in text:
+        return Template((unescape(text),) if text else ())
+    parts: list[str | Substitution] = []
+    index = 0
+    while True:
+        found = _START.search(text, index)
+        end = found.start() if found else len(text)
+        if end > index:
+            parts.append(unescape(text[index:end]))
+        if not found:
+            return Template(tuple(parts))
+        substitution = _Parser(text).substitution(found.start(), None, 0)
+        parts.append(substitution)
+        index = substitution.end
+
+
+class _Parser:
+    """Reads one substitution and what is nested in it."""
+
+    def __init__(self, text: str) -> None:
+        self._text = text
+
+    def substitution(
+        self, start: int, quote: str | None, depth: int
+    ) -> Substitution:
+        if depth > MAXIMUM_DEPTH:
+            raise TemplateSyntaxError(
+                f'substitutions are nested more than {MAXIMUM_DEPTH} levels '
+                'deep',
+                start,
+                2,
+            )
+        name = _IDENTIFIER.match(self._text, start + 2)
+        if not name:
+            raise TemplateSyntaxError(
+                'a substitution starts with its name',
+                start,
+                2,
+                "write '\\$(' for a '$(' that is no substitution",
+            )
+        index = name.end()
+        arguments: list[Template] = []
+        while True:
+            character = self._text[index : index + 1]
+            if character == ')':
+                return Substitution(
+                    name[0], tuple(arguments), start, index + 1
+                )
+            if character != ' ':
+                raise self._unexpected(start, index)
+            argument, index = self._argument(index + 1, start, quote, depth)
+            arguments.append(argument)
+
+    def _argument(
+        self, index: int, start: int, quote: str | None, depth: int
+    ) -> tuple[Template, int]:
+        character = self._text[index : index + 1]
+        if character in (' ', ')'):
+            raise TemplateSyntaxError(
+                'one space separates the arguments of a substitution; this '
+                'one is too many',
+                index - 1,
+                hint="an empty argument is written ''",
+            )
+        is_quoted = quote is None and character in ('"', "'")
+        own = character if is_quoted else ''
+        parts: list[str | Substitution] = []
+        opening = index
+        begin = index = index + len(own)
+        while True:
+            character = self._text[index : index + 1]
+            follower = self._text[index + 1 : index + 2]
+            if character == '\\' and (own or follower != ' '):
+                index += 2
+            elif character == '$' and follower == '(':
+                self._append_text(parts, begin, index)
+                nested = self.substitution(index, own or quote, depth + 1)
+                parts.append(nested)
+                index = begin = nested.end
+            elif not character:
+                if own:
+                    message = 'this quote is not closed'
+                    raise TemplateSyntaxError(message, opening)
+                raise self._unexpected(start, index)
+            elif character == own or (not own and character in ' )'):
+                self._append_text(parts, begin, index)
+                return Template(tuple(parts)), index + len(own)
+            # within quotes, the other kind of quote is plain text
+            elif not own and character in '(' + (quote or '\'"'):
+                raise self._unexpected(start, index)
+            else:
+                index += 1
+
+    def _append_text(
+        self, parts: list[str | Substitution], begin: int, end: int
+    ) -> None:
+        if end > begin:
+            parts.append(unescape(self._text[begin:end]))
+
+    def _unexpected(self, start: int, index: int) -> TemplateSyntaxError:
+        character = self._text[index : index + 1]
+        if not character:
+            return TemplateSyntaxError(
+                "this substitution is not closed: a ')' is missing", start, 2
+            )
+        shown = 'this line end' if character == '\n' else f"'{character}'"
+        return TemplateSyntaxError(
+            f'{shown} does not belong here: a substitution is '
+            '$(name argument …)',
+            index,
+            hint='an argument is quoted as a whole or not at all'
+            if character in '\'"'
+            else 'quote the argument if this belongs to it',
+        )
+
+
+_WHITESPACE = ' \t\r\n'
+
+
+class UnclosedQuoteError(ValueError):
+    """A quote of a command line is not closed."""
+
+
+def split_command_line(template: Template) -> tuple[Template, ...]:
+    """
+    Split a text into arguments as a POSIX shell does.
+
+    The result of a substitution is never split: it is, or is a part of, one
+    argument.
+
+    :raises UnclosedQuoteError: when a quote is not closed
+    """
+    splitter = _Splitter()
+    for part in template.parts:
+        if isinstance(part, Substitution):
+            splitter.substitution(part)
+        else:
+            for character in part:
+                splitter.character(character)
+    return splitter.finish()
+
+
+class _Splitter:
+    """The state between two characters of a command line."""
+
+    def __init__(self) -> None:
+        self._arguments: list[Template] = []
+        self._parts: list[str | Substitution] = []
+        # a text that grows bit by bit would take quadratic time
+        self._text: list[str] = []
+        self._started = False
+        self._quote = ''
+        self._escape = False
+
+    def substitution(self, part: Substitution) -> None:
+        self._flush_text()
+        self._parts.append(part)
+        self._started = True
+
+    def character(self, character: str) -> None:
+        if self._escape:
+            # within double quotes a backslash stays before a character that
+            # it does not escape (POSIX shell, 2.2.3)
+            if self._quote and character not in '"\\':
+                self._text.append('\\')
+            self._text.append(character)
+            self._escape = False
+        elif character == '\\' and self._quote != "'":
+            self._escape = self._started = True
+        elif self._quote:
+            if character == self._quote:
+                self._quote = ''
+            else:
+                self._text.append(character)
+        elif character in '\'"':
+            self._quote = character
+            self._started = True
+        elif character in _WHITESPACE:
+            self._end_argument()
+        else:
+            self._text.append(character)
+            self._started = True
+
+    def finish(self) -> tuple[Template, ...]:
+        if self._quote:
+            raise UnclosedQuoteError(self._quote)
+        if self._escape:
+            self._text.append('\\')
+        self._end_argument()
+        return tuple(self._arguments)
+
+    def _flush_text(self) -> None:
+        if self._text:
+            self._parts.append(''.join(self._text))
+            self._text = []
+
+    def _end_argument(self) -> None:
+        if self._started:
+            self._flush_text()
+            self._arguments.append(Template(tuple(self._parts)))
+        self._parts = []
+        self._started = False
+
 
 # substitutions, by their names in ROS 1
 _NAMES_ELSEWHERE = {'arg': 'var', 'find': 'find-pkg-share', 'optenv': 'env'}

@@ -11,10 +11,10 @@ from pathlib import Path
 
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import render
-from colcon_yamllaunch.language.syntax.template import parse_template
-from colcon_yamllaunch.language.syntax.template import split_command_line
-from colcon_yamllaunch.language.syntax.template import TemplateSyntaxError
-from colcon_yamllaunch.language.syntax.template import UnclosedQuoteError
+from colcon_yamllaunch.language.syntax.text import parse_template
+from colcon_yamllaunch.language.syntax.text import split_command_line
+from colcon_yamllaunch.language.syntax.text import TemplateSyntaxError
+from colcon_yamllaunch.language.syntax.text import UnclosedQuoteError
 from colcon_yamllaunch.language.vocabulary.actions import Action
 from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
 from colcon_yamllaunch.language.vocabulary.actions import Attribute

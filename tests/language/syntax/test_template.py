@@ -3,12 +3,12 @@
 
 """The grammar of substitutions (ROS 2's `launch/frontend/grammar.lark`)."""
 
-from colcon_yamllaunch.language.syntax.template import MAXIMUM_DEPTH
-from colcon_yamllaunch.language.syntax.template import parse_template
-from colcon_yamllaunch.language.syntax.template import Substitution
-from colcon_yamllaunch.language.syntax.template import Template
-from colcon_yamllaunch.language.syntax.template import TemplateSyntaxError
-from colcon_yamllaunch.language.syntax.template import unescape
+from colcon_yamllaunch.language.syntax.text import MAXIMUM_DEPTH
+from colcon_yamllaunch.language.syntax.text import parse_template
+from colcon_yamllaunch.language.syntax.text import Substitution
+from colcon_yamllaunch.language.syntax.text import Template
+from colcon_yamllaunch.language.syntax.text import TemplateSyntaxError
+from colcon_yamllaunch.language.syntax.text import unescape
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
@@ -99,14 +99,14 @@ def test_parts(text, expected):
         ("$(a 'b)", 4, 'quote is not closed'),
         ('$(a "b\')', 4, 'quote is not closed'),
         ("$(a 'b'c)", 7, "'c' does not belong here"),
-        ("$(a b'c')", 5, 'quoted as a whole or not at all'),
-        ("$(a 'b''c')", 7, 'quoted as a whole or not at all'),
-        ('$(a (b))', 4, 'must be quoted'),
-        ('$(a b(c))', 5, 'must be quoted'),
-        ('$(a\tb)', 3, 'not by tabs or lines'),
-        ('$(a\nb)', 3, 'not by tabs or lines'),
+        ("$(a b'c')", 5, 'does not belong here'),
+        ("$(a 'b''c')", 7, 'does not belong here'),
+        ('$(a (b))', 4, 'does not belong here'),
+        ('$(a b(c))', 5, 'does not belong here'),
+        ('$(a\tb)', 3, 'does not belong here'),
+        ('$(a\nb)', 3, 'does not belong here'),
         ('$(a.b)', 3, "'.' does not belong here"),
-        ("$(a '$(b 'c')')", 9, 'quoted as a whole or not at all'),
+        ("$(a '$(b 'c')')", 9, 'does not belong here'),
     ],
 )
 def test_errors(text, index, message):

@@ -6,12 +6,10 @@
 import json
 import re
 
+from colcon_yamllaunch.language.actions.parameter_files import read_sections
+from colcon_yamllaunch.language.actions.parameter_files import Section
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.vocabulary.parameter import to_json
-from colcon_yamllaunch.language.vocabulary.parameter_sections import (
-    read_sections,
-)
-from colcon_yamllaunch.language.vocabulary.parameter_sections import Section
 from colcon_yamllaunch.plan.position import Position
 from hypothesis import given
 from hypothesis import strategies as st

@@ -5,9 +5,7 @@
 
 import os
 
-from colcon_yamllaunch.language.vocabulary.parameter_sections import (
-    parameters_of,
-)
+from colcon_yamllaunch.language.actions.parameter_files import parameters_of
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position
 
