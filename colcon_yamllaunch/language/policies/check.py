@@ -9,10 +9,13 @@ to, and every launch file that is included. Listing launch arguments is a use
 of it.
 """
 
+from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Mapping
 from collections.abc import Set
+from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from itertools import islice
 import os
 import re
@@ -295,55 +298,48 @@ class _Check(Walk):
         values = map(self.scope.configurations.get, read.read)
         # what it reads itself is not known
         use.is_open = True
-        if (
-            self.never
-            or not self.runs_exposed
-            or read.is_open
-            or any(value is None or value.text is None for value in values)
-            or not self._do_exposed(attributes)
-        ):
-            self.may_have_others = True
+        is_known = (
+            self.runs_exposed
+            and not self.never
+            and not read.is_open
+            and all(v is not None and v.text is not None for v in values)
+        )
+        try:
+            if is_known:
+                self._run_exposed(partial(super().do_exposed, attributes))
+        except AlreadyReportedError:
+            is_known = False
+        self.may_have_others = self.may_have_others or not is_known
         # with other arguments it may set anything
         self.scope.configurations.is_open = True
 
-    def _do_exposed(self, attributes: Attributes) -> bool:
-        """Have the host do an action; return whether it could."""
+    def _run_exposed(self, run: Callable[[], str | None]) -> str | None:
+        """
+        Return what the worker comes to, and report what goes wrong.
+
+        :raises AlreadyReportedError: when it comes to nothing
+        """
         # most launch files have none
         from colcon_yamllaunch.language.python_files import exposed_actions
 
         is_certain = self.is_on_by_default
         try:
-            exposed_actions.do(self, attributes)
+            return run()
         except exposed_actions.NotAskedError as e:
-            self._pass_over(e)
+            self.report(e.as_warning().of('this cannot be checked: '))
         except LaunchError as e:
             self.fail(e, is_certain=is_certain)
-        except AlreadyReportedError:
-            pass
-        else:
-            return True
-        return False
+        raise AlreadyReportedError
 
     def make_exposed(
         self, name: str, texts: tuple[str, ...], at: Span
     ) -> str | None:
-        # most launch files have none
-        from colcon_yamllaunch.language.python_files import exposed_actions
-
         if self.never or not self.runs_exposed:
             return None
-        try:
-            return exposed_actions.make(self, name, texts, at)
-        except exposed_actions.NotAskedError as e:
-            self._pass_over(e)
-        except LaunchError as e:
-            self.fail(e, is_certain=self.is_on_by_default)
-        except AlreadyReportedError:
-            pass
+        make = partial(super().make_exposed, name, texts, at)
+        with suppress(AlreadyReportedError):
+            return self._run_exposed(make)
         return None
-
-    def _pass_over(self, problem: LaunchError) -> None:
-        self.report(problem.as_warning().of('this cannot be checked: '))
 
     def follow(
         self, attributes: Attributes, located: tuple[str, str] | None
@@ -423,12 +419,6 @@ class _Check(Walk):
             f'pass it: arg: [{{name: {name}, value: …}}]',
             is_certain=is_certain,
         )
-
-    def configuration(
-        self, value: Value, position: Position, text: Text
-    ) -> Value:
-        place = Place(text.position, text.length, self.includes)
-        return value._replace(place=place)
 
     def default(self, value: Value, source: str) -> Value:
         return Value(value.text, source, value.sources | {source})
@@ -589,11 +579,6 @@ class _Listing(_Check):
                 else None,
             ),
         )
-
-    def configuration(
-        self, value: Value, position: Position, text: Text
-    ) -> Value:
-        return value._replace(origins=(position,))
 
     def launch_python(self, name: str, path: str, origin: Span) -> None:
         # most launch files are not in Python
