@@ -79,19 +79,25 @@ def _missing_colon(_text: str, _at: int, opened: int) -> _Explanation:
 
 
 def _wrong_indentation(text: str, at: int, _opened: int) -> _Explanation:
-    before = text[text.rfind('\n', 0, at) + 1 : at]
-    if before.strip(' -'):
+    start = text.rfind('\n', 0, at) + 1
+    if text[start:at].strip(' -'):
         return _Explanation(
             at,
             'the value ended before this text',
             'quote the whole value, or close the quote before it',
         )
-    what = 'list item' if text.startswith('-', at) else 'line'
+    is_item = text.startswith('-', at)
+    what = 'list item' if is_item else 'line'
+    alike = r'^( *)-\s' if is_item else r'^( *)[^\s#-]'
+    before = [*re.finditer(alike, text[:start], re.M)]
+    message = f'this {what} is indented by {_spaces(at - start)}'
+    if before:
+        line = text.count('\n', 0, before[-1].start()) + 1
+        message += f', but the {what} before it (line {line}) by ' + _spaces(
+            len(before[-1][1])
+        )
     return _Explanation(
-        at,
-        f'this {what} is indented by {_spaces(len(before))}, which fits no '
-        f'{what} before it',
-        'indent both by the same number of spaces',
+        at, message, 'indent both by the same number of spaces'
     )
 
 

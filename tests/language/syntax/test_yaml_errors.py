@@ -14,13 +14,13 @@ MISTAKES = {
         'launch:\n'
         '    - node: {pkg: a, exec: b}\n'
         '  «- node: {pkg: a, exec: c}\n',
-        'this list item is indented by 2 spaces, which fits no list item '
-        'before it',
+        'this list item is indented by 2 spaces, but the list item before it '
+        '(line 2) by 4 spaces',
     ),
     'second item deeper than the first': (
         'launch:\n  - node:\n      pkg: a\n    «- node:\n',
-        'this list item is indented by 4 spaces, which fits no list item '
-        'before it',
+        'this list item is indented by 4 spaces, but the list item before it '
+        '(line 2) by 2 spaces',
     ),
     'attribute deeper than the one before': (
         'launch:\n  - node:\n      pkg: a\n       «exec: b\n',
@@ -29,12 +29,12 @@ MISTAKES = {
     ),
     'attribute less deep than the one before': (
         'launch:\n  - node:\n      pkg: a\n     «exec: b\n',
-        'this line is indented by 5 spaces, which fits no line before it',
+        'this line is indented by 5 spaces, but the line before it (line 3) '
+        'by 6 spaces',
     ),
     'item beside a key': (
         'a: b\n«- c\n',
-        'this list item is indented by 0 spaces, which fits no list item '
-        'before it',
+        'this list item is indented by 0 spaces',
     ),
     'no space after the colon': (
         'launch:\n  - node:\n      pkg«:a\n      exec: b\n',
