@@ -395,7 +395,7 @@ class PlanDraft:
         self._count += 1
         return f'{program}-{self._count}'
 
-    def take_labels(self, labels: Iterable[str]) -> None:
+    def reserve_labels(self, labels: Iterable[str]) -> None:
         """Take note of labels that no further component gets."""
         self._components.update(labels)
 

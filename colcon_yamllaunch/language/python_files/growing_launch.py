@@ -39,12 +39,12 @@ class GrowingLaunch:
         self._start = Position(next(iter(walk.python_files), ''), 1, 1)
         self._labels = {p.label for p in plan.processes()}
         self._labels |= {c.label for c in plan.components()}
-        walk.draft.take_labels(self._labels)
+        walk.draft.reserve_labels(self._labels)
         walk.draft.entries = []
         # what has a name may have ended when something else gets it
         walk.nodes.clear()
         dialogue.passed.clear()
-        self._told = len(walk.diagnostics)
+        self._reported_count = len(walk.diagnostics)
         # the requests without an answer, with the blocks that asked
         self._asked: deque[tuple[int, int | None]] = deque()
         self._intake: Intake | None = None
@@ -85,7 +85,7 @@ class GrowingLaunch:
                 self._walk.draft.go_on_in(self._asked[0][1])
             self._intake = Intake(self._dialogue, self._start)
         if message.get('say') != 'done':
-            self._intake.take(message)
+            self._intake.receive(message)
             return None
         # others may have been answered while a YAML file that was included
         # asked for something
@@ -130,19 +130,19 @@ class GrowingLaunch:
             self._intake.close()
             self._intake = None
         entries, walk.draft.entries = walk.draft.entries, []
-        for diagnostic in walk.diagnostics[self._told :]:
+        for diagnostic in walk.diagnostics[self._reported_count :]:
             text = render([diagnostic], walk.cwd)
             if diagnostic.severity == 'error':
                 problems.append(text)
             else:
                 entries.insert(0, Message('WARNING', text))
-        self._told = len(walk.diagnostics)
+        self._reported_count = len(walk.diagnostics)
         walk.nodes.clear()
         grown = with_labels(Plan(tuple(entries)), self._labels)
         labels = {p.label for p in grown.processes()}
         labels |= {c.label for c in grown.components()}
         self._labels |= labels
-        walk.draft.take_labels(labels)
+        walk.draft.reserve_labels(labels)
         return Growth(grown.entries, tuple(problems), walk.draft.blocks)
 
 

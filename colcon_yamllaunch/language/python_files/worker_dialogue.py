@@ -85,7 +85,7 @@ def scope_as_json(walk: Walk) -> dict[str, Any]:
     }
 
 
-def take_scope(walk: Walk, said: WorkerMessage, origin: Span) -> None:
+def apply_scope(walk: Walk, said: WorkerMessage, origin: Span) -> None:
     """
     Have the scope of a walk as the host says; what is as before stays so.
 
@@ -93,8 +93,8 @@ def take_scope(walk: Walk, said: WorkerMessage, origin: Span) -> None:
     :param origin: What has changed it
     """
     scope = walk.scope
-    _take_names(walk, scope.configurations, said['configurations'], origin)
-    _take_environment(walk, said['environment'], origin)
+    _apply_names(walk, scope.configurations, said['configurations'], origin)
+    _apply_environment(walk, said['environment'], origin)
     namespace = said['namespace']
     if (scope.namespace and scope.namespace.text) != namespace:
         scope.namespace = namespace and _changed(walk, namespace, origin)
@@ -124,7 +124,7 @@ def _changed(walk: Walk, text: str, origin: Span) -> Value:
     return Value(text, text, frozenset((source,)))
 
 
-def _take_names(
+def _apply_names(
     walk: Walk, names: Names, said: Mapping[str, str], origin: Span
 ) -> None:
     before = {n: v for n, v in names.all().items() if v.text is not None}
@@ -138,7 +138,7 @@ def _take_names(
             names.set(name, _changed(walk, text, origin))
 
 
-def _take_environment(
+def _apply_environment(
     walk: Walk, said: Mapping[str, str | None], origin: Span
 ) -> None:
     names = walk.scope.environment
@@ -266,10 +266,10 @@ class WorkerDialogue:
                         break
                     self.passed.append(message)
                     continue
-                intake.take(message)
+                intake.receive(message)
         intake.finish()
         if 'scope' in message:
-            take_scope(self.walk, message['scope'], origin)
+            apply_scope(self.walk, message['scope'], origin)
         return {**message, 'value': intake.value}
 
     @property
@@ -355,7 +355,7 @@ class Intake:
         if self._failure is not None:
             raise self._failure
 
-    def take(self, message: WorkerMessage) -> None:
+    def receive(self, message: WorkerMessage) -> None:
         """
         Do what a message says.
 
@@ -366,14 +366,14 @@ class Intake:
             if 'ask' in message:
                 self._answer(message, {'failed': True})
             return
-        take = _TAKERS.get(str(message.get('say')))
-        if take is None:
+        receive = _RECEIVERS.get(str(message.get('say')))
+        if receive is None:
             return
         position = self._position(message)
         try:
             self._walk.count_action(position)
             _check_seconds(message, position)
-            take(self, message)
+            receive(self, message)
         except (LaunchError, AlreadyReportedError, EndlessError) as e:
             self._failure = e
             if 'ask' in message:
@@ -609,7 +609,7 @@ class Intake:
             raise error(text, position, hint=hint)
         before = walk.error_count()
         with walk.within_scope(walk.scope.inner()):
-            take_scope(walk, message['scope'], position)
+            apply_scope(walk, message['scope'], position)
             walk.visit_included(*located, position)
             scope = scope_as_json(walk)
         if walk.error_count() > before:
@@ -694,7 +694,7 @@ _PROCESS_FIELDS = (
     'is_lifecycle',
     'autostart',
 )
-_TAKERS: Mapping[str, Callable[[Intake, WorkerMessage], None]] = {
+_RECEIVERS: Mapping[str, Callable[[Intake, WorkerMessage], None]] = {
     'begin': Intake._begin,
     'end': Intake._end,
     'process': Intake._process,
