@@ -11,6 +11,7 @@ from pathlib import Path
 
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.evaluation.values import Place
+from colcon_yamllaunch.language.policies.check import check
 from colcon_yamllaunch.language.policies.evaluate import evaluate
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
@@ -21,6 +22,8 @@ import pytest
 #: The environment that the launch files are evaluated in.
 ENVIRONMENT = {'PATH': '/usr/bin:/bin', 'SET': 'value'}
 LOG_FOLDER = '/logs'
+#: What is evaluated by a launch only.
+ONLY_LAUNCHED = ('$(env', '$(command', '$(eval')
 
 
 class FakePackages:
@@ -107,7 +110,9 @@ class Launcher:
         self.environment = dict(ENVIRONMENT)
 
     def write(self, name: str, text: str | bytes) -> Path:
-        """Write a file into the folder."""
+        """Write a file into the folder; a launch file may lack its root."""
+        if isinstance(text, str) and text.lstrip('\n').startswith('- '):
+            text = f'launch:\n{text}'
         path = self.folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
         data = text.encode() if isinstance(text, str) else text
@@ -164,10 +169,19 @@ class Launcher:
         return errors
 
     def error(self, marked: str, **arguments: str) -> Diagnostic:
-        """Return the one error of a launch file, which is where it marks."""
+        """
+        Return the one error of a launch file, which is where it marks.
+
+        A check finds it, too, if it does not need what only a launch knows.
+        """
         mark = Marked.of(marked)
         (error,) = self.errors(mark.text, **arguments)
         mark.check(error)
+        if not any(word in marked for word in ONLY_LAUNCHED):
+            request = self.request(mark.text, **arguments)
+            found = check(request, portable=False).diagnostics
+            places = [(d.message, d.position) for d in found]
+            assert (error.message, error.position) in places, found
         return error
 
     def warning(self, marked: str, **arguments: str) -> Diagnostic:

@@ -58,7 +58,7 @@ def test_let_is_stronger_than_what_was_given(launcher):
 
 
 def test_required(launcher):
-    error = launcher.error('launch:\n- «arg»: {name: must}\n')
+    (error,) = launcher.errors('launch:\n- arg: {name: must}\n')
     assert error.message == (
         "launch argument 'must' is required, and was not given"
     )
@@ -74,8 +74,9 @@ def test_required_by_an_include(launcher):
 
 
 def test_a_required_argument_is_missed_once(launcher):
-    text = 'launch:\n- «arg»: {name: a}\n' + ECHO + ECHO
-    assert 'required' in launcher.error(text).message
+    text = 'launch:\n- arg: {name: a}\n' + ECHO + ECHO
+    (error,) = launcher.errors(text)
+    assert 'required' in error.message
 
 
 def test_an_argument_of_an_action_that_does_not_apply_is_not_required(

@@ -339,7 +339,7 @@ def test_substitutions_in_a_file(launcher):
         ('/**: {ros__parameters: {a: 2020-01-01}}', "'a' is nothing", 1),
         ('/**: {ros__parameters: {a: [1, x]}}', 'of several types', 1),
         ('a: [', None, 1),
-        ('- a', 'is a mapping of nodes to parameters', 1),
+        ('[a]', 'is a mapping of nodes to parameters', 1),
     ],
 )
 def test_files_that_cannot_be_sent(launcher, content, message, line):

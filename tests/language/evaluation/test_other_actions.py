@@ -67,7 +67,7 @@ def test_environment(launcher, actions, name, expected):
 
 def test_log_folder_must_be_absolute(launcher):
     launcher.environment['ROS_LOG_DIR'] = 'relative'
-    error = launcher.error('launch:\n- set_ros_log_dir: {new_log_dir: «x»}\n')
+    (error,) = launcher.errors('- set_ros_log_dir: {new_log_dir: x}\n')
     assert "'relative/x' is not an absolute path" in error.message
 
 

@@ -207,7 +207,7 @@ def test_syntax_error_at_the_start_of_a_file(launcher):
     mark.check(error)
 
 
-@pytest.mark.parametrize('content', ['a: [\n', 'text\n', '', '- a\n'])
+@pytest.mark.parametrize('content', ['a: [\n', 'text\n', '', '[a]\n'])
 def test_a_file_that_is_none_once_its_substitutions_are_made(
     launcher, content
 ):

@@ -171,16 +171,14 @@ def test_what_is_installed_is_run_rather_than_the_source(launcher, ros2):
 
 def test_without_a_launcher(launcher, file):
     launcher.environment['PATH'] = str(launcher.folder)
-    error = launcher.error(
-        'launch:\n- include: {file: «sub/robot.launch.py»}\n'
-    )
+    text = '- include: {file: sub/robot.launch.py}\n'
+    (error,) = launcher.errors(text)
     assert "there is no 'ros2' on the PATH" in error.message
     assert 'YAML or XML' in error.hint
     assert not error.may_pass_after_build
     launcher.packages.programs['ros2cli'] = {'ros2'}
-    assert launcher.error(
-        'launch:\n- include: {file: «sub/robot.launch.py»}\n'
-    ).may_pass_after_build
+    (error,) = launcher.errors(text)
+    assert error.may_pass_after_build
     (error,) = launched(launcher, file).errors
     assert "there is no 'ros2'" in error.message
 

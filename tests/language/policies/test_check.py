@@ -6,7 +6,6 @@
 from pathlib import Path
 
 from colcon_yamllaunch.language.evaluation.findings import Checked
-from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.policies.check import check
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 import pytest
@@ -16,23 +15,12 @@ from support.language_fixtures import Marked
 
 def checked(
     launcher: Launcher,
-    text: str | bytes,
+    text: str,
     *,
     portable: bool = False,
     **given: str,
 ) -> Checked:
-    path = str(launcher.write('main.yaml', text))
-    return check(
-        Request(
-            path,
-            path,
-            packages=launcher.packages,
-            environment=launcher.environment,
-            arguments=given,
-            cwd=str(launcher.folder),
-        ),
-        portable=portable,
-    )
+    return check(launcher.request(text, **given), portable=portable)
 
 
 def found(launcher: Launcher, text: str, **given: str) -> list[str]:
@@ -45,7 +33,7 @@ def found(launcher: Launcher, text: str, **given: str) -> list[str]:
 
 def only(launcher: Launcher, marked: str, **given: str) -> Diagnostic:
     """Return the one problem, which is where the text marks."""
-    mark = Marked.of(marked)
+    mark = Marked.of(f'launch:\n{marked}')
     (diagnostic,) = checked(launcher, mark.text, **given).diagnostics
     mark.check(diagnostic)
     return diagnostic
@@ -53,50 +41,42 @@ def only(launcher: Launcher, marked: str, **given: str) -> Diagnostic:
 
 GOOD = {
     'both branches': """
-launch:
 - arg: {name: flag, default: 'true'}
 - node: {pkg: alpha, exec: talker, name: one, if: $(var flag)}
 - node: {pkg: alpha, exec: listener, name: one, unless: $(var flag)}
 """,
     'alternatives of one argument': """
-launch:
 - arg: {name: mode, default: sim}
 - node: {pkg: alpha, exec: talker, name: n, if: $(equals $(var mode) sim)}
 - node: {pkg: alpha, exec: talker, name: n, if: $(equals $(var mode) real)}
 """,
     'an empty default that a condition asks for': """
-launch:
 - arg: {name: extra, default: ''}
 - include: {file: $(var extra), if: "$(not-equals $(var extra) '')"}
 """,
     'such a condition behind another name': """
-launch:
 - arg: {name: extra, default: ''}
 - let: {name: has_extra, value: "$(not-equals $(var extra) '')"}
 - include: {file: $(var extra), if: $(var has_extra)}
 """,
     'such a condition in Python': """
-launch:
 - arg: {name: extra, default: ''}
 - include:
     file: $(var extra)
     if: $(eval "'$(var extra)' != ''")
 """,
     'a name that only some branch sets': """
-launch:
 - arg: {name: flag, default: 'false'}
 - let: {name: port, value: /dev/tty0, if: $(var flag)}
 - node: {pkg: alpha, exec: talker, args: $(var port), if: $(var flag)}
 """,
     'a package that is only known at launch': """
-launch:
 - node: {pkg: $(env PACKAGE x), exec: talker}
 - node: {pkg: $(command 'cat /etc/package'), exec: talker}
 - include: {file: $(env FOLDER .)/x.yaml}
 - node: {pkg: alpha, exec: talker, args: $(var may_come_with_the_include)}
 """,
     'names that differ by namespace': """
-launch:
 - group:
   - push_ros_namespace: {namespace: left}
   - node: {pkg: alpha, exec: talker, name: one}
@@ -106,7 +86,6 @@ launch:
 - node: {pkg: alpha, exec: talker, name: one}
 """,
     'what a group keeps': """
-launch:
 - let: {name: a, value: alpha}
 - group:
     forwarding: false
@@ -117,7 +96,6 @@ launch:
 - node: {pkg: $(var c), exec: talker}
 """,
     'a loop': """
-launch:
 - for:
     len: 3
     name: i
@@ -133,28 +111,23 @@ launch:
     - node: {pkg: alpha, exec: $(for-var who)}
 """,
     'a parameter of the scope': """
-launch:
 - set_parameter: {name: rate, value: '5'}
 - node: {pkg: alpha, exec: talker, args: $(param rate)}
 """,
     'a process with a PATH of its own': """
-launch:
 - set_env: {name: PATH, value: /my/bin}
 - executable: {cmd: my_program}
 """,
     'launch arguments that every process heeds': """
-launch:
 - arg: {name: sigterm_timeout, default: '2'}
 - arg: {name: launch-prefix, default: nice}
 - executable: {cmd: whatever}
 """,
     'a program that something else finds': """
-launch:
 - executable: {cmd: whatever, shell: true}
 - executable: {cmd: whatever, launch-prefix: find}
 """,
     'what a condition declares and uses': """
-launch:
 - arg: {name: mode, default: real}
 - arg: {name: world, if: $(equals $(var mode) sim)}
 - group:
@@ -166,13 +139,11 @@ launch:
 - log: {message: $(var rate), if: $(equals $(var mode) sim)}
 """,
     'a file of arguments for others': """
-launch:
 - arg: {name: a, default: 1}
 - let: {name: b, value: 1}
 - bool_arg: {name: c, default: 'true'}
 """,
     'a file that a build may bring': """
-launch:
 - set_parameter: {name: x, value: $(file-content /install/x/share/x/y)}
 """,
 }
@@ -192,162 +163,74 @@ def test_nothing_is_wrong_once_the_condition_is_given(
 
 
 BAD = {
-    'a package': """
-launch:
-- node: {pkg: «alhpa», exec: talker}
-""",
+    'a package': '- node: {pkg: «alhpa», exec: talker}',
     'a package under a condition that does not hold': """
-launch:
 - arg: {name: flag, default: 'false'}
 - node: {pkg: «alhpa», exec: talker, if: $(var flag)}
 """,
-    'a package under a condition that never holds': """
-launch:
-- node: {pkg: «alhpa», exec: talker, if: 'false'}
-""",
-    'a package of a substitution': """
-launch:
-- let: {name: x, value: «$(find-pkg-share alhpa)»}
-""",
+    'a package under a condition that never holds': (
+        "- node: {pkg: «alhpa», exec: talker, if: 'false'}"
+    ),
     'a package of a default': """
-launch:
 - arg: {name: where, default: alhpa}
 - node: {pkg: «$(var where)», exec: talker}
 """,
-    'a program of a package': """
-launch:
-- node: {pkg: alpha, exec: «talkr»}
-""",
-    'a program on the PATH': """
-launch:
-- executable: {cmd: «no_such_program» --verbose}
-""",
-    'a launch prefix': """
-launch:
-- executable: {cmd: echo, launch-prefix: «no_such_program -e»}
-""",
-    'a program of no package': """
-launch:
-- node: {exec: «no_such_program»}
-""",
-    'a program by its path': """
-launch:
-- executable: {cmd: «$(dirname)/no_such_program»}
-""",
-    'an undefined name': """
-launch:
-- node: {pkg: alpha, exec: talker, args: --x «$(var nonesuch)»}
-""",
+    'a program on the PATH': (
+        '- executable: {cmd: «no_such_program» --verbose}'
+    ),
+    'a launch prefix': (
+        '- executable: {cmd: echo, launch-prefix: «no_such_program -e»}'
+    ),
+    'a program of no package': '- node: {exec: «no_such_program»}',
+    'a program by its path': (
+        '- executable: {cmd: «$(dirname)/no_such_program»}'
+    ),
+    'an undefined name': (
+        '- node: {pkg: alpha, exec: talker, args: --x «$(var nonesuch)»}'
+    ),
     'an undefined name within an eval': """
-launch:
 - let: {name: x, value: "$(eval '«$(var nonesuch)» + 1')"}
 """,
     'a name that is set too late': """
-launch:
 - node: {pkg: alpha, exec: talker, args: «$(var late)»}
 - let: {name: late, value: x}
 """,
     'a name of a scope that has ended': """
-launch:
 - group:
   - let: {name: inner, value: x}
 - node: {pkg: alpha, exec: talker, args: «$(var inner)»}
 """,
     'a name that a group does not see': """
-launch:
 - let: {name: a, value: alpha}
 - group:
     forwarding: false
     children:
     - node: {pkg: «$(var a)», exec: talker}
 """,
-    'an environment variable that cannot be': """
-launch:
-- «set_env»: {name: 'A=B', value: c}
-""",
     'a name that was reset': """
-launch:
 - let: {name: gone, value: x}
 - reset: {}
 - node: {pkg: alpha, exec: talker, args: «$(var gone)»}
 """,
-    'a default that is no choice': """
-launch:
-- arg: {name: mode, default: «warp», choice: [{value: fast}, {value: slow}]}
-- node: {pkg: alpha, exec: talker, args: $(var mode)}
-""",
-    'an included file': """
-launch:
-- include: {file: «$(dirname)/nonesuch.yaml»}
-""",
-    'a file of parameters': """
-launch:
-- set_parameters_from_file: {filename: «/no/such/file.yaml»}
-""",
-    'a node name': """
-launch:
-- node: {pkg: alpha, exec: talker, name: «bad-name»}
-""",
     'a node name made of an argument': """
-launch:
 - arg: {name: robot, default: r-2}
 - node: {pkg: alpha, exec: talker, name: «$(var robot)_driver»}
 """,
-    'a namespace': """
-launch:
-- push_ros_namespace: {namespace: «a b»}
-""",
-    'a condition': """
-launch:
-- node: {pkg: alpha, exec: talker, if: «maybe»}
-""",
-    'an output': """
-launch:
-- node: {pkg: alpha, exec: talker, output: «nowhere»}
-""",
-    'a log level': """
-launch:
-- log: {message: x, level: «loud»}
-""",
-    'a time': """
-launch:
-- timer: {period: «soon», children: []}
-""",
-    'a parameter type': """
-launch:
-- node:
-    pkg: alpha
-    exec: talker
-    param: [{name: a, value: «5», type: str}]
-""",
     'a parameter value of an argument': """
-launch:
 - arg: {name: rate, default: fast}
 - node:
     pkg: alpha
     exec: talker
     param: [{name: a, value: «$(var rate)», type: int}]
 """,
-    'a quote': """
-launch:
-- node: {pkg: alpha, exec: talker, args: «it's»}
-""",
     'an expression': """
-launch:
 - let: {name: x, value: "«$(eval '1 / 0')»"}
 """,
     'an expression that is no Python': """
-launch:
 - let: {name: x, value: "«$(eval '1 +')»"}
 """,
-    'a variable of no loop': """
-launch:
-- log: {message: «$(for-var x)»}
-""",
-    'a parameter that nothing sets': """
-launch:
-- log: {message: «$(param rate)»}
-""",
+    'a variable of no loop': '- log: {message: «$(for-var x)»}',
+    'a parameter that nothing sets': '- log: {message: «$(param rate)»}',
 }
 
 
@@ -358,25 +241,21 @@ def test_an_error_points_at(name: str, launcher: Launcher) -> None:
 
 DOUBTFUL = {
     'the same node twice': """
-launch:
 - node: {pkg: alpha, exec: talker, name: one}
 - node: {pkg: alpha, exec: talker, name: «one»}
 """,
     'the same node under conditions that have nothing in common': """
-launch:
 - arg: {name: a, default: 'true'}
 - arg: {name: b, default: 'false'}
 - node: {pkg: alpha, exec: talker, name: one, if: $(var a)}
 - node: {pkg: alpha, exec: talker, name: «one», if: $(var b)}
 """,
     'the same full name in two ways': """
-launch:
 - node: {pkg: alpha, exec: talker, name: one, namespace: /x}
 - push_ros_namespace: {namespace: x}
 - node: {pkg: alpha, exec: talker, name: «one»}
 """,
     'a node in a loop': """
-launch:
 - for:
     len: 2
     name: i
@@ -384,34 +263,28 @@ launch:
     - node: {pkg: alpha, exec: talker, name: «one»}
 """,
     'a name that is remapped twice': """
-launch:
 - node:
     pkg: alpha
     exec: talker
     remap: [{from: a, to: b}, {from: «a», to: c}]
 """,
     'a name that the scope remaps': """
-launch:
 - set_remap: {from: a, to: b}
 - node: {pkg: alpha, exec: talker, remap: [{from: «a», to: c}]}
 """,
     'an argument that is not used': """
-launch:
 - arg: {name: «unused», default: x}
 - log: {message: hello}
 """,
-    'a parameter file that is skipped': """
-launch:
-- node: {pkg: alpha, exec: talker, param: [{from: «/no/such.yaml»}]}
-""",
-    'an environment variable that is not there': """
-launch:
-- log: {message: «$(env NOT_SET)»}
-""",
-    'an empty list': """
-launch:
-- node: {pkg: alpha, exec: talker, param: [{name: a, value: «[]}]}
-""",
+    'a parameter file that is skipped': (
+        '- node: {pkg: alpha, exec: talker, param: [{from: «/no/such.yaml»}]}'
+    ),
+    'an environment variable that is not there': (
+        '- log: {message: «$(env NOT_SET)»}'
+    ),
+    'an empty list': (
+        '- node: {pkg: alpha, exec: talker, param: [{name: a, value: «[]}]}'
+    ),
 }
 
 
@@ -425,9 +298,8 @@ def test_that_the_nearest_package_is_named(launcher: Launcher) -> None:
 
 
 def test_that_all_mistakes_are_found_at_once(launcher: Launcher) -> None:
-    launcher.write('broken.yaml', 'launch:\n- nod: {}\n- grop: []\n')
+    launcher.write('broken.yaml', '- nod: {}\n- grop: []\n')
     text = """
-launch:
 - node: {pkg: alhpa, exec: talker, args: $(var x), output: y, name: 1a}
 - include: {file: $(dirname)/broken.yaml}
 - node: {pkg: alpha, exec: nonesuch}
@@ -445,7 +317,6 @@ def test_that_a_mistake_leaves_the_rest_of_its_file_standing(
     problems = found(
         launcher,
         """
-launch:
 - include: {file: sub.yaml, arg: [{name: a, value: 1}, {name: b, value: 1}]}
 - node: {pkg: alpha, exec: talkr}
 """,
@@ -464,7 +335,6 @@ def test_that_what_a_mistake_may_have_set_is_not_missed(
     problems = found(
         launcher,
         """
-launch:
 - arg: {name: used}
 - agr: {name: a, default: $(var used)}
 - let: {name: b, valeu: 5}
@@ -483,7 +353,7 @@ def test_that_a_file_that_cannot_be_read_lacks_no_argument(
     launcher.write('sub.yaml', 'launch: [')
     problems = found(
         launcher,
-        'launch:\n- include: {file: sub.yaml, arg: [{name: a, value: 1}]}\n',
+        '- include: {file: sub.yaml, arg: [{name: a, value: 1}]}\n',
     )
     assert len(problems) == 1
 
@@ -491,7 +361,6 @@ def test_that_a_file_that_cannot_be_read_lacks_no_argument(
 def test_that_a_command_is_never_run(launcher: Launcher) -> None:
     witness = launcher.folder / 'witness'
     text = f"""
-launch:
 - let: {{name: x, value: "$(command 'touch {witness}')"}}
 - let:
     name: y
@@ -503,7 +372,6 @@ launch:
 
 
 CHILD = """
-launch:
 - arg: {name: mode, choice: [{value: fast}, {value: slow}]}
 - node: {pkg: alpha, exec: talker, args: $(var mode)}
 """
@@ -511,8 +379,8 @@ launch:
 
 class TestInclude:
     def test_that_it_is_looked_at(self, launcher: Launcher) -> None:
-        launcher.write('child.yaml', 'launch:\n- node: {pkg: no, exec: x}\n')
-        text = 'launch:\n- include: {file: $(dirname)/child.yaml}\n'
+        launcher.write('child.yaml', '- node: {pkg: no, exec: x}\n')
+        text = '- include: {file: $(dirname)/child.yaml}\n'
         (problem,) = checked(launcher, text).diagnostics
         assert problem.position is not None
         assert Path(problem.position.path).name == 'child.yaml'
@@ -522,7 +390,7 @@ class TestInclude:
     def test_a_required_argument(self, launcher: Launcher) -> None:
         launcher.write('child.yaml', CHILD)
         problem = only(
-            launcher, 'launch:\n- include: {file: «$(dirname)/child.yaml»}\n'
+            launcher, '- include: {file: «$(dirname)/child.yaml»}\n'
         )
         assert problem.severity == 'error'
         assert "requires the launch argument 'mode'" in problem.message
@@ -530,7 +398,6 @@ class TestInclude:
     def test_an_argument_of_the_scope(self, launcher: Launcher) -> None:
         launcher.write('child.yaml', CHILD)
         text = """
-launch:
 - arg: {name: mode, default: fast}
 - include: {file: $(dirname)/child.yaml}
 """
@@ -541,7 +408,6 @@ launch:
         problem = only(
             launcher,
             """
-launch:
 - include:
     file: $(dirname)/child.yaml
     arg: [{name: mode, value: fast}, {name: «mod», value: fast}]
@@ -554,9 +420,8 @@ launch:
         self, launcher: Launcher
     ) -> None:
         launcher.write('child.yaml', CHILD)
-        launcher.write('other.yaml', 'launch:\n- arg: {name: x, default: 1}')
+        launcher.write('other.yaml', '- arg: {name: x, default: 1}')
         text = """
-launch:
 - include:
     file: $(dirname)/child.yaml
     arg: [{name: kind, value: fa}, {name: mode, value: $(var kind)st}]
@@ -573,11 +438,8 @@ launch:
         self, launcher: Launcher
     ) -> None:
         launcher.write('grandchild.yaml', CHILD)
-        launcher.write(
-            'child.yaml', 'launch:\n- include: {file: grandchild.yaml}\n'
-        )
+        launcher.write('child.yaml', '- include: {file: grandchild.yaml}\n')
         text = """
-launch:
 - include: {file: child.yaml, arg: [{name: mode, value: fast}]}
 """
         assert found(launcher, text) == []
@@ -589,7 +451,6 @@ launch:
         problem = only(
             launcher,
             """
-launch:
 - include:
     file: $(dirname)/child.yaml
     arg: [{name: mode, value: «warp»}]
@@ -602,7 +463,6 @@ launch:
         launcher.write(
             'child.yaml',
             """
-launch:
 - arg: {name: robot}
 - arg: {name: talks, default: 'true'}
 - node: {pkg: alpha, exec: talker, name: $(var robot), if: $(var talks)}
@@ -610,7 +470,6 @@ launch:
 """,
         )
         text = """
-launch:
 - group:
   - include: {file: child.yaml, arg: [{name: robot, value: a}]}
 - group:
@@ -620,22 +479,20 @@ launch:
         assert found(launcher, text) == []
 
     def test_that_what_it_sets_is_seen(self, launcher: Launcher) -> None:
-        launcher.write('common.yaml', 'launch:\n- arg: {name: x, default: 1}')
+        launcher.write('common.yaml', '- arg: {name: x, default: 1}')
         text = """
-launch:
 - include: {file: common.yaml}
 - log: {message: $(var x)}
 """
         assert found(launcher, text) == []
 
     def test_one_that_includes_itself(self, launcher: Launcher) -> None:
-        text = 'launch:\n- include: {file: $(dirname)/main.yaml}\n'
+        text = '- include: {file: $(dirname)/main.yaml}\n'
         (problem,) = found(launcher, text)
         assert 'include one another' in problem
 
     def test_one_that_may_include_itself(self, launcher: Launcher) -> None:
         text = """
-launch:
 - arg: {name: depth, default: '0'}
 - include:
     file: $(dirname)/main.yaml
@@ -649,13 +506,12 @@ launch:
             text = f'- include: {{file: part{number + 1}.yaml}}\n' * 3
             launcher.write(f'part{number}.yaml', f'launch:\n{text}')
         launcher.write('part30.yaml', 'launch: []\n')
-        text = 'launch:\n- include: {file: part0.yaml}\n'
+        text = '- include: {file: part0.yaml}\n'
         assert found(launcher, text) == []
 
     def test_one_in_python(self, launcher: Launcher) -> None:
         launcher.write('child.launch.py', '')
         text = """
-launch:
 - arg: {name: x, default: '1'}
 - include: {file: child.launch.py, arg: [{name: y, value: z}]}
 - log: {message: $(var set_in_python)}
@@ -672,7 +528,6 @@ class TestArguments:
         launcher.write(
             'child.yaml',
             f"""
-launch:
 - arg: {{name: a, default: '1'}}
 - node:
     pkg: alpha
@@ -681,13 +536,11 @@ launch:
 """,
         )
         text = """
-launch:
 - include: {file: child.yaml, arg: [{name: a, value: '2'}]}
 """
         assert found(launcher, text) == []
 
     REQUIRED = """
-launch:
 - arg: {name: must}
 - node: {pkg: $(var must), exec: talker}
 """
@@ -700,10 +553,9 @@ launch:
     ) -> None:
         launcher.write(
             'child.yaml',
-            'launch:\n- arg: {name: a, default: x}\n- reset_env: {}\n',
+            '- arg: {name: a, default: x}\n- reset_env: {}\n',
         )
         text = """
-launch:
 - arg: {name: a, default: x}
 - include: {file: child.yaml, arg: [{name: a, value: $(var a)}]}
 """
@@ -718,18 +570,7 @@ launch:
         assert "no package 'nonesuch'" in problem
 
     def test_one_that_is_not_declared(self, launcher: Launcher) -> None:
-        path = launcher.write('main.yaml', self.REQUIRED)
-        (problem,) = check(
-            Request(
-                str(path),
-                str(path),
-                packages=launcher.packages,
-                environment=launcher.environment,
-                arguments={'mus': 'x'},
-                cwd=str(launcher.folder),
-            ),
-            portable=False,
-        ).diagnostics
+        (problem,) = checked(launcher, self.REQUIRED, mus='x').diagnostics
         assert problem.position is None
         assert problem.hint == "did you mean 'must'?"
 
@@ -739,7 +580,6 @@ def test_that_the_result_names_what_was_seen(launcher: Launcher) -> None:
     result = checked(
         launcher,
         """
-launch:
 - include: {file: child.yaml, if: 'false'}
 - node: {pkg: alpha, exec: talker}
 """,
@@ -760,13 +600,12 @@ def test_a_launch_file_in_xml(launcher: Launcher) -> None:
         'child.launch.xml',
         '<launch><node pkg="alhpa" exec="talker" respawn="true"/></launch>',
     )
-    text = 'launch:\n- include: {file: child.launch.xml}\n'
+    text = '- include: {file: child.launch.xml}\n'
     (problem,) = checked(launcher, text, portable=True).errors[:1]
     assert "no package 'alhpa'" in problem.message
 
 
 LOAD = """
-launch:
 - arg: {name: flag, default: 'true'}
 - node_container:
     {pkg: alpha, exec: talker, name: box, if: $(var flag), composable_node:
@@ -869,7 +708,6 @@ def test_a_file_that_says_nothing_to_a_node(
 ) -> None:
     launcher.write('p.yaml', f'{section}: {{ros__parameters: {{a: 1}}}}\n')
     text = """
-launch:
 - node: {pkg: alpha, exec: talker, name: n, namespace: ns, param: [%s]}
 """
     given = found(launcher, text % '{from: p.yaml}')
@@ -901,7 +739,6 @@ def test_sections_of_a_file_for_all_of_a_scope(launcher: Launcher) -> None:
         ''.join(f'{n}: {{ros__parameters: {{a: 1}}}}\n' for n in 'ab'),
     )
     text = """
-launch:
 - set_parameters_from_file: {filename: «p.yaml»}
 - node: {pkg: alpha, exec: talker, name: a}
 - node: {pkg: alpha, exec: talker, name: c}
