@@ -3,9 +3,7 @@
 
 """There is one handler for each action, which no policy passes over."""
 
-import ast
 from collections import Counter
-from collections.abc import Iterator
 from pathlib import Path
 
 import colcon_yamllaunch
@@ -48,10 +46,6 @@ def test_that_each_action_has_exactly_one_handler() -> None:
     assert found.keys() == HANDLERS.keys()
 
 
-def test_that_each_action_has_exactly_one_example() -> None:
-    assert EXAMPLES.keys() == ACTIONS.keys()
-
-
 def test_that_each_substitution_has_a_maker() -> None:
     assert MAKERS.keys() == KINDS.keys()
 
@@ -81,36 +75,3 @@ def test_that_each_policy_comes_to(
     if ' if: ' in EXAMPLES[name]:
         may_miss.add('Walk')
     assert missed <= may_miss
-
-
-def messages(path: Path) -> Iterator[str]:
-    """Yield the texts of a module that a user may read, as patterns."""
-    tree = ast.parse(path.read_text())
-    parts: set[int] = set()
-    for node in ast.walk(tree):
-        text = None
-        if isinstance(node, ast.Expr):
-            # a docstring
-            parts.add(id(node.value))
-        elif isinstance(node, ast.JoinedStr):
-            parts.update(id(value) for value in node.values)
-            text = ''.join(
-                str(value.value) if isinstance(value, ast.Constant) else '{}'
-                for value in node.values
-            )
-        elif isinstance(node, ast.Constant) and id(node) not in parts:
-            text = node.value if isinstance(node.value, str) else None
-        if text is not None and len(text) > SHORTEST and ' ' in text:
-            yield text
-
-
-def test_that_each_message_stands_once() -> None:
-    found = Counter(
-        message
-        for folder in INTERPRETER
-        for path in (LANGUAGE / folder).glob('*.py')
-        for message in messages(path)
-    )
-    twice = {message for message, count in found.items() if count > 1}
-    # parts of sentences, on what ROS 2's launcher does with a value
-    assert all(message.startswith("', and ") for message in twice)

@@ -7,9 +7,18 @@ Whatever is in a launch file, the user gets diagnostics and no traceback.
 `HYPOTHESIS_PROFILE=long` tries many more examples.
 """
 
+import json
 from pathlib import Path
 
+from colcon_yamllaunch.language.policies.check import check
+from colcon_yamllaunch.language.policies.check import find_declarations
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
+from colcon_yamllaunch.language.reports import as_github
+from colcon_yamllaunch.language.reports import as_json
+from colcon_yamllaunch.language.reports import as_sarif
+from colcon_yamllaunch.language.reports import as_text
+from colcon_yamllaunch.language.reports import show_arguments
+from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.diagnostics import render
 from colcon_yamllaunch.language.syntax.text import parse_template
 from colcon_yamllaunch.language.syntax.text import split_command_line
@@ -27,6 +36,12 @@ from hypothesis import strategies as st
 from support.language_fixtures import Launcher
 import yaml
 
+CASES = [
+    path.read_text(encoding='utf-8')
+    for path in sorted(
+        (Path(__file__).parents[2] / 'conformance' / 'cases').glob('*.yaml')
+    )
+]
 #: Substitutions that run what the text says.
 DANGEROUS = ('command', 'eval')
 
@@ -90,10 +105,27 @@ def is_harmless(text: str | bytes) -> bool:
     return not any(word in text for word in DANGEROUS)
 
 
-def check(launcher: Launcher, text: str | bytes) -> Evaluation:
-    """Evaluate a text, and look at all that a user would see."""
-    assume(is_harmless(text))
+def look_over(launcher: Launcher, text: str | bytes) -> None:
+    """Check a text, list its arguments, and write all reports of it."""
+    request, cwd = launcher.request(text), str(launcher.folder)
+    result = check(request, portable=True)
+    as_github(result, cwd)
+    as_text(result, cwd)
+    shown = json.loads(as_json(result, cwd))['diagnostics']
+    (run,) = json.loads(as_sarif(result, cwd))['runs']
+    assert len(shown) == len(run['results']) == len(result.diagnostics)
+    try:
+        declarations = find_declarations(request)
+    except LaunchError:
+        return
+    assert show_arguments(declarations, cwd).startswith('Arguments')
+
+
+def examine(launcher: Launcher, text: str | bytes) -> Evaluation:
+    """Evaluate and check a text, and show all that a user would see."""
     launcher.write('other.yaml', 'launch: [log: {message: other}]')
+    look_over(launcher, text)
+    assume(is_harmless(text))
     evaluation = launcher.evaluate(text)
     shown = render(evaluation.diagnostics, str(launcher.folder))
     assert bool(shown) == bool(evaluation.diagnostics)
@@ -109,17 +141,19 @@ def check(launcher: Launcher, text: str | bytes) -> Evaluation:
 
 @given(data=st.binary())
 def test_bytes(shared_launcher, data):
-    check(shared_launcher, data)
+    examine(shared_launcher, data)
 
 
 @given(text=st.text(), tail=st.text())
 def test_text(shared_launcher, text, tail):
-    check(shared_launcher, f'{text}launch: {tail}'.encode('utf-8', 'replace'))
+    examine(
+        shared_launcher, f'{text}launch: {tail}'.encode('utf-8', 'replace')
+    )
 
 
 @given(text=YAMLISH)
 def test_lines_like_those_of_a_launch_file(shared_launcher, text):
-    check(shared_launcher, text)
+    examine(shared_launcher, text)
 
 
 @given(
@@ -128,20 +162,21 @@ def test_lines_like_those_of_a_launch_file(shared_launcher, text):
             'launch:\n    - node: {pkg: alpha, exec: talker}\n',
             'launch:\n- group:\n  - let:\n      name: a\n      value: "b"\n',
             'launch: {children: [executable: {cmd: [echo, $(var a b)]}]}',
+            *CASES,
         ]
     ),
-    place=st.integers(0, 60),
+    place=st.integers(0, 400),
     count=st.integers(0, 5),
     new=st.sampled_from([*FRAGMENTS, '\n', '\n  ', '\x00', '\ud7ff', ', ']),
 )
 def test_a_launch_file_with_one_slip(shared_launcher, text, place, count, new):
-    check(shared_launcher, text[:place] + new + text[place + count :])
+    examine(shared_launcher, text[:place] + new + text[place + count :])
 
 
 @given(text=SUBSTITUTIONS)
 def test_substitutions(shared_launcher, text):
     launch = [{'executable': {'cmd': ['echo', text]}}]
-    check(shared_launcher, yaml.dump({'launch': launch}))
+    examine(shared_launcher, yaml.dump({'launch': launch}))
 
 
 @given(text=st.one_of(SUBSTITUTIONS, st.text()))
@@ -182,6 +217,8 @@ TEXTS = st.sampled_from(
         '$(index a)',
         '{a: 1};{a: 2}',
         '$(if true 2 3)',
+        "$(eval '1 / 0')",
+        '$(command $(var a))',
         "'open",
         'a\0b',
         'a=b',
@@ -250,5 +287,5 @@ def actions(depth: int) -> st.SearchStrategy[list[object]]:
 @given(launch=actions(2))
 def test_every_action_with_any_attributes(shared_launcher, launch):
     text = yaml.dump({'launch': launch}, allow_unicode=True)
-    evaluation = check(shared_launcher, text)
+    evaluation = examine(shared_launcher, text)
     assert shared_launcher.evaluate(text) == evaluation

@@ -3,10 +3,8 @@
 
 """The launch arguments that are found without launching anything."""
 
-from collections.abc import Iterable
 from pathlib import Path
 from textwrap import dedent
-from typing import Any
 
 from colcon_yamllaunch.language.evaluation.findings import DeclaredArgument
 from colcon_yamllaunch.language.evaluation.request import Request
@@ -15,15 +13,9 @@ from colcon_yamllaunch.language.policies.check import Declarations
 from colcon_yamllaunch.language.policies.check import find_declarations
 from colcon_yamllaunch.language.reports import show_arguments
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
-from colcon_yamllaunch.language.vocabulary.actions import Attribute
-from colcon_yamllaunch.language.vocabulary.actions import Type
-from hypothesis import given
-from hypothesis import strategies as st
 import pytest
 from support.language_fixtures import Launcher
 from support.language_fixtures import LOG_FOLDER
-import yaml
 
 
 def find(launcher: Launcher, text: str, **arguments: str) -> Declarations:
@@ -441,71 +433,3 @@ def test_mistakes_hide_no_other_arguments(launcher: Launcher) -> None:
 def test_a_launch_file_that_cannot_be_read(launcher: Launcher) -> None:
     with pytest.raises(LaunchError, match='empty'):
         find(launcher, '')
-
-
-TEXTS = st.sampled_from(
-    (
-        '',
-        'a',
-        'b',
-        '1',
-        'true',
-        '{a: 1}; {}',
-        'main.yaml',
-        '$(var a)',
-        '$(var $(var b) true)',
-        '$(env SET).yaml',
-        '$(dirname)/$(var a)',
-        '$(find-pkg-share my_pkg)/a.yaml',
-        '$(for-var a main.yaml)',
-        '\0',
-        '/',
-    )
-)
-
-
-def value_of(
-    attribute: Attribute, children: st.SearchStrategy[Any]
-) -> st.SearchStrategy[Any]:
-    if attribute.type is Type.ACTIONS:
-        return st.lists(children, max_size=3)
-    if attribute.type is Type.ITEMS and attribute.name != 'param':
-        inner = attributes_of(attribute.items, children)
-        return st.lists(inner, min_size=1, max_size=2)
-    return TEXTS
-
-
-def attributes_of(
-    attributes: Iterable[Attribute], children: st.SearchStrategy[Any]
-) -> st.SearchStrategy[Any]:
-    required, optional = {}, {}
-    for attribute in attributes:
-        if attribute.name not in ('param', 'unless', 'type', 'on_exit'):
-            kind = required if attribute.required else optional
-            kind[attribute.name] = value_of(attribute, children)
-    return st.fixed_dictionaries(required, optional=optional)
-
-
-ACTION = st.deferred(
-    lambda: st.one_of(
-        st.fixed_dictionaries(
-            {name: attributes_of(ACTIONS[name].attributes, ACTION)}
-        )
-        for name in (
-            *('arg', 'bool_arg', 'let', 'reset', 'set_env', 'append_env'),
-            *('group', 'timer', 'for', 'for_each', 'include', 'node'),
-        )
-    )
-)
-
-
-@given(st.lists(ACTION, min_size=1, max_size=8))
-def test_whatever_is_in_a_file_there_is_a_text_or_an_error(
-    shared_launcher: Launcher, actions: list[Any]
-) -> None:
-    text = yaml.safe_dump({'launch': actions}, sort_keys=False)
-    try:
-        shown = show(shared_launcher, text)
-    except LaunchError:
-        return
-    assert shown.startswith('Arguments')

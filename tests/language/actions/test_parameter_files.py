@@ -4,12 +4,15 @@
 """The sections of files with parameters."""
 
 import json
+import os
 import re
 
+from colcon_yamllaunch.language.actions.parameter_files import parameters_of
 from colcon_yamllaunch.language.actions.parameter_files import read_sections
 from colcon_yamllaunch.language.actions.parameter_files import Section
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.vocabulary.parameter import to_json
+from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position
 from hypothesis import given
 from hypothesis import strategies as st
@@ -107,3 +110,25 @@ def test_any_text_is_read_or_refused(text: str) -> None:
     else:
         for section in read.sections:
             assert section.applies_to('/a') in (True, False)
+
+
+def test_a_limit_of_the_files_that_are_read(tmp_path):
+    text = '/**: {ros__parameters: {%s: 1}}\n'
+    for name in ('one', 'two', 'three'):
+        (tmp_path / name).write_text(text % name)
+    (tmp_path / 'big').write_text(text % 'big' + ' ' * 99)
+    os.mkfifo(tmp_path / 'pipe')
+    names = ('pipe', 'one', 'big', 'two', 'none', 'three')
+    options = [word for name in names for word in ('--params-file', name)]
+    process = Process(
+        label='a',
+        argv=('a', '--ros-args', *options),
+        cwd=str(tmp_path),
+        position=Position('/ws/demo.yaml', 1, 1),
+    )
+
+    def found(*limit):
+        return [p.name for p in parameters_of(process, *limit)]
+
+    assert found() == ['one', 'big', 'two', 'three']
+    assert found(2 * len(text % 'two')) == ['one', 'two']

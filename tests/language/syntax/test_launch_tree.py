@@ -6,7 +6,6 @@
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.launch_tree import read_launch_file
 from colcon_yamllaunch.language.syntax.source_text import Source
-from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
 import pytest
 from support.language_fixtures import Marked
 from support.language_fixtures import source
@@ -472,15 +471,3 @@ def test_an_entry_with_mistakes_leaves_the_others_standing():
     names = ['', '', 'shutdown', '', 'reset', '', 'reset_env']
     assert [entity.action.name for entity in file.walk()] == names
     assert [d.position.line for d in file.problems] == [2, 3, 5, 5]
-
-
-@pytest.mark.parametrize('action', ACTIONS.values(), ids=ACTIONS)
-def test_the_table_knows_each_action_well(action):
-    names = [attribute.name for attribute in action.attributes]
-    assert len(set(names)) == len(names)
-    assert names[-2:] == ['if', 'unless']
-    assert action.help.endswith('.')
-    for attribute in action.attributes:
-        assert attribute.help.endswith('.')
-        assert action.attribute(attribute.name) is attribute
-    assert action.attribute('zzz') is None
