@@ -220,11 +220,11 @@ def _presentation(context: LaunchContext) -> Presentation:
     options = context.options
 
     def describe(process: Process) -> Iterable[str]:
-        from colcon_yamllaunch.language.vocabulary import parameter_sections
+        from colcon_yamllaunch.language.actions import parameter_files
         from colcon_yamllaunch.plan.plan_text import process_as_text
 
         return process_as_text(
-            process, str(context.cwd), parameter_sections.parameters_of
+            process, str(context.cwd), parameter_files.parameters_of
         )
 
     return Presentation(
@@ -242,10 +242,10 @@ def _presentation(context: LaunchContext) -> Presentation:
 
 
 def _parameters_of(process: Process) -> Iterable[SetParameter]:
-    from colcon_yamllaunch.language.vocabulary import parameter_sections
+    from colcon_yamllaunch.language.actions import parameter_files
 
     # all else waits meanwhile
-    return parameter_sections.parameters_of(process, limits.PARAMETERS)
+    return parameter_files.parameters_of(process, limits.PARAMETERS)
 
 
 def _failures_of(ended: Ended) -> 'Iterator[Diagnostic]':

@@ -10,22 +10,11 @@ import sys
 
 from colcon_yamllaunch.language.syntax.launch_tree import read_launch_file
 from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
-from colcon_yamllaunch.language.vocabulary.actions import ALIASES
-from colcon_yamllaunch.language.vocabulary.actions import COMPONENTS
-from colcon_yamllaunch.language.vocabulary.actions import Type
-from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
 from launch_files_page import reference_page
-import pytest
 from support.language_fixtures import source
 
 ROOT = Path(__file__).parents[2]
 PAGE = reference_page()
-
-
-def section(name: str) -> str:
-    """Return what stands below a heading."""
-    _, _, rest = PAGE.partition(f'\n### {name}\n')
-    return rest.partition('\n### ')[0]
 
 
 def test_the_page_in_docs_is_not_stale() -> None:
@@ -44,41 +33,6 @@ def test_the_module_writes_the_page() -> None:
         check=True,
     )
     assert written.stdout.decode() == PAGE
-
-
-@pytest.mark.parametrize('name', ACTIONS)
-def test_an_action_is_described(name: str) -> None:
-    text = section(name)
-    action = ACTIONS[name]
-    assert action.help in text
-    assert f'Since {action.since}.' in text
-    assert '```yaml\n- ' in text
-    if 'The attributes are those of' in text:
-        return
-    for attribute in action.attributes:
-        if attribute.name not in ('if', 'unless'):
-            assert f'| `{attribute.name}` |' in text
-            assert attribute.help in text
-
-
-def test_a_node_is_described_in_full() -> None:
-    text = section('node')
-    assert (
-        '| `respawn_max_retries` | integer | `-1` | Jazzy | How often it is '
-        'started again at most; without end when -1. |' in text
-    )
-    assert '| `exec` | name | required | Humble | The program. |' in text
-    assert 'those of [`node`](#node)' in section('node_container')
-
-
-def test_everything_else_is_named() -> None:
-    for kind in KINDS.values():
-        assert f'| `{kind.usage}` | ' in PAGE
-        assert f' | `{kind.example}` |' in PAGE
-    for name in [*ALIASES, *COMPONENTS]:
-        assert f'`{name}`' in PAGE
-    for kind in Type:
-        assert f'\n| {kind.value} | ' in PAGE
 
 
 def test_every_link_leads_to_a_heading() -> None:

@@ -668,51 +668,12 @@ def test_a_given_argument_makes_a_condition_certain(
     assert found(launcher, text, flag='true') == [message]
 
 
-@pytest.mark.parametrize(
-    ('before', 'after', 'message'),
-    [
-        ('target: box', 'target: boxx', "is the container '/boxx'"),
-        ('b, if: $(var flag)', 'b', "the name '/b' too"),
-        ('$(var flag)}]', '$(var falg)}]', "'falg' does not exist"),
-        ('name: a,', 'name: a-b,', 'may only have letters'),
-    ],
-)
-def test_bad_components(
-    launcher: Launcher, before: str, after: str, message: str
-) -> None:
-    text = (LOAD % 'box').replace(before, after)
-    assert text != LOAD % 'box'
-    problems = found(launcher, text)
-    assert any(message in problem for problem in problems), problems
-
-
 def test_a_container_in_a_file_that_cannot_be_looked_at(
     launcher: Launcher,
 ) -> None:
     launcher.write('box.launch.py', '')
     include = '- include: {file: box.launch.py}\n'
     assert found(launcher, LOAD % 'other' + include) == []
-
-
-@pytest.mark.parametrize(
-    ('section', 'problems'),
-    [
-        ('/**', 0),
-        ('/ns/n', 0),
-        ('/n', 1),
-        ('ns/m', 1),
-    ],
-)
-def test_a_file_that_says_nothing_to_a_node(
-    launcher: Launcher, section: str, problems: int
-) -> None:
-    launcher.write('p.yaml', f'{section}: {{ros__parameters: {{a: 1}}}}\n')
-    text = """
-- node: {pkg: alpha, exec: talker, name: n, namespace: ns, param: [%s]}
-"""
-    given = found(launcher, text % '{from: p.yaml}')
-    assert len(given) == problems
-    assert all("node '/ns/n'" in problem for problem in given)
 
 
 def test_sections_for_nodes_that_are_not_there(launcher: Launcher) -> None:

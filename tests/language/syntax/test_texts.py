@@ -145,14 +145,6 @@ def test_a_long_text_takes_one_pass():
     assert len(parse_template(text).parts) == 10_001
 
 
-@pytest.mark.parametrize(
-    ('text', 'literal'),
-    [('', ''), ('a', 'a'), (r'\$(a)', '$(a)'), ('$(a)', None), ('$', '$')],
-)
-def test_literal(text, literal):
-    assert parse_template(text).literal == literal
-
-
 @given(st.text())
 def test_unescape_undoes_doubled_backslashes(text):
     assert unescape(text.replace('\\', '\\\\')) == text

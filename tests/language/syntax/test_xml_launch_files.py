@@ -321,25 +321,3 @@ def test_any_fragments(shared_launcher, text):
 def test_any_bytes(shared_launcher, data):
     survives(shared_launcher, b'<' + data)
     survives(shared_launcher, b'<launch a="' + data)
-
-
-MUTATED = f"""<?xml version="1.0"?>
-<launch>
-  <!-- what it is -->
-  <arg name="a" default="1"><choice value="1"/></arg>
-  {NODE}
-    <param name="b" value="[1, '&lt;$(var a)']"/>
-    <remap from="c" to='d'/>
-  </node>
-</launch>
-"""
-
-
-@given(
-    st.integers(0, len(MUTATED) - 1),
-    st.integers(0, 3),
-    st.sampled_from([*FRAGMENTS, '', 'a', '=', '$(', ')', '[', '#', '\t']),
-)
-def test_any_change_of_a_good_file(shared_launcher, at, length, new):
-    text = MUTATED[:at] + new + MUTATED[at + length :]
-    survives(shared_launcher, text.encode())

@@ -7,7 +7,6 @@ import math
 
 from colcon_yamllaunch.language.vocabulary.parameter import coerce
 from colcon_yamllaunch.language.vocabulary.parameter import infer
-from colcon_yamllaunch.language.vocabulary.parameter import is_of_type
 from colcon_yamllaunch.language.vocabulary.parameter import Parameter
 from colcon_yamllaunch.language.vocabulary.parameter import parameter_file
 from colcon_yamllaunch.language.vocabulary.parameter import ParameterTypeError
@@ -204,12 +203,3 @@ def test_long_values_are_shown_in_part():
     with pytest.raises(ParameterTypeError) as raised:
         coerce('x' * 500, 'int')
     assert len(str(raised.value)) < 100
-
-
-@pytest.mark.parametrize(
-    ('value', 'kinds'),
-    [(True, ['bool']), (1, ['int']), (1.0, ['float']), ('a', ['str'])],
-)
-def test_is_of_type(value, kinds):
-    all_kinds = ('str', 'bool', 'int', 'float')
-    assert [k for k in all_kinds if is_of_type(value, k)] == kinds
