@@ -178,6 +178,14 @@ def reply_of(
     return {'reply': number, 'error': text}
 
 
+def redirect_to_null(*descriptors: int) -> None:
+    """Let descriptors read and write nothing from now on."""
+    null = os.open(os.devnull, os.O_RDWR)
+    for descriptor in descriptors:
+        os.dup2(null, descriptor)
+    os.close(null)
+
+
 def say_through(descriptor: int) -> Say:
     """Return what tells the launcher lines that go with a request."""
 

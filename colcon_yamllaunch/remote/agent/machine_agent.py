@@ -23,22 +23,35 @@ from collections.abc import Mapping
 from contextlib import suppress
 from functools import cache
 from functools import partial
+import importlib
 import os
 from pathlib import Path
 import pwd
+import select
 import shutil
 import signal
+import sys
 import time
 from typing import Any
+from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.escalation import Timeouts
+from colcon_yamllaunch.common.prctl import end_with_parent
 from colcon_yamllaunch.control.protocol import ProtocolError
+from colcon_yamllaunch.engine.launch_scan import LAUNCH_ID_VARIABLE
+from colcon_yamllaunch.engine.launch_scan import new_identity
 from colcon_yamllaunch.engine.loop import accept_signals
-from colcon_yamllaunch.remote.agent.launcher_channel import ANSWERED
+from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.remote.agent import launcher_channel
 from colcon_yamllaunch.remote.agent.launcher_channel import LauncherChannel
 from colcon_yamllaunch.remote.agent.launcher_channel import LauncherGoneError
-from colcon_yamllaunch.remote.agent.launcher_channel import reply_of
-from colcon_yamllaunch.remote.agent.launcher_channel import send
+from colcon_yamllaunch.remote.agent.part_place import end_in_any_case
+from colcon_yamllaunch.remote.agent.part_place import end_what_is_left
+from colcon_yamllaunch.remote.agent.part_place import PartPlace
+
+if TYPE_CHECKING:
+    from subprocess import Popen
 
 #: Days after which a program that was not used is removed.
 UNUSED_DAYS = 30
@@ -46,6 +59,16 @@ UNUSED_DAYS = 30
 _SETUP_TIMEOUT = 50.0
 #: Seconds that a shell may take to say what its PATH is.
 _SHELL_TIMEOUT = 3.0
+#: The modules of `remote/sync` whose functions the launcher may call.
+MODULES = ('build', 'inspection', 'manifest')
+# for a build, which ends its compilers
+_TIMEOUTS = Timeouts(3.0, 3.0)
+_REPLIED = 0
+_READ = 256 * 1024
+#: Bytes that may wait for a program that does not read.
+_WAITING = 4 * 1024 * 1024
+#: How a program that is no longer needed is stopped.
+_PROGRAM_TIMEOUTS = Timeouts(1.0, 1.0)
 
 
 def main(temporary: str) -> None:
@@ -81,10 +104,7 @@ def _hang_up(_number: int, _frame: object) -> None:
 
     An exception would come anywhere, also where what was started is ended.
     """
-    null = os.open(os.devnull, os.O_RDWR)
-    for descriptor in (0, 1):
-        os.dup2(null, descriptor)
-    os.close(null)
+    launcher_channel.redirect_to_null(0, 1)
 
 
 def _idle(launcher: LauncherChannel) -> None:
@@ -113,9 +133,11 @@ def remove_unused_programs(used: Path) -> None:
 def _answer(launcher: LauncherChannel, content: Mapping[str, Any]) -> None:
     name = content.get('request')
     if isinstance(name, str):
-        reply = reply_of(content, partial(_result_of, launcher, name, content))
-        if reply.get('result') is not ANSWERED:
-            send(reply)
+        reply = launcher_channel.reply_of(
+            content, partial(_result_of, launcher, name, content)
+        )
+        if reply.get('result') is not launcher_channel.ANSWERED:
+            launcher_channel.send(reply)
 
 
 def _result_of(
@@ -129,8 +151,6 @@ def _result_of(
         clock = time.time()
         return {**facts, 'clock': clock, 'took': clock - begin}
     if name == 'stream':
-        from colcon_yamllaunch.remote.agent.requests import run_program
-
         return run_program(launcher, content)
     if name == 'start':
         _end_what_others_left()
@@ -140,10 +160,8 @@ def _result_of(
         act = part_link.start if name == 'start' else part_link.resume
         act(launcher, content)
         raise LauncherGoneError
-    from colcon_yamllaunch.remote.agent.requests import answer
-
-    answer(launcher, name, content)
-    return ANSWERED
+    call_function(launcher, name, content)
+    return launcher_channel.ANSWERED
 
 
 def _hello(content: Mapping[str, Any]) -> dict[str, Any]:
@@ -193,22 +211,16 @@ def _complete_environment() -> None:
         for name in ('USER', 'LOGNAME'):
             os.environ.setdefault(name, user.pw_name)
     if 'PATH' not in os.environ:
+        from colcon_yamllaunch.remote.sync.inspection import login_shell_line
+
         os.environ['PATH'] = os.defpath
-        os.environ['PATH'] = _path_of_login()
-
-
-def _path_of_login() -> str:
-    from colcon_yamllaunch.remote.sync.system import login_shell_line
-
-    line = login_shell_line('printenv PATH', _SHELL_TIMEOUT)
-    return line if '/' in line else os.defpath
+        line = login_shell_line('printenv PATH', _SHELL_TIMEOUT)
+        os.environ['PATH'] = line if '/' in line else os.defpath
 
 
 @cache
 def _end_what_others_left() -> None:
     """End parts whose engine and guard were killed, in another process."""
-    from colcon_yamllaunch.remote.agent.part_place import PartPlace
-
     try:
         place = PartPlace(os.environ)
         identities = list(place.left_behind())
@@ -217,20 +229,174 @@ def _end_what_others_left() -> None:
         return
     if identities and not os.fork():
         with suppress(BaseException):
-            _detach()
-            from colcon_yamllaunch.remote.agent.part_place import (
-                end_what_is_left,
-            )
-
+            os.setsid()
+            launcher_channel.redirect_to_null(0, 1, 2)
             for identity in identities:
                 end_what_is_left(identity)
                 place.remove(identity)
         os._exit(0)
 
 
-def _detach() -> None:
-    """Let go of the connection."""
-    os.setsid()
-    null = os.open(os.devnull, os.O_RDWR)
-    for descriptor in (0, 1, 2):
-        os.dup2(null, descriptor)
+def call_function(
+    launcher: LauncherChannel, name: str, content: Mapping[str, Any]
+) -> None:
+    """
+    Call a function in a process of its own, which answers by itself.
+
+    So it can be ended, with all that it started, when the launcher is gone.
+
+    :raises LauncherGoneError: when the launcher is gone, and all is ended
+    :raises UserError: when there is no such function, or it broke off
+    """
+    function = _function(name)
+    identity = new_identity()
+    ours, its = os.pipe()
+    agent = os.getpid()
+    sys.stdout.flush()
+    pid = os.fork()
+    if not pid:
+        code = 1
+        try:
+            os.close(ours)
+            os.setsid()
+            for number in (signal.SIGPIPE, signal.SIGHUP, signal.SIGTERM):
+                signal.signal(number, signal.SIG_DFL)
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+            os.environ[LAUNCH_ID_VARIABLE] = f'{identity}.0'
+            end_with_parent(signal.SIGINT)
+            code = _call(function, content, its)
+            if os.getppid() != agent:
+                # killed, and nobody else ends what was started
+                end_in_any_case(identity, 0, _TIMEOUTS)
+        finally:
+            os._exit(code)
+    os.close(its)
+    lines = bytearray()
+    try:
+        while data := _read(launcher, ours):
+            # heartbeats go between two messages
+            lines += data
+            end = lines.rfind(b'\n') + 1
+            launcher_channel.write(bytes(lines[:end]))
+            del lines[:end]
+    except LauncherGoneError:
+        end_in_any_case(identity, pid, _TIMEOUTS)
+        raise
+    finally:
+        os.close(ours)
+    _, status = os.waitpid(pid, 0)
+    if status != _REPLIED:
+        raise UserError(f'{name} broke off: {Outcome.from_status(status)}')
+
+
+def _read(launcher: LauncherChannel, descriptor: int) -> bytes:
+    while not launcher.poll({descriptor: select.POLLIN}):
+        continue
+    return os.read(descriptor, _READ)
+
+
+def _function(name: str) -> Any:
+    module_name, _, function_name = name.partition('.')
+    if module_name in MODULES and not function_name.startswith('_'):
+        module = importlib.import_module(
+            f'colcon_yamllaunch.remote.sync.{module_name}'
+        )
+        function = getattr(module, function_name, None)
+        if callable(function):
+            return function
+    raise UserError(f"there is no request '{name}'")
+
+
+def _call(function: Any, content: Mapping[str, Any], connection: int) -> int:
+    """Call it, and answer by a pipe; return the exit code."""
+    launcher_channel.redirect_to_null(0)
+    # what it starts is not to write between our messages
+    os.dup2(2, 1)
+    say = launcher_channel.say_through(connection)
+    arguments = dict(content.get('arguments') or {})
+    try:
+        reply = launcher_channel.reply_of(
+            content, lambda: function(arguments, say)
+        )
+    except KeyboardInterrupt:
+        return 1
+    launcher_channel.send(reply, connection)
+    return _REPLIED
+
+
+def run_program(
+    launcher: LauncherChannel, content: Mapping[str, Any]
+) -> dict[str, Any]:
+    """
+    Run a program whose standard streams are the launcher's.
+
+    :raises LauncherGoneError: when the launcher is gone, and it is ended
+    :raises UserError: when it cannot be started
+    """
+    import subprocess
+
+    argv = [str(word) for word in content['argv']]
+    identity = new_identity()
+    variables = {**os.environ, LAUNCH_ID_VARIABLE: f'{identity}.0'}
+    try:
+        process = subprocess.Popen(
+            argv,
+            cwd=os.path.expanduser('~'),
+            env=variables,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            start_new_session=True,
+        )
+    except OSError as error:
+        raise UserError(f'{argv[0]}: {error.strerror}') from error
+    try:
+        _pass_on(launcher, process)
+        code = process.wait()
+    except LauncherGoneError:
+        end_in_any_case(identity, process.pid, _PROGRAM_TIMEOUTS)
+        raise
+    return {'code': code if code >= 0 else 128 - code}
+
+
+def _pass_on(launcher: LauncherChannel, process: 'Popen[bytes]') -> None:
+    """Pass on its streams until they end."""
+    assert process.stdin and process.stdout and process.stderr
+    stdin = process.stdin.fileno()
+    os.set_blocking(stdin, False)
+    readers = {process.stdout.fileno(): True, process.stderr.fileno(): False}
+    waiting = bytearray()
+    at_end = False
+    while readers:
+        masks = dict.fromkeys(readers, select.POLLIN)
+        if waiting:
+            masks[stdin] = select.POLLOUT
+        # else the launcher waits meanwhile
+        listens = len(waiting) < _WAITING
+        ready = launcher.poll(masks, listens=listens)
+        for message in launcher.new_messages():
+            if 'stream' in message and not at_end:
+                data = message['stream']['data']
+                waiting += data
+                at_end = not data
+        if waiting and stdin in ready:
+            try:
+                del waiting[: os.write(stdin, waiting)]
+            except BlockingIOError:
+                pass
+            except OSError:
+                # it reads no more
+                waiting.clear()
+                at_end = True
+        if at_end and not waiting and not process.stdin.closed:
+            with suppress(OSError):
+                process.stdin.close()
+        for descriptor in ready & readers.keys():
+            data = os.read(descriptor, _READ)
+            if not data:
+                del readers[descriptor]
+            elif readers[descriptor]:
+                launcher_channel.write(launcher_channel.stream_message(data))
+            else:
+                for line in data.decode(errors='replace').splitlines():
+                    launcher_channel.send({'line': line})

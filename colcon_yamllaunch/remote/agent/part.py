@@ -45,6 +45,7 @@ from colcon_yamllaunch.observers.log_store import LogStore
 from colcon_yamllaunch.plan.plan_json import plan_from_json
 from colcon_yamllaunch.plan.plan_json import PlanFormatError
 from colcon_yamllaunch.remote.agent.launcher_channel import LauncherChannel
+from colcon_yamllaunch.remote.agent.launcher_channel import redirect_to_null
 from colcon_yamllaunch.remote.agent.part_place import PartPlace
 from colcon_yamllaunch.remote.part_protocol import Finish
 from colcon_yamllaunch.remote.part_protocol import heartbeat_of
@@ -398,9 +399,7 @@ def _run(
 ) -> int:
     """Run the part, in a process of its own; return the exit code."""
     os.setsid()
-    null = os.open(os.devnull, os.O_RDWR | os.O_CLOEXEC)
-    for descriptor in (0, 1, 2):
-        os.dup2(null, descriptor)
+    redirect_to_null(0, 1, 2)
     for number in (signal.SIGHUP, signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_DFL)
     signal.signal(signal.SIGPIPE, signal.SIG_IGN)

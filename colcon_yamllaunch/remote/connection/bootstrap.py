@@ -30,7 +30,7 @@ from typing import Literal
 import zlib
 
 import colcon_yamllaunch
-from colcon_yamllaunch.remote.agent.requests import MODULES
+from colcon_yamllaunch.remote.agent.machine_agent import MODULES
 
 #: The beginning of the script's answers. The script has it in two parts, so
 #: that a shell that echoes its input does not seem to answer.

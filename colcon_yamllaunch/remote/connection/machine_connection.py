@@ -61,8 +61,6 @@ _READ = 256 * 1024
 _WRITE_TIMEOUT = 0.5
 #: The exit code of a program that does not report one.
 _LOST = 255
-#: How often to check whether a program's output is still read (seconds).
-_READER_INTERVAL = 0.2
 
 #: The digits of the longest whole number; each of so many can be a float.
 _DIGITS = 19
@@ -231,8 +229,6 @@ class MachineConnection:
         """
         Run a program there; return its exit code (128 + a signal) and errors.
 
-        It is stopped when `stdin` has ended and nobody reads `stdout`.
-
         :param stdin: A descriptor that its input is read from, to the end;
           closed then
         :param stdout: A descriptor that its output is written to; closed
@@ -244,7 +240,7 @@ class MachineConnection:
         has_ended = threading.Event()
         threading.Thread(
             target=self._send_input,
-            args=(stdin, stdout, has_ended),
+            args=(stdin, has_ended),
             daemon=True,
         ).start()
         try:
@@ -412,30 +408,21 @@ class MachineConnection:
                 )
             self._feed(data)
 
-    def _send_input(
-        self, source: int, target: int, has_ended: threading.Event
-    ) -> None:
+    def _send_input(self, source: int, has_ended: threading.Event) -> None:
         """
-        Send the input of a program; stop it when nobody reads its output.
+        Send the input of a program, until its end.
 
-        Input after its end is dropped: the writer reads the output first,
-        which has the reason.
+        Input after the end of the program is dropped: the writer reads the
+        output first, which has the reason.
 
         :param source: The descriptor of the input; closed
-        :param target: The descriptor of the output
         """
         with suppress(ConnectError), open(source, 'rb', 0) as file:
-            while data := file.read(_READ):
+            data = b'?'
+            while data:
+                data = file.read(_READ)
                 if not has_ended.is_set():
                     self._write(stream_message(data))
-            if not has_ended.is_set():
-                self._write(stream_message(b''))
-            poll = select.poll()
-            poll.register(target, 0)
-            while not has_ended.wait(_READER_INTERVAL):
-                if poll.poll(0):
-                    self._write(protocol.encode({'end': 0}))
-                    break
 
     def _lost(self, process: ConnectProcess) -> ConnectError:
         """End a connection, also for those that write to it."""

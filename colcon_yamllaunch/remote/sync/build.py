@@ -8,9 +8,9 @@ This module runs in the process that answers the request. `colcon_build.py`
 runs in another one, by the Python of colcon, and decides which packages to
 build as a launch there does. It stops when this process ends.
 
-A lock ends with the process that holds it, and each request has its own
-process. So a further process holds the lock from :func:`begin` to :func:`end`,
-or until the agent ends.
+A lock ends with the last process that has it, and each request has its own
+process. So a further process inherits the lock at :func:`begin`, and has it
+until :func:`end`, or until the agent ends.
 """
 
 from collections.abc import Callable
@@ -24,6 +24,7 @@ from pathlib import Path
 import shlex
 import shutil
 import signal
+import stat
 import subprocess
 import sys
 import time
@@ -32,10 +33,13 @@ from typing import Any
 import colcon_yamllaunch
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.process_scan import read_process
+from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.remote.agent.launcher_channel import redirect_to_null
+from colcon_yamllaunch.remote.agent.part_place import boot_of_machine
+from colcon_yamllaunch.remote.sync.inspection import check_system
+from colcon_yamllaunch.remote.sync.inspection import login_shell_line
 from colcon_yamllaunch.remote.sync.manifest import Manifest
 from colcon_yamllaunch.remote.sync.manifest import record_build
-from colcon_yamllaunch.remote.sync.system import check_system
-from colcon_yamllaunch.remote.sync.system import login_shell_line
 from colcon_yamllaunch.workspace.building.build_lock import LOCK_NAME
 from colcon_yamllaunch.workspace.building.build_lock import WorkspaceLock
 from colcon_yamllaunch.workspace.building.build_processes import BuildProcesses
@@ -124,9 +128,9 @@ def build(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:
         finally:
             _wait(process)
     if not result:
-        raise UserError(
-            'the build ended before its time: ' + _ending(process.returncode)
-        )
+        code = process.returncode
+        outcome = Outcome(code) if code >= 0 else Outcome(signal=-code)
+        raise UserError(f'the build {outcome} without a result')
     answer: dict[str, Any] = json.loads(result)
     # a build that failed may have written, too
     if answer.get('built') or 'error' in answer:
@@ -234,17 +238,9 @@ def _wait(process: 'subprocess.Popen[bytes]') -> None:
         BuildProcesses(builder=process.pid).end()
 
 
-def _ending(returncode: int) -> str:
-    if returncode >= 0:
-        return f'exit code {returncode}'
-    with suppress(ValueError):
-        return signal.Signals(-returncode).name
-    return f'signal {-returncode}'
-
-
 def hold(root: str, arguments: Mapping[str, Any], say: Say) -> list[int]:
     """
-    Wait for the lock, and start a process that holds it.
+    Take the lock, and start a process that inherits it.
 
     The arguments are the `build_base`; the `title`, the command; and the
     `launcher`, its boot id and process id. If the workspace is that of the
@@ -257,33 +253,20 @@ def hold(root: str, arguments: Mapping[str, Any], say: Say) -> list[int]:
     if _is_launchers(base, arguments['launcher']):
         return []
     agent = os.getppid()
-    reading, writing = os.pipe()
-    sys.stdout.flush()
+    lock = WorkspaceLock(str(arguments['title']))
+    lock.take(base, say)
     pid = os.fork()
     if not pid:
         try:
             os.setsid()
-            _close_all_but(writing)
-            _hold(base, str(arguments['title']), agent, writing)
+            signal.signal(signal.SIGTERM, signal.default_int_handler)
+            _close_pipes()
+            while read_process(agent) is not None:
+                time.sleep(_INTERVAL)
         finally:
+            lock.release()
             os._exit(0)
-    os.close(writing)
-    with open(reading) as file:
-        for kind, text in map(json.loads, file):
-            if kind == 'taken':
-                return [pid, _birth(pid)]
-            if kind == 'error':
-                raise UserError(text)
-            say(text)
-    raise UserError('the lock of the workspace there cannot be taken')
-
-
-def boot_id() -> str:
-    """Return the identity of this boot of the machine; empty if unknown."""
-    try:
-        return Path('/proc/sys/kernel/random/boot_id').read_text().strip()
-    except OSError:
-        return ''
+    return [pid, _birth(pid)]
 
 
 def end(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:  # noqa: ARG001
@@ -296,56 +279,20 @@ def end(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:  # noqa: ARG0
     return {}
 
 
-def _hold(base: Path, title: str, agent: int, asker: int) -> None:
-    """
-    Take the lock, and hold it until SIGTERM or the end of the agent.
-
-    :param asker: A descriptor that the asker reads messages from
-    """
-
-    def send(kind: str, text: str = '') -> None:
-        with suppress(BrokenPipeError):
-            os.write(asker, json.dumps([kind, text]).encode() + b'\n')
-
-    def stop(*_: object) -> None:
-        raise SystemExit
-
-    def check(*_: object) -> None:
-        if read_process(agent) is None:
-            raise SystemExit
-
-    signal.signal(signal.SIGTERM, stop)
-    # it also interrupts waiting for the lock
-    signal.signal(signal.SIGALRM, check)
-    signal.setitimer(signal.ITIMER_REAL, _INTERVAL, _INTERVAL)
-    with suppress(SystemExit), WorkspaceLock(title) as lock:
-        try:
-            lock.take(base, lambda line: send('line', line))
-        except UserError as e:
-            send('error', str(e))
-            return
-        send('taken')
-        os.close(asker)
-        while True:
-            signal.pause()
-
-
-def _close_all_but(descriptor: int) -> None:
+def _close_pipes() -> None:
     # the agent waits for the end of all that write to the request's pipe
     for name in os.listdir('/proc/self/fd'):
-        if int(name) > 2 and int(name) != descriptor:
-            with suppress(OSError):
+        with suppress(OSError):
+            if stat.S_ISFIFO(os.fstat(int(name)).st_mode):
                 os.close(int(name))
-    null = os.open(os.devnull, os.O_RDWR)
-    for standard in (0, 1, 2):
-        os.dup2(null, standard)
+    redirect_to_null(0, 1, 2)
 
 
 def _is_launchers(base: Path, launcher: tuple[str, int]) -> bool:
     boot, pid = launcher
     with suppress(OSError, ValueError):
         holder = (base / LOCK_NAME).read_bytes().partition(b'\t')[0]
-        return int(holder) == pid and boot_id() == boot
+        return int(holder) == pid and boot_of_machine() == boot
     return False
 
 

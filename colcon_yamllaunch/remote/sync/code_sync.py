@@ -21,11 +21,12 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.fingerprint import digest
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.text_files import content_of
+from colcon_yamllaunch.remote.agent.part_place import boot_of_machine
 from colcon_yamllaunch.remote.connection.machine_connection import (
     MachineConnection,
 )
 from colcon_yamllaunch.remote.connection.machine_connection import Say
-from colcon_yamllaunch.remote.sync.build import boot_id
+from colcon_yamllaunch.remote.sync.inspection import system
 from colcon_yamllaunch.remote.sync.inspection import version_of
 from colcon_yamllaunch.remote.sync.listing import changed_texts
 from colcon_yamllaunch.remote.sync.listing import FileTree
@@ -33,7 +34,6 @@ from colcon_yamllaunch.remote.sync.listing import install_trees
 from colcon_yamllaunch.remote.sync.listing import place_of
 from colcon_yamllaunch.remote.sync.listing import pythons_of
 from colcon_yamllaunch.remote.sync.listing import source_trees
-from colcon_yamllaunch.remote.sync.system import system
 from colcon_yamllaunch.remote.sync.transfer import Transfer
 from colcon_yamllaunch.workspace.environment.sourcing import chained_underlays
 from colcon_yamllaunch.workspace.environment.sourcing import sourced_underlays
@@ -268,7 +268,7 @@ class _Sync:
                 'workspace': self._workspace_there,
                 'build_base': path_there(code.build_base, code.root),
                 'title': f'{code.title} ({platform.node()})',
-                'launcher': [boot_id(), os.getpid()],
+                'launcher': [boot_of_machine(), os.getpid()],
                 'origin': code.origin,
                 'states': {tree.place: tree.state for tree in trees},
                 'build': build,

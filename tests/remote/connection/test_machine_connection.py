@@ -143,19 +143,6 @@ def _read(descriptor: int) -> bytes:
         return file.read()
 
 
-def test_program_there_ends_when_nobody_reads_its_output(
-    contact: MachineConnection,
-) -> None:
-    reading, writing = os.pipe()
-    os.close(reading)
-    null = os.open(os.devnull, os.O_RDONLY)
-    with within(20):
-        contact.run_program(['sleep', '99'], null, writing)
-    assert contact.ask('inspection.find_missing', {'paths': []}) == {
-        'missing': []
-    }
-
-
 def test_another_thread_ends_a_connection(
     contact: MachineConnection, plain: PlainMachine
 ) -> None:

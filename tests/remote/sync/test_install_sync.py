@@ -10,10 +10,10 @@ import shutil
 import subprocess
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.remote.sync import system as remote_system
 from colcon_yamllaunch.remote.sync.code_sync import Synced
-from colcon_yamllaunch.remote.sync.system import check_system
-from colcon_yamllaunch.remote.sync.system import system
+from colcon_yamllaunch.remote.sync.inspection import check_system
+from colcon_yamllaunch.remote.sync.inspection import system
+from colcon_yamllaunch.remote.sync.inspection import system as remote_system
 import pytest
 from support.developer import Developer
 from support.manifest import manifest
