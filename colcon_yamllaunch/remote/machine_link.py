@@ -35,10 +35,7 @@ from colcon_yamllaunch.remote.connection.bootstrap import program_archive
 from colcon_yamllaunch.remote.connection.connect_process import (
     can_connect_again,
 )
-from colcon_yamllaunch.remote.connection.connect_process import connect_command
-from colcon_yamllaunch.remote.connection.connect_process import (
-    connect_variables,
-)
+from colcon_yamllaunch.remote.connection.connect_process import connect
 from colcon_yamllaunch.remote.connection.connect_process import ConnectProcess
 from colcon_yamllaunch.remote.connection.machine_connection import read_message
 from colcon_yamllaunch.remote.connection.machine_connection import SILENCE
@@ -587,12 +584,10 @@ class MachineLink:
     def _connect_again(self) -> None:
         self._since = time.monotonic()
         self._timeout = ANSWER_TIMEOUT
-        command = connect_command(
-            self.machine, self._environment, host=self._part.facts.host
-        )
-        variables = connect_variables(self._environment, may_ask=False)
         try:
-            process = ConnectProcess(command, variables)
+            process = connect(
+                self.machine, self._environment, host=self._part.facts.host
+            )
         except OSError as error:
             self._lose(str(error.strerror))
             return

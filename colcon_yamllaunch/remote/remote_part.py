@@ -31,12 +31,6 @@ from colcon_yamllaunch.control.command_codec import request_of
 from colcon_yamllaunch.control.command_codec import response_of
 from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine.commands import Command
-from colcon_yamllaunch.engine.commands import DONE
-from colcon_yamllaunch.engine.commands import Done
-from colcon_yamllaunch.engine.commands import PartCommand
-from colcon_yamllaunch.engine.commands import Refused
-from colcon_yamllaunch.engine.commands import Response
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.event_codec import EventError
 from colcon_yamllaunch.engine.event_codec import EventReader
@@ -54,12 +48,9 @@ from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.plan import Timer
 from colcon_yamllaunch.plan.plan_json import plan_to_json
+from colcon_yamllaunch.remote import part_protocol
 from colcon_yamllaunch.remote.deployment.deployment import Machine
 from colcon_yamllaunch.remote.machine_link import MachineLink
-from colcon_yamllaunch.remote.part_protocol import Finish
-from colcon_yamllaunch.remote.part_protocol import LINK_LOST
-from colcon_yamllaunch.remote.part_protocol import Measure
-from colcon_yamllaunch.remote.part_protocol import Usage
 
 #: Seconds after which an event or output is late and gets the time at which it
 #: happened.
@@ -175,7 +166,7 @@ class RemotePart:
                 self._link.hold(False)
         self._guard_link()
 
-    def send(self, command: Command[Any]) -> None:
+    def send(self, command: commands.Command[Any]) -> None:
         """Send a command whose answer is of no interest."""
         if not self.is_over:
             self._link.send(request_of(command))
@@ -187,8 +178,8 @@ class RemotePart:
 
     def ask(
         self,
-        command: Command[Response],
-        reply: Callable[[Response | Refused], object] = bool,
+        command: commands.Command[commands.Response],
+        reply: Callable[[commands.Response | commands.Refused], object] = bool,
     ) -> None:
         """
         Send a command, and pass on the response; see `Launch`.
@@ -246,7 +237,7 @@ class RemotePart:
             self._is_finishing = True
             if self._deadline is None and not self._has_timers:
                 self._limit_end()
-            self.send(Finish())
+            self.send(part_protocol.Finish())
 
     def close(self) -> None:
         """End the link."""
@@ -342,7 +333,9 @@ class RemotePart:
     # what users ask for
 
     def execute(
-        self, command: PartCommand[Any], reply: Callable[[Any], object]
+        self,
+        command: commands.PartCommand[Any],
+        reply: Callable[[Any], object],
     ) -> None:
         """
         Execute a command about a process or component.
@@ -355,7 +348,7 @@ class RemotePart:
         match command:
             case commands.Type():
                 self.send(command)
-                reply(DONE)
+                reply(commands.DONE)
                 return
             case commands.Describe() | commands.ChangeState():
                 self.ask(command, reply)
@@ -370,21 +363,23 @@ class RemotePart:
             if not is_restart:
                 raise RefusedError(f'{label} does not run')
             self._send_missing({label})
-            reply(DONE)
+            reply(commands.DONE)
             return
         self.ask(command, reply)
 
     def _response(
-        self, command: Command[Any], answer: Mapping[str, Any]
+        self, command: commands.Command[Any], answer: Mapping[str, Any]
     ) -> Any:
         """Return the response to a command that an answer stands for."""
         if not answer.get('ok'):
-            return Refused(printable(str(answer.get('error'))))
-        if isinstance(command, Measure):
+            return commands.Refused(printable(str(answer.get('error'))))
+        if isinstance(command, part_protocol.Measure):
             try:
-                return from_json(Usage, {'usage': answer.get('usage')})
+                return from_json(
+                    part_protocol.Usage, {'usage': answer.get('usage')}
+                )
             except CodecError as error:
-                return Refused(str(error))
+                return commands.Refused(str(error))
         if not isinstance(command, commands.Describe):
             return response_of(command, answer)
         # few ask for that
@@ -392,7 +387,9 @@ class RemotePart:
 
         told = answer.get('description')
         if not isinstance(told, Mapping):
-            return Refused(f'{self.machine.name} does not describe it')
+            return commands.Refused(
+                f'{self.machine.name} does not describe it'
+            )
         part = self.part(command.process)
         log = self._launch.state.log_files.get(part.label)
         described = told_description(
@@ -408,12 +405,12 @@ class RemotePart:
         :raises RefusedError: when it cannot be asked for now
         """
 
-        def measured(response: Usage | Refused) -> None:
-            usage = {} if isinstance(response, Refused) else response.usage
+        def measured(response: object) -> None:
+            usage = getattr(response, 'usage', {})
             self._emit(events.Measured(self.machine.name, usage))
             done()
 
-        self.ask(Measure(), measured)
+        self.ask(part_protocol.Measure(), measured)
 
     # what comes from there, called by the link
 
@@ -479,7 +476,7 @@ class RemotePart:
                 self._is_restarting = False
                 self.resize(self._size)
                 self._send_missing(self._missing & self._wanted)
-                self._answer_waiting(DONE)
+                self._answer_waiting(commands.DONE)
 
     def gone(self, reason: str) -> None:
         """Take into account that it is not heard of any more."""
@@ -574,7 +571,7 @@ class RemotePart:
             self._emit(events.PartChanged(part, 'waiting'))
         return {part.label for part in parts}
 
-    def _answer_waiting(self, response: Done | Refused) -> None:
+    def _answer_waiting(self, response: object) -> None:
         waiting, self._waiting_replies = self._waiting_replies, []
         self._wanted.clear()
         self._restarts_all = False
@@ -586,7 +583,7 @@ class RemotePart:
         self.reason = printable(reason)
         self._enter('gone')
         if was_gone:
-            self._answer_waiting(Refused(self._why_not()))
+            self._answer_waiting(commands.Refused(self._why_not()))
             return
         running = [*self._running()]
         labels = tuple(process.label for process in running)
@@ -660,7 +657,7 @@ class RemotePart:
                 self._take_end()
                 return
             case events.ShuttingDown(reason=reason) if reason.startswith(
-                LINK_LOST
+                part_protocol.LINK_LOST
             ):
                 # the rest of the launch goes on
                 self._stopped_for = 'it stopped its part as the link was lost'
@@ -803,7 +800,7 @@ class RemotePart:
         self._launch.tell(event)
 
     def _warn_refused(self, response: object) -> None:
-        if isinstance(response, Refused):
+        if isinstance(response, commands.Refused):
             self._warn(response.error)
 
     def _warn(self, text: str) -> None:

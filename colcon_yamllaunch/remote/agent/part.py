@@ -31,9 +31,6 @@ from colcon_yamllaunch.control.journal import Journal
 from colcon_yamllaunch.control.server import Server
 from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine.commands import Command
-from colcon_yamllaunch.engine.commands import DONE
-from colcon_yamllaunch.engine.commands import Done
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.launch_scan import new_identity
 from colcon_yamllaunch.engine.loop import TimerHandle
@@ -44,17 +41,13 @@ from colcon_yamllaunch.engine.state import About
 from colcon_yamllaunch.observers.log_store import LogStore
 from colcon_yamllaunch.plan.plan_json import plan_from_json
 from colcon_yamllaunch.plan.plan_json import PlanFormatError
+from colcon_yamllaunch.remote import part_protocol
 from colcon_yamllaunch.remote.agent.launcher_channel import LauncherChannel
 from colcon_yamllaunch.remote.agent.launcher_channel import redirect_to_null
 from colcon_yamllaunch.remote.agent.part_place import PartPlace
-from colcon_yamllaunch.remote.part_protocol import Finish
 from colcon_yamllaunch.remote.part_protocol import heartbeat_of
-from colcon_yamllaunch.remote.part_protocol import Hide
 from colcon_yamllaunch.remote.part_protocol import LINK_LOST
-from colcon_yamllaunch.remote.part_protocol import Measure
 from colcon_yamllaunch.remote.part_protocol import PartSettings
-from colcon_yamllaunch.remote.part_protocol import Show
-from colcon_yamllaunch.remote.part_protocol import Usage
 from colcon_yamllaunch.run import run
 from colcon_yamllaunch.run import RunContext
 from colcon_yamllaunch.workspace.environment.sourcing import source
@@ -117,10 +110,10 @@ class Part(Participant):
         self._subscribers = self._server.service.subscribers
         self._subscribers.when_held = self._holder_changed
         dispatcher = engine.dispatcher
-        dispatcher.add(Finish, self._finish)
-        dispatcher.add(Measure, self._measure)
-        dispatcher.add(Show, self._show)
-        dispatcher.add(Hide, self._hide)
+        dispatcher.add(part_protocol.Finish, self._finish)
+        dispatcher.add(part_protocol.Measure, self._measure)
+        dispatcher.add(part_protocol.Show, self._show)
+        dispatcher.add(part_protocol.Hide, self._hide)
 
     def begin(self) -> None:
         """
@@ -243,18 +236,18 @@ class Part(Participant):
     # commands
 
     def execute(
-        self, command: Command[Any], reply: Reply, proceed: Execute
+        self, command: commands.Command[Any], reply: Reply, proceed: Execute
     ) -> Any:
         """Note that the whole launch is suspended, or goes on."""
         if isinstance(command, commands.Hold):
             self._is_held = command.is_held
         return proceed(command, reply)
 
-    def _finish(self, _: Finish, _reply: Reply) -> Done:
+    def _finish(self, _: part_protocol.Finish, _reply: Reply) -> commands.Done:
         self._is_finished = True
-        return DONE
+        return commands.DONE
 
-    def _measure(self, _: Measure, reply: Reply) -> None:
+    def _measure(self, _: part_protocol.Measure, reply: Reply) -> None:
         groups = dict(self._engine.groups())
         before = resource_usage.look(groups.values())
 
@@ -262,7 +255,7 @@ class Part(Participant):
             now = resource_usage.look(groups.values())
             used = resource_usage.usage_between(before, now)
             reply(
-                Usage(
+                part_protocol.Usage(
                     {
                         label: (used[group].cpu, used[group].memory)
                         for label, group in groups.items()
@@ -273,7 +266,7 @@ class Part(Participant):
 
         self._loop.call_later(resource_usage.INTERVAL, measured)
 
-    def _show(self, command: Show, _: Reply) -> Done:
+    def _show(self, command: part_protocol.Show, _: Reply) -> commands.Done:
         label = command.process
         if label not in self._shown:
             shown = _Shown(self._engine, label)
@@ -281,14 +274,14 @@ class Part(Participant):
             self._shown[label] = shown
             self._engine.terminals.add_sink(label, shown.show)
             shown.send_modes()
-        return DONE
+        return commands.DONE
 
-    def _hide(self, command: Hide, _: Reply) -> Done:
+    def _hide(self, command: part_protocol.Hide, _: Reply) -> commands.Done:
         shown = self._shown.pop(command.process, None)
         if shown is not None:
             self._engine.terminals.remove_sink(command.process, shown.show)
             shown.close()
-        return DONE
+        return commands.DONE
 
 
 def _record(event: events.Event) -> dict[str, Any]:

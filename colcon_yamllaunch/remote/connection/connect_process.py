@@ -83,6 +83,8 @@ class ConnectProcess:
         asks: bool = False,
         kept: bool = False,
     ) -> None:
+        #: Its command line.
+        self.command = command
         path = environment.get('PATH', os.defpath)
         program = shutil.which(command[0], path=path)
         if program is None:
@@ -279,15 +281,27 @@ def connect_command(
     return [program, *words, *_REMOTE_SHELL]
 
 
-def connect_variables(
-    environment: Mapping[str, str], *, may_ask: bool
-) -> dict[str, str]:
-    """Return the variables of the command that connects."""
-    variables = dict(environment)
+def connect(
+    machine: Machine,
+    environment: Mapping[str, str],
+    *,
+    may_ask: bool = False,
+    host: str | None = None,
+    kept: bool = False,
+) -> ConnectProcess:
+    """
+    Start the command that connects with a machine.
+
+    The parameters are those of :func:`connect_command` and
+    :class:`ConnectProcess`.
+
+    :raises OSError: when it cannot be started
+    """
+    command = connect_command(machine, environment, may_ask=may_ask, host=host)
     if not may_ask:
         # nor may it open a window (ssh 8.4)
-        variables['SSH_ASKPASS_REQUIRE'] = 'never'
-    return variables
+        environment = {**environment, 'SSH_ASKPASS_REQUIRE': 'never'}
+    return ConnectProcess(command, environment, asks=may_ask, kept=kept)
 
 
 def can_connect_again(

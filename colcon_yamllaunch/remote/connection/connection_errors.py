@@ -111,11 +111,13 @@ class ConnectError(UserError):
         self.may_be_asked = may_be_asked
 
 
-def no_command(machine: Machine, program: str, error: OSError) -> ConnectError:
+def no_command(machine: Machine, error: OSError) -> ConnectError:
     """Return the error that the command that connects cannot be started."""
     reason = str(error.strerror)
     if isinstance(error, FileNotFoundError):
-        reason = f"the program '{program}' is not on the PATH; install it"
+        reason = (
+            f"the program '{error.filename}' is not on the PATH; install it"
+        )
         if machine.kind == 'ssh':
             reason += ' (Debian: openssh-client)'
         elif machine.kind == 'slurm':

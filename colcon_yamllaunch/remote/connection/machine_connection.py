@@ -38,10 +38,7 @@ from colcon_yamllaunch.remote.agent.launcher_channel import stream_message
 from colcon_yamllaunch.remote.connection import connection_errors
 from colcon_yamllaunch.remote.connection.bootstrap import Bootstrap
 from colcon_yamllaunch.remote.connection.bootstrap import program_archive
-from colcon_yamllaunch.remote.connection.connect_process import connect_command
-from colcon_yamllaunch.remote.connection.connect_process import (
-    connect_variables,
-)
+from colcon_yamllaunch.remote.connection.connect_process import connect
 from colcon_yamllaunch.remote.connection.connect_process import ConnectProcess
 from colcon_yamllaunch.remote.connection.connect_process import foreground
 from colcon_yamllaunch.remote.connection.connect_process import has_terminal
@@ -159,7 +156,6 @@ class MachineConnection:
         self._number = 0
         self._heard = 0.0
         self._facts: Facts | None = None
-        self._command: list[str] = []
         # the last line for the user
         self._shown = ''
 
@@ -177,16 +173,10 @@ class MachineConnection:
         """
         machine, environment = self.machine, self._environment
         may_ask = self._may_ask
-        self._command = connect_command(machine, environment, may_ask=may_ask)
-        variables = connect_variables(environment, may_ask=may_ask)
         try:
-            process = ConnectProcess(
-                self._command, variables, asks=may_ask, kept=True
-            )
+            process = connect(machine, environment, may_ask=may_ask, kept=True)
         except OSError as error:
-            raise connection_errors.no_command(
-                machine, self._command[0], error
-            ) from error
+            raise connection_errors.no_command(machine, error) from error
         self._process = process
         try:
             if self._is_closed:
@@ -499,7 +489,7 @@ class MachineConnection:
             raise KeyboardInterrupt
         return connection_errors.ended(
             self.machine,
-            self._command,
+            process.command,
             0 if code is None else code,
             process.messages,
         )

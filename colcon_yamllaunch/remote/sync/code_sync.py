@@ -26,14 +26,9 @@ from colcon_yamllaunch.remote.connection.machine_connection import (
     MachineConnection,
 )
 from colcon_yamllaunch.remote.connection.machine_connection import Say
+from colcon_yamllaunch.remote.sync import listing
 from colcon_yamllaunch.remote.sync.inspection import system
 from colcon_yamllaunch.remote.sync.inspection import version_of
-from colcon_yamllaunch.remote.sync.listing import changed_texts
-from colcon_yamllaunch.remote.sync.listing import FileTree
-from colcon_yamllaunch.remote.sync.listing import install_trees
-from colcon_yamllaunch.remote.sync.listing import place_of
-from colcon_yamllaunch.remote.sync.listing import pythons_of
-from colcon_yamllaunch.remote.sync.listing import source_trees
 from colcon_yamllaunch.remote.sync.transfer import Transfer
 from colcon_yamllaunch.workspace.environment.sourcing import chained_underlays
 from colcon_yamllaunch.workspace.environment.sourcing import sourced_underlays
@@ -164,13 +159,13 @@ class _Sync:
         if not self._packages:
             return Synced()
         code = self._code
-        list_trees = partial(source_trees, self._packages, code.root)
+        list_trees = partial(listing.source_trees, self._packages, code.root)
         trees = list_trees()
         words = self._build_arguments()
         with self._begun(trees, build=words) as begun:
             if not begun['changed']:
                 return Synced(built=frozenset(begun['built']))
-            places = [place_of(p, code.root) for p in code.packages]
+            places = [listing.place_of(p, code.root) for p in code.packages]
             places += [tree.place for tree in trees]
             transferred = Transfer(
                 self._connection,
@@ -190,7 +185,7 @@ class _Sync:
             return Synced()
         code = self._code
         list_trees = partial(
-            install_trees,
+            listing.install_trees,
             code.root,
             code.install_base,
             [package.name for package in self._packages],
@@ -199,7 +194,7 @@ class _Sync:
         trees = list_trees()
         needs = {
             'built_on': system(),
-            'pythons': pythons_of(trees),
+            'pythons': listing.pythons_of(trees),
             'underlays': list(map(str, chained_underlays(code.install_base))),
         }
         with self._begun(trees, needs=needs) as begun:
@@ -214,7 +209,7 @@ class _Sync:
                 None,
                 self._say,
                 partial(
-                    changed_texts,
+                    listing.changed_texts,
                     root=code.root,
                     root_there=begun['root'],
                     missing_of=self._missing_of,
@@ -255,7 +250,7 @@ class _Sync:
     @contextmanager
     def _begun(
         self,
-        trees: Sequence[FileTree],
+        trees: Sequence[listing.FileTree],
         *,
         build: Mapping[str, Any] | None = None,
         needs: Mapping[str, Any] | None = None,

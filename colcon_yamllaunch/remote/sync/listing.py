@@ -31,10 +31,7 @@ import stat
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.fingerprint import digest
 from colcon_yamllaunch.common.fingerprint import Fingerprint
-from colcon_yamllaunch.remote.sync.manifest import content_at
-from colcon_yamllaunch.remote.sync.manifest import FOLDER
-from colcon_yamllaunch.remote.sync.manifest import LINK
-from colcon_yamllaunch.remote.sync.manifest import unreadable
+from colcon_yamllaunch.remote.sync import manifest
 from colcon_yamllaunch.workspace.packages.package import is_skipped_file
 from colcon_yamllaunch.workspace.packages.package import is_skipped_folder
 from colcon_yamllaunch.workspace.packages.package import Package
@@ -114,14 +111,14 @@ class FileTree:
 
 def _content(source: str, token: str) -> str:
     if token == _UNSETTLED:
-        return content_at(source, follows_links=True)
+        return manifest.content_at(source, follows_links=True)
     return _settled_content(source, token)
 
 
 @cache
 def _settled_content(source: str, _token: str) -> str:
     # several machines, and each change while watching, need the same contents
-    return content_at(source, follows_links=True)
+    return manifest.content_at(source, follows_links=True)
 
 
 def place_of(package: Package, root: Path) -> str:
@@ -189,7 +186,7 @@ def listed(
             # gone meanwhile
             return
         except OSError as e:
-            raise unreadable(entry.path, e.strerror) from e
+            raise manifest.unreadable(entry.path, e.strerror) from e
         identity = (status.st_dev, status.st_ino)
         if stat.S_ISDIR(status.st_mode):
             if identity not in parents and not leaves_out(entry):
@@ -206,12 +203,12 @@ def listed(
         if not pending:
             tree, inner, entry, parents = links.pop()
             if _stays(os.path.join(tree.place, inner), entry, known):
-                tree.tokens[inner] = LINK + os.readlink(entry.path)
+                tree.tokens[inner] = manifest.LINK + os.readlink(entry.path)
             else:
                 add(tree, inner, entry, parents)
             continue
         tree, path, below, parents = pending.pop()
-        tree.tokens[below] = FOLDER
+        tree.tokens[below] = manifest.FOLDER
         known[os.path.join(tree.place, below).rstrip('/')] = path
         for entry in _entries(path):
             inner = os.path.join(below, entry.name)
@@ -246,7 +243,7 @@ def _entries(folder: str) -> list[os.DirEntry[str]]:
     except (FileNotFoundError, NotADirectoryError):
         return []
     except OSError as e:
-        raise unreadable(folder, e.strerror) from e
+        raise manifest.unreadable(folder, e.strerror) from e
 
 
 def _is_left_out(entry: os.DirEntry[str]) -> bool:
@@ -282,7 +279,7 @@ def install_trees(
     else:
         # what lies beside the prefixes of packages
         top = FileTree(base)
-        top.tokens[''] = FOLDER
+        top.tokens[''] = manifest.FOLDER
         for path in install_base.iterdir():
             if path.is_file():
                 top.add_file(path.name, str(path), path.stat())

@@ -14,14 +14,12 @@ folder, and an empty text where there is nothing. Names that are not UTF-8 are
 as Python has them (`os.fsdecode`), which JSON keeps.
 """
 
-import base64
 from collections.abc import Callable
 from collections.abc import Collection
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from dataclasses import field
-import json
 import os
 from pathlib import Path
 import shutil
@@ -29,7 +27,6 @@ import stat
 import time
 from typing import Any
 from typing import NamedTuple
-import zlib
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.fingerprint import content_digest
@@ -52,8 +49,6 @@ _SHOWN = 5
 FOLDER = 'd'
 #: The beginning of the content of a link; its target follows.
 LINK = 'l '
-#: The size limit of unpacked values (bytes).
-_MAXIMUM_SIZE = 512 * 1024 * 1024
 #: Read files of any size (bytes).
 _ANY_SIZE = 2**62
 _INSTALL_COMMANDS = (
@@ -171,12 +166,12 @@ def prepare(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:
     Compare folders with the launcher's; delete what is gone there.
 
     The arguments are `root`, the workspace; `origin`, the workspace that the
-    files come from; `contents` by place and path, packed; `states` by place;
+    files come from; `contents` by place and path; `states` by place;
     and `places`, those of all packages at the origin, or None: what it sent
     elsewhere is deleted.
 
     Return how many files were `deleted`, and the paths of the files to `send`
-    by rsync, by place and packed; then, or if there are only places,
+    by rsync, by place; then, or if there are only places,
     :func:`finish` is due.
 
     :raises UserError: when files of others are in the way; then nothing was
@@ -185,7 +180,7 @@ def prepare(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:
     root, origin = str(arguments['root']), str(arguments['origin'])
     places, states = arguments['places'], arguments['states']
     manifest = Manifest(root)
-    wanted: dict[str, dict[str, str]] = unpacked(arguments['contents'])
+    wanted: dict[str, dict[str, str]] = arguments['contents']
     if places is not None:
         for place, folder in manifest.folders.items():
             if folder.origin == origin and place not in places:
@@ -214,7 +209,7 @@ def prepare(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:
                 _create(manifest.path(place, inner), content)
     except OSError as e:
         raise _not_written(e, str(e.filename)) from e
-    return {'send': packed(files), 'deleted': deleted}
+    return {'send': files, 'deleted': deleted}
 
 
 def finish(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:  # noqa: ARG001
@@ -519,28 +514,6 @@ def is_executable(status: os.stat_result) -> bool:
 def have_same_data(one: str, other: str) -> bool:
     """Return whether two contents differ at most in who may execute them."""
     return one.removeprefix('x') == other.removeprefix('x')
-
-
-def packed(values: Any) -> str:
-    """Return values as a compressed text for a message."""
-    text = json.dumps(values, separators=(',', ':')).encode()
-    return base64.b85encode(zlib.compress(text, 1)).decode()
-
-
-def unpacked(text: str) -> Any:
-    """
-    Return the values that :func:`packed` received.
-
-    :raises ValueError: when the text is damaged, or too long
-    """
-    unpacker = zlib.decompressobj()
-    try:
-        data = unpacker.decompress(base64.b85decode(text), _MAXIMUM_SIZE)
-    except zlib.error as e:
-        raise ValueError(str(e)) from e
-    if unpacker.unconsumed_tail:
-        raise ValueError('it is too long')
-    return json.loads(data)
 
 
 def shown(path: str) -> str:

@@ -34,14 +34,9 @@ from colcon_yamllaunch.remote.connection.machine_connection import (
     MachineConnection,
 )
 from colcon_yamllaunch.remote.connection.machine_connection import Say
+from colcon_yamllaunch.remote.sync import manifest
 from colcon_yamllaunch.remote.sync import rsync_shell
 from colcon_yamllaunch.remote.sync.listing import FileTree
-from colcon_yamllaunch.remote.sync.manifest import check_rsync
-from colcon_yamllaunch.remote.sync.manifest import file_content
-from colcon_yamllaunch.remote.sync.manifest import is_executable
-from colcon_yamllaunch.remote.sync.manifest import packed
-from colcon_yamllaunch.remote.sync.manifest import shown
-from colcon_yamllaunch.remote.sync.manifest import unpacked
 
 #: The size from which on it is shown, as sending takes a while (bytes).
 _LARGE = 10_000_000
@@ -97,7 +92,7 @@ class Transfer:
         :raises ValueError: when the machine answers what makes no sense, and
           KeyError or TypeError likewise
         """
-        check_rsync('here')
+        manifest.check_rsync('here')
         count = 0
         for _ in range(_ROUNDS):
             wanted = {t.place: t for t in trees if t.place in changed}
@@ -108,8 +103,8 @@ class Transfer:
             trees = self.list_trees()
             changed = {tree.place for tree in trees}
         raise UserError(
-            f'{shown(differ[0])} was changed each time that it was sent: '
-            'launch again when that has ended'
+            f'{manifest.shown(differ[0])} was changed each time that it was '
+            'sent: launch again when that has ended'
         )
 
     def _send(self, trees: Mapping[str, FileTree]) -> tuple[int, list[str]]:
@@ -122,7 +117,7 @@ class Transfer:
             for inner, source in tree.sources.items():
                 found = contents[place].get(inner)
                 if found is not None and source in texts:
-                    contents[place][inner] = file_content(
+                    contents[place][inner] = manifest.file_content(
                         digest(texts[source]),
                         is_executable=found.startswith('x'),
                     )
@@ -131,13 +126,13 @@ class Transfer:
             {
                 'root': self.root,
                 'origin': self.origin,
-                'contents': packed(contents),
+                'contents': contents,
                 'states': {place: tree.state for place, tree in trees.items()},
                 'places': self.places,
             },
             self.say,
         )
-        paths: _Paths = unpacked(answer['send'])
+        paths: _Paths = answer['send']
         deleted = int(answer['deleted'])
         sources = {
             f'{place}/{inner}': trees[place].sources[inner]
@@ -189,7 +184,7 @@ class Transfer:
                 path.parent.mkdir(parents=True, exist_ok=True)
                 if source in texts:
                     path.write_bytes(texts[source])
-                    if is_executable(os.stat(source)):
+                    if manifest.is_executable(os.stat(source)):
                         path.chmod(0o755)
                 else:
                     path.symlink_to(source)

@@ -22,6 +22,7 @@ from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan_json import plan_to_json
 from colcon_yamllaunch.remote import machine_link
 from colcon_yamllaunch.remote.connection import bootstrap
+from colcon_yamllaunch.remote.connection import connect_process
 from colcon_yamllaunch.remote.connection.connection_errors import ConnectError
 from colcon_yamllaunch.remote.part_protocol import Finish
 from colcon_yamllaunch.remote.part_protocol import LINK_LOST
@@ -173,9 +174,9 @@ def test_a_kept_part_goes_on_while_nobody_hears_of_it(
     machine = plain.machine(on_lost='keep')
     with LinkedPart(machine, [process('arm│a', MANY_LINES)]) as part:
         part.wait_for(part.out)
-        connect = machine_link.connect_command
+        connect = connect_process.connect_command
         monkeypatch.setattr(
-            machine_link, 'connect_command', lambda *_, **__: ['false']
+            connect_process, 'connect_command', lambda *_, **__: ['false']
         )
         part.cut()
         part.wait_for_told('lost')
@@ -186,7 +187,7 @@ def test_a_kept_part_goes_on_while_nobody_hears_of_it(
         assert 'gone' not in part.told
         # the launcher is idle meanwhile
         assert len(turns) < 2000
-        monkeypatch.setattr(machine_link, 'connect_command', connect)
+        monkeypatch.setattr(connect_process, 'connect_command', connect)
         part.wait_for_told('exited')
         assert part.out().splitlines() == LINES
         part.finish()
@@ -203,7 +204,7 @@ def test_ended_connection_stops_the_part_at_once(
     with LinkedPart(plain.machine(), [process('arm│a', script)]) as part:
         part.wait_for(part.out)
         monkeypatch.setattr(
-            machine_link, 'connect_command', lambda *_, **__: ['false']
+            connect_process, 'connect_command', lambda *_, **__: ['false']
         )
         part.cut()
         part.wait_for_told('lost')
@@ -273,7 +274,7 @@ def test_part_without_launcher_is_listed_on_its_machine(
         engine = part.engine
         assert phases(engine) == []
         monkeypatch.setattr(
-            machine_link, 'connect_command', lambda *_, **__: ['false']
+            connect_process, 'connect_command', lambda *_, **__: ['false']
         )
         part.cut()
         expected = ['running' if on_lost == 'keep' else 'stopping']

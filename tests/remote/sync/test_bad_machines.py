@@ -13,7 +13,6 @@ from typing import NoReturn
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.remote.sync.code_sync import Synced
-from colcon_yamllaunch.remote.sync.manifest import packed
 import pytest
 from support.developer import Developer
 from support.hostile import Mounts
@@ -111,8 +110,8 @@ def test_a_file_in_place_of_a_folder(developer: Developer) -> None:
         {},
         {'root': 5, 'changed': ['src/a'], 'holder': []},
         {'send': 'damaged', 'deleted': 0},
-        {'send': packed({'/': ['etc/passwd']}), 'deleted': 0},
-        {'send': packed({'src/a': ['../../../etc/passwd']}), 'deleted': 0},
+        {'send': {'/': ['etc/passwd']}, 'deleted': 0},
+        {'send': {'src/a': ['../../../etc/passwd']}, 'deleted': 0},
     ],
 )
 def test_a_hostile_machine(

@@ -10,10 +10,10 @@ import shutil
 import subprocess
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.remote.sync import inspection
 from colcon_yamllaunch.remote.sync.code_sync import Synced
 from colcon_yamllaunch.remote.sync.inspection import check_system
 from colcon_yamllaunch.remote.sync.inspection import system
-from colcon_yamllaunch.remote.sync.inspection import system as remote_system
 import pytest
 from support.developer import Developer
 from support.manifest import manifest
@@ -163,7 +163,7 @@ def test_a_machine_of_another_kind_is_refused(
     here = system()
     pythons = [here['python']]
     check_system(here, pythons, [])
-    monkeypatch.setattr(remote_system, 'system', lambda: here | {key: value})
+    monkeypatch.setattr(inspection, 'system', lambda: here | {key: value})
     with pytest.raises(UserError, match=told) as error:
         check_system(here, pythons, [])
     assert '`sync: build`' in str(error.value)
