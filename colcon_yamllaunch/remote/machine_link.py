@@ -21,6 +21,7 @@ import time
 from typing import Any
 from typing import TYPE_CHECKING
 
+from colcon_yamllaunch.common.codec import to_json
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.control.command_codec import request_of
@@ -619,7 +620,7 @@ class MachineLink:
                 content = {
                     'request': 'start',
                     'plan': self._plan(),
-                    'settings': self._part.settings.as_json(),
+                    'settings': to_json(self._part.settings),
                 }
             content['id'] = 1
             self._put(protocol.encode(content))

@@ -5,10 +5,8 @@
 
 from collections.abc import Mapping
 from dataclasses import field
-from typing import Any
 from typing import ClassVar
 
-from colcon_yamllaunch.common.codec import Codec
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.commands import Command
@@ -91,8 +89,6 @@ class PartSettings:
       None to leave them alone
     :param logs_limit: What these may take together, in bytes, or None
     :param tty: Whether each process gets a terminal
-    :param rows: The size of such terminals
-    :param columns: The size of such terminals
     """
 
     machine: str
@@ -105,10 +101,3 @@ class PartSettings:
     kept_logs: int | None = None
     logs_limit: int | None = None
     tty: bool = False
-    rows: int = 24
-    columns: int = 80
-
-    def as_json(self) -> dict[str, Any]:
-        """Return it as an object for JSON."""
-        settings: dict[str, Any] = Codec().to_json(self)
-        return settings

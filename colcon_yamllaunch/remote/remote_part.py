@@ -14,6 +14,7 @@ from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping
 from collections.abc import Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 import os
@@ -37,7 +38,6 @@ from colcon_yamllaunch.engine.event_codec import EventReader
 from colcon_yamllaunch.engine.events import LinkState
 from colcon_yamllaunch.engine.loop import TimerHandle
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.state import PartState
 from colcon_yamllaunch.engine.state import ProcessState
 from colcon_yamllaunch.engine.tasks import timeouts_of
@@ -64,7 +64,7 @@ MAXIMUM_REQUESTS = 1000
 
 class RemotePart:
     """
-    The part of the launch that runs on one machine; see `Launch`.
+    The part of the launch that runs on one machine.
 
     :param plan: The plan of the part, with the paths of this computer
     :param localised: Returns a plan with the paths of that machine
@@ -76,7 +76,8 @@ class RemotePart:
         plan: Plan,
         localised: Callable[[Plan], Plan] = lambda plan: plan,
     ) -> None:
-        self._link = link
+        #: The connection to the machine.
+        self.link = link
         self._localised = localised
         self._reader = EventReader(self._part_of_event)
         self._parts: dict[str, Process | Component] = {}
@@ -121,7 +122,7 @@ class RemotePart:
     @property
     def machine(self) -> Machine:
         """The machine."""
-        return self._link.machine
+        return self.link.machine
 
     @property
     def is_over(self) -> bool:
@@ -133,11 +134,6 @@ class RemotePart:
         """Whether something runs there, or is about to."""
         return not self.is_over and bool(self._replies or not self._is_idle)
 
-    @property
-    def link(self) -> MachineLink:
-        """The connection to the machine."""
-        return self._link
-
     def join(self, launch: Engine) -> None:
         """Take part in a launch from now on."""
         self._launch = launch
@@ -145,7 +141,7 @@ class RemotePart:
 
     def begin(self, size: os.terminal_size) -> None:
         """Run from now on, with terminals of a size."""
-        self._link.begin(self._launch.loop, self)
+        self.link.begin(self._launch.loop, self)
         self.resize(size)
 
     def resize(self, size: os.terminal_size) -> None:
@@ -163,18 +159,13 @@ class RemotePart:
                 key for key in self._held if not (is_stopping or accepts(key))
             }
             if not self._held:
-                self._link.hold(False)
+                self.link.hold(False)
         self._guard_link()
 
     def send(self, command: commands.Command[Any]) -> None:
         """Send a command whose answer is of no interest."""
         if not self.is_over:
-            self._link.send(request_of(command))
-
-    @property
-    def state(self) -> LaunchState:
-        """The state of the whole launch; see `Launch`."""
-        return self._launch.state
+            self.link.send(request_of(command))
 
     def ask(
         self,
@@ -182,7 +173,7 @@ class RemotePart:
         reply: Callable[[commands.Response | commands.Refused], object] = bool,
     ) -> None:
         """
-        Send a command, and pass on the response; see `Launch`.
+        Send a command, and pass on the response.
 
         :raises RefusedError: when it cannot be sent now
         """
@@ -190,25 +181,23 @@ class RemotePart:
             raise RefusedError(self._why_not())
         if len(self._replies) >= MAXIMUM_REQUESTS:
             raise RefusedError(f'{self.machine.name} does not answer')
-        number = self._link.send(request_of(command))
+        number = self.link.send(request_of(command))
 
         def answered(answer: Mapping[str, Any]) -> None:
             reply(self._response(command, answer))
 
         self._replies[number] = answered
 
-    def stop(
-        self, reason: str, *, interactive: bool, drop_timers: bool
-    ) -> None:
+    def stop(self, command: commands.Shutdown) -> None:
         """Begin to end all of it."""
         if self._is_restarting:
             self._give_up(self.reason)
         if self.link_state == 'lost' and not self._is_waited_for:
             self._is_waited_for = True
             self._warn(self._pending_text())
-        if drop_timers or not self._has_timers:
+        if command.drop_timers or not self._has_timers:
             self._limit_end()
-        self.send(commands.Shutdown(reason, interactive, drop_timers))
+        self.send(command)
 
     def escalate(self) -> None:
         """Take the next step of stopping at once."""
@@ -241,7 +230,7 @@ class RemotePart:
 
     def close(self) -> None:
         """End the link."""
-        self._link.close()
+        self.link.close()
         self._guard_link()
 
     # what it consists of
@@ -418,15 +407,11 @@ class RemotePart:
         """Handle a message of the control protocol; its `time` is as ours."""
         if self.is_over:
             return
-        moment = self._launch.moment
-        moment.past = _past(message.get('time'))
         try:
-            self._take_message(message)
+            with self._at(message.get('time')):
+                self._take_message(message)
         except EventError as error:
-            moment.past = None
             self._give_up(f'what comes from it makes no sense: {error}')
-        finally:
-            moment.past = None
 
     def output(
         self, label: str, stream: events.Stream, data: bytes, seconds: float
@@ -443,16 +428,25 @@ class RemotePart:
             self._give_up('what comes from it makes no sense: whose output?')
             return
         key = (label, stream)
-        moment = self._launch.moment
-        moment.past = _past(seconds)
-        try:
+        with self._at(seconds):
             self._launch.take_output(process, stream, data)
-        finally:
-            moment.past = None
         if not (self._launch.accepts(key) or self._launch.is_stopping):
             if not self._held:
-                self._link.hold(True)
+                self.link.hold(True)
             self._held.add(key)
+
+    @contextmanager
+    def _at(self, seconds: object) -> Iterator[None]:
+        """Give what is emitted meanwhile the time at which it happened."""
+        moment = self._launch.moment
+        # what comes as fast as it can has the time of here, so that times grow
+        if isinstance(seconds, int | float):
+            is_late = 0 < seconds < time.time() - LATE
+            moment.past = float(seconds) if is_late else None
+        try:
+            yield
+        finally:
+            moment.past = None
 
     def lost(self, reason: str) -> None:
         """Take into account that nothing is heard of the machine."""
@@ -492,7 +486,7 @@ class RemotePart:
         """Whether a part that is gone is started again by itself."""
         return (
             self.machine.on_lost == 'restart'
-            and self._link.can_start_again
+            and self.link.can_start_again
             and not self._launch.is_stopping
         )
 
@@ -504,7 +498,7 @@ class RemotePart:
 
         :raises RefusedError: when the machine cannot come back
         """
-        if not self._link.can_start_again:
+        if not self.link.can_start_again:
             raise RefusedError(self._why_not())
         self._wanted.add(label)
         self._waiting_replies.append(reply)
@@ -514,7 +508,7 @@ class RemotePart:
         self._enter('lost')
         self._is_restarting = True
         self._is_idle = False
-        self._link.start_again(self._plan_again, at_once=at_once)
+        self.link.start_again(self._plan_again, at_once=at_once)
 
     def _plan_again(self) -> str:
         """Return what a new part is to run, in JSON."""
@@ -849,11 +843,11 @@ class RemotePart:
     def _give_up(self, reason: str) -> None:
         if not self.is_over:
             self._end(reason)
-        self._link.close()
+        self.link.close()
 
     def _guard_link(self) -> None:
         """Have the processes of the link end with the launcher."""
-        pids = self._link.pids
+        pids = self.link.pids
         if pids == self._guarded:
             return
         for pid in self._guarded - pids:
@@ -863,21 +857,12 @@ class RemotePart:
         self._guarded = pids
 
     def _reaped(self, pid: int, status: int) -> None:
-        self._link.ended(pid, Outcome.from_status(status))
+        self.link.ended(pid, Outcome.from_status(status))
         self._guard_link()
 
 
 def _parts_of(plan: Plan) -> list[Process | Component]:
     return [*plan.processes(), *plan.components()]
-
-
-def _past(seconds: object) -> float | None:
-    """Return when something happened, None for now."""
-    if not isinstance(seconds, int | float):
-        return None
-    # what comes as fast as it can has the time of here, so that times grow
-    is_late = 0 < seconds < time.time() - LATE
-    return float(seconds) if is_late else None
 
 
 def _has_lasting_timers(entries: Iterable[Entry]) -> bool:

@@ -115,9 +115,9 @@ class RemoteParts(Participant, Keyboards):
         if isinstance(event, events.ShuttingDown):
             for part in self.parts:
                 part.stop(
-                    event.reason,
-                    interactive=event.interactive,
-                    drop_timers=False,
+                    commands.Shutdown(
+                        event.reason, event.interactive, drop_timers=False
+                    )
                 )
 
     def end_turn(self) -> None:
@@ -232,7 +232,7 @@ class RemoteParts(Participant, Keyboards):
                 )
             case commands.Shutdown(drop_timers=True):
                 for part in self.parts:
-                    part.stop('', interactive=False, drop_timers=True)
+                    part.stop(commands.Shutdown(''))
             case commands.Escalate():
                 for part in self.parts:
                     part.escalate()

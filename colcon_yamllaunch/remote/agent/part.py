@@ -21,8 +21,8 @@ import termios
 import time
 from typing import Any
 
-from colcon_yamllaunch.common.codec import Codec
 from colcon_yamllaunch.common.codec import CodecError
+from colcon_yamllaunch.common.codec import from_json
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.control import resource_usage
@@ -345,9 +345,7 @@ def start_engine(
     """
     try:
         plan = plan_from_json(content['plan'])
-        settings = Codec().from_json(
-            PartSettings, content['settings'], 'settings'
-        )
+        settings = from_json(PartSettings, content['settings'], 'settings')
     except (PlanFormatError, CodecError, KeyError) as error:
         raise UserError(f'its part of the plan is wrong: {error}') from error
     ours, its = os.pipe()
@@ -413,9 +411,12 @@ def _run(
         part = Part(server, settings, log_folder)
         os.write(told, f'ready {identity}'.encode())
         os.close(told)
-        return _run_part(
-            plan, settings, environment, log_folder, part, identity
+        return run(
+            plan, _context(settings, environment, log_folder, identity, part)
         )
+    except Exception:  # noqa: BLE001
+        # the launcher has been sent it, see `Part.failed`
+        return 1
     finally:
         if server is not None:
             server.close()
@@ -423,44 +424,30 @@ def _run(
             launcher.remove_program()
 
 
-def _run_part(
-    plan: Any,
+def _context(
     settings: PartSettings,
     environment: Mapping[str, str],
     log_folder: Path | None,
-    part: Part,
     identity: str,
-) -> int:
+    part: Part,
+) -> RunContext:
     store = None
     if log_folder is not None and settings.kept_logs is not None:
         store = LogStore(log_folder, settings.kept_logs, settings.logs_limit)
-    with open(os.devnull, 'w', encoding='utf-8') as nothing:
-        try:
-            context = RunContext(
-                environment=environment,
-                log_folder=log_folder,
-                stream=nothing,
-                log_limit=settings.log_limit,
-                log_store=store,
-                tty=settings.tty,
-                identity=identity,
-                participants=(part,),
-                is_hidden=True,
-                about=About(
-                    f'part of a launch on {settings.machine} that lost its '
-                    'launcher',
-                    None,
-                    '',
-                    settings.workspace or os.path.expanduser('~'),
-                ),
-                terminal_size=os.terminal_size(
-                    (settings.columns, settings.rows)
-                ),
-            )
-            return run(plan, context)
-        except Exception:  # noqa: BLE001
-            # the launcher has been sent it, see `Part.failed`
-            return 1
+    where = settings.workspace or os.path.expanduser('~')
+    title = f'part of a launch on {settings.machine} that lost its launcher'
+    return RunContext(
+        environment=environment,
+        log_folder=log_folder,
+        stream=open(os.devnull, 'w', encoding='utf-8'),
+        log_limit=settings.log_limit,
+        log_store=store,
+        tty=settings.tty,
+        identity=identity,
+        participants=(part,),
+        is_hidden=True,
+        about=About(title, None, '', where),
+    )
 
 
 def environment_of(

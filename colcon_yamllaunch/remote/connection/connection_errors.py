@@ -21,73 +21,69 @@ _OLDEST = '.'.join(map(str, OLDEST_PYTHON))
 _NOT_FOUND, _NOT_EXECUTABLE = 127, 126
 
 # messages of ssh (readconf.c, sshconnect.c, sshconnect2.c of OpenSSH), their
-# cause, the fix, and whether ssh would have asked on a terminal
-_SSH: Sequence[tuple[str, str, str, bool]] = (
+# cause and the fix
+_SSH: Sequence[tuple[str, str, str]] = (
     (
         'REMOTE HOST IDENTIFICATION HAS CHANGED',
         'its host key is another one than before, so it may be another '
         'machine',
         'if that is right, remove the old key: ssh-keygen -R {host}',
-        False,
     ),
     (
         'Host key verification failed|host key is known for',
         'its host key is not known yet',
         'connect once by hand, look at the key and accept it: ssh {host}',
-        True,
     ),
     (
         'Could not resolve hostname|Name or service not known',
         'its name is not known',
         'correct the name, or give it an address: Host and HostName in '
         '~/.ssh/config',
-        False,
     ),
     (
         r'Permission denied|Too many authentication failures',
         'it does not let us in',
         'give it your key: ssh-copy-id {host}; or load the key: ssh-add',
-        True,
     ),
     (
         'Connection refused',
         'nothing listens for ssh there',
         'start its ssh server, or correct the port',
-        False,
     ),
     (
         'Connection timed out|No route to host|Network is unreachable'
         '|Host is down|Operation timed out',
         'it cannot be reached',
         'see whether it is switched on and in the network: ping {host}',
-        False,
     ),
     (
         'Bad configuration option|terminating, .* bad configuration',
         'the configuration of ssh is wrong',
         'correct it: ssh -G {host}',
-        False,
     ),
 )
+# causes of which ssh would have asked on a terminal
+_ASKED = ('its host key is not known yet', 'it does not let us in')
+# of srun, likewise
 _SLURM: Sequence[tuple[str, str, str]] = (
     (
-        'Unable to contact slurm controller|Unable to contact',
+        '(?i)Unable to contact',
         'the controller of Slurm cannot be reached',
         'ask it: sinfo',
     ),
     (
-        'invalid partition',
+        '(?i)invalid partition',
         'there is no such partition',
         'the partitions are listed by sinfo',
     ),
     (
-        'Unable to allocate resources|Unable to create step'
+        '(?i)Unable to allocate resources|Unable to create step'
         '|configuration is not available|More processors requested',
         'Slurm does not give what is asked for',
         'correct the options; what there is is listed by sinfo',
     ),
     (
-        'unrecognized option|invalid option|Invalid numeric value',
+        '(?i)unrecognized option|invalid option|Invalid numeric value',
         'srun does not know an option',
         'correct the options',
     ),
@@ -152,20 +148,18 @@ def ended(
     :param messages: What it wrote to standard error
     """
     said = _shown(messages)
+    known: Sequence[tuple[str, str, str]] = ()
     if machine.kind == 'slurm':
-        for pattern, reason, cure in _SLURM:
-            if re.search(pattern, messages, re.IGNORECASE):
-                return ConnectError(machine, f'{reason}: {cure}{said}')
-    elif any(word.rpartition('/')[2] == 'ssh' for word in command[:1]) or (
-        'ssh: ' in messages
-    ):
-        host = _host(machine)
-        for pattern, reason, cure, asks in _SSH:
-            if re.search(pattern, messages):
-                cure = cure.format(host=host)
-                return ConnectError(
-                    machine, f'{reason}: {cure}{said}', may_be_asked=asks
-                )
+        known = _SLURM
+    elif command[0].rpartition('/')[2] == 'ssh' or 'ssh: ' in messages:
+        known = _SSH
+    for pattern, reason, cure in known:
+        if re.search(pattern, messages):
+            return ConnectError(
+                machine,
+                f'{reason}: {cure.format(host=_host(machine))}{said}',
+                may_be_asked=reason in _ASKED,
+            )
     if code in (_NOT_FOUND, _NOT_EXECUTABLE):
         return ConnectError(
             machine, f"there is no 'sh' there, or it cannot be run{said}"

@@ -25,6 +25,7 @@ from typing import Any
 from colcon_yamllaunch.common.codec import Codec
 from colcon_yamllaunch.common.codec import CodecError
 from colcon_yamllaunch.common.codec import read_float
+from colcon_yamllaunch.common.codec import to_json
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import one_line
@@ -154,7 +155,6 @@ class MachineConnection:
         self._beats: threading.Thread | None = None
         self._quiet = threading.Event()
         self._number = 0
-        self._heard = 0.0
         self._facts: Facts | None = None
         # the last line for the user
         self._shown = ''
@@ -226,19 +226,17 @@ class MachineConnection:
           lost
         """
         errors: list[str] = []
-        number = self._request('stream', {'argv': list(argv)})
         has_ended = threading.Event()
-        threading.Thread(
-            target=self._send_input,
-            args=(stdin, has_ended),
-            daemon=True,
-        ).start()
+        sender = threading.Thread(
+            target=self._send_input, args=(stdin, has_ended), daemon=True
+        )
         try:
-            result = self._result(
+            result = self._ask(
                 'stream',
-                number,
+                {'argv': list(argv)},
                 errors.append,
                 on_stream=partial(_write_all, stdout),
+                when_sent=sender.start,
             )
         finally:
             has_ended.set()
@@ -255,13 +253,13 @@ class MachineConnection:
         :raises UserError: when it cannot be
         """
         process = self._connected()
-        content = {'plan': plan_to_json(plan), 'settings': settings.as_json()}
+        content = {'plan': plan_to_json(plan), 'settings': to_json(settings)}
         result = self._ask('start', content, self._say, CONNECT_TIMEOUT)
-        identity, boot = result.get('identity'), result.get('boot')
-        if not isinstance(identity, str) or not isinstance(boot, str):
-            raise connection_errors.no_protocol(
-                self.machine, 'it does not tell what it has started'
-            )
+        match result:
+            case {'identity': str(identity), 'boot': str(boot)}:
+                pass
+            case _:
+                raise self._damaged('it does not tell what it has started')
         self._stop_beats()
         self._process = None
         return StartedPart(
@@ -328,15 +326,11 @@ class MachineConnection:
 
     def _hello(self) -> Facts:
         sent = time.time()
-        result = self._ask(
-            'hello',
-            {
-                'workspaces': list(self._places),
-                'setup': self.machine.setup,
-            },
-            None,
-            CONNECT_TIMEOUT,
-        )
+        content = {
+            'workspaces': list(self._places),
+            'setup': self.machine.setup,
+        }
+        result = self._ask('hello', content, timeout=CONNECT_TIMEOUT)
         now = time.time()
         try:
             # as in RFC 5905, 8
@@ -349,52 +343,58 @@ class MachineConnection:
             if self._places and facts.workspace is None:
                 raise CodecError('is missing', '.workspace')
         except CodecError as error:
-            raise connection_errors.no_protocol(
-                self.machine, 'it does not tell what it is like'
-            ) from error
+            raise self._damaged('it does not tell what it is like') from error
         return facts
 
     def _ask(
         self,
         request: str,
         content: Mapping[str, Any],
-        on_line: Say | None,
+        on_line: Say | None = None,
         timeout: float = math.inf,
+        *,
+        on_stream: Callable[[bytes], object] = bool,
+        when_sent: Callable[[], object] = bool,
     ) -> dict[str, Any]:
-        number = self._request(request, content)
-        return self._result(request, number, on_line, timeout)
+        """
+        Send a request, and return its result.
 
-    def _result(
-        self,
-        request: str,
-        number: int,
-        on_line: Say | None,
-        timeout: float = math.inf,
-        on_stream: Callable[[bytes], None] | None = None,
-    ) -> dict[str, Any]:
-        begin = self._heard = time.monotonic()
+        :param on_line: Called with each line that comes meanwhile
+        :param on_stream: Called with the output of a program
+        :param when_sent: Called when the request was sent
+        """
+        self._number += 1
+        message = {**content, 'request': request, 'id': self._number}
+        self._write(protocol.encode(message))
+        when_sent()
+        begin = heard = time.monotonic()
         while True:
-            for answer in self._answers(on_stream):
-                line = answer.get('line')
-                if line is not None and on_line is not None:
-                    on_line(str(line))
-                if answer.get('reply') != number:
-                    continue
-                error, result = answer.get('error'), answer.get('result')
-                if error is not None:
-                    text = printable(str(error))
-                    raise UserError(f'{self.machine.name}: {text}')
-                return result if isinstance(result, dict) else {}
+            while self._messages:
+                match self._messages.pop(0):
+                    case {'stream': {'data': bytes(data)}}:
+                        on_stream(data)
+                    case {'line': line} if on_line is not None:
+                        on_line(str(line))
+                    case {'reply': self._number, 'error': error}:
+                        text = printable(str(error))
+                        raise UserError(f'{self.machine.name}: {text}')
+                    case {'reply': self._number, 'result': dict(result)}:
+                        return result
+                    case {'reply': self._number}:
+                        return {}
+                    case {'request': _}:
+                        raise self._damaged('it repeats what it is sent')
+                    case _:
+                        pass
             data = self._receive(BEAT)
             now = time.monotonic()
             if data:
-                self._heard = now
-            elif now - self._heard > SILENCE:
+                heard = now
+            elif now - heard > SILENCE:
                 raise self._lost(self._connected())
             if now - begin > timeout:
-                raise connection_errors.no_protocol(
-                    self.machine,
-                    f"it does not answer '{request}' within {timeout:g} s",
+                raise self._damaged(
+                    f"it does not answer '{request}' within {timeout:g} s"
                 )
             self._feed(data)
 
@@ -420,37 +420,14 @@ class MachineConnection:
         process.end(0.0)
         return connection_errors.lost(self.machine, messages)
 
-    def _request(self, request: str, content: Mapping[str, Any]) -> int:
-        self._number += 1
-        message = {**content, 'request': request, 'id': self._number}
-        self._write(protocol.encode(message))
-        return self._number
-
-    def _answers(
-        self, on_stream: Callable[[bytes], None] | None
-    ) -> list[dict[str, Any]]:
-        taken = []
-        while self._messages:
-            match self._messages.pop(0):
-                case {'stream': {'data': bytes(data)}} if on_stream:
-                    on_stream(data)
-                case {'request': _}:
-                    raise connection_errors.no_protocol(
-                        self.machine, 'it repeats what it is sent'
-                    )
-                case message:
-                    taken.append(message)
-                    if 'reply' in message:
-                        break
-        return taken
+    def _damaged(self, reason: str) -> ConnectError:
+        return connection_errors.no_protocol(self.machine, reason)
 
     def _feed(self, data: bytes) -> None:
         try:
             self._messages += self._reader.feed(data)
         except ProtocolError as error:
-            raise connection_errors.no_protocol(
-                self.machine, str(error)
-            ) from error
+            raise self._damaged(str(error)) from error
 
     def _receive(self, seconds: float | None) -> bytes:
         """

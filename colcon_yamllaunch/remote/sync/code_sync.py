@@ -29,6 +29,7 @@ from colcon_yamllaunch.remote.connection.machine_connection import Say
 from colcon_yamllaunch.remote.sync import listing
 from colcon_yamllaunch.remote.sync.inspection import system
 from colcon_yamllaunch.remote.sync.inspection import version_of
+from colcon_yamllaunch.remote.sync.transfer import ChangeTexts
 from colcon_yamllaunch.remote.sync.transfer import Transfer
 from colcon_yamllaunch.workspace.environment.sourcing import chained_underlays
 from colcon_yamllaunch.workspace.environment.sourcing import sourced_underlays
@@ -116,14 +117,12 @@ def sync_code(
     """
     if code is None:
         return Synced()
-    modes: dict[str, Callable[[_Sync], Synced]] = {
-        'build': _Sync.build,
-        'install': _Sync.install,
-        'none': _Sync.check,
-    }
     sync = _Sync(workspace_there, connection, code, needed, say)
+    if mode != 'none' and not sync.packages:
+        return Synced()
+    modes = {'build': sync.build, 'install': sync.install, 'none': sync.check}
     try:
-        return modes[mode](sync)
+        return modes[mode]()
     except UserError as e:
         if str(e).startswith(f'{machine}: '):
             raise
@@ -152,43 +151,33 @@ class _Sync:
         self._say = say
         self._needed = needed
         names = frozenset(closure(code.packages, needed))
-        self._packages = [p for p in code.packages if p.name in names]
+        #: The packages that are needed there.
+        self.packages = [p for p in code.packages if p.name in names]
 
     def build(self) -> Synced:
         """Send the sources, and build them there."""
-        if not self._packages:
-            return Synced()
         code = self._code
-        list_trees = partial(listing.source_trees, self._packages, code.root)
+        list_trees = partial(listing.source_trees, self.packages, code.root)
         trees = list_trees()
+        places = [listing.place_of(p, code.root) for p in code.packages]
+        places += [tree.place for tree in trees]
         words = self._build_arguments()
         with self._begun(trees, build=words) as begun:
-            if not begun['changed']:
-                return Synced(built=frozenset(begun['built']))
-            places = [listing.place_of(p, code.root) for p in code.packages]
-            places += [tree.place for tree in trees]
-            transferred = Transfer(
-                self._connection,
-                begun['root'],
-                code.origin,
-                list_trees,
-                places,
-                self._say,
-            ).send(trees, begun['changed'])
-            words['root'] = begun['root']
-            built = self._ask('build.build', words)['built']
-            return Synced(transferred, frozenset(built))
+            answer = begun
+            count = self._transfer(begun, trees, list_trees, places)
+            if begun['changed']:
+                words['root'] = begun['root']
+                answer = self._ask('build.build', words)
+            return Synced(count, frozenset(answer['built']))
 
     def install(self) -> Synced:
         """Send the installed files."""
-        if not self._packages:
-            return Synced()
         code = self._code
         list_trees = partial(
             listing.install_trees,
             code.root,
             code.install_base,
-            [package.name for package in self._packages],
+            [package.name for package in self.packages],
             merged=code.merge_install,
         )
         trees = list_trees()
@@ -198,29 +187,42 @@ class _Sync:
             'underlays': list(map(str, chained_underlays(code.install_base))),
         }
         with self._begun(trees, needs=needs) as begun:
-            if not begun['changed']:
-                return Synced()
-            transfer = Transfer(
-                self._connection,
-                begun['root'],
-                code.origin,
-                list_trees,
-                # those of other packages are left as they are
-                None,
-                self._say,
-                partial(
-                    listing.changed_texts,
-                    root=code.root,
-                    root_there=begun['root'],
-                    missing_of=self._missing_of,
-                ),
+            change_texts = partial(
+                listing.changed_texts,
+                root=code.root,
+                root_there=begun['root'],
+                missing_of=self._missing_of,
             )
-            return Synced(transfer.send(trees, begun['changed']))
+            # those of other packages are left as they are
+            return Synced(
+                self._transfer(begun, trees, list_trees, None, change_texts)
+            )
+
+    def _transfer(
+        self,
+        begun: Mapping[str, Any],
+        trees: Sequence[listing.FileTree],
+        list_trees: Callable[[], Sequence[listing.FileTree]],
+        places: Sequence[str] | None,
+        change_texts: ChangeTexts = lambda _: {},
+    ) -> int:
+        """Send what differs, and return how many files were sent."""
+        if not begun['changed']:
+            return 0
+        return Transfer(
+            self._connection,
+            begun['root'],
+            self._code.origin,
+            list_trees,
+            places,
+            self._say,
+            change_texts,
+        ).send(trees, begun['changed'])
 
     def check(self) -> Synced:
         """Check that the packages are there."""
         code = self._code
-        own = {package.name: package for package in self._packages}
+        own = {package.name: package for package in self.packages}
         names = sorted({*own, *self._needed})
         if not names:
             return Synced()
@@ -284,7 +286,7 @@ class _Sync:
             *sourced_underlays(code.environment, code.install_base),
         ]
         return {
-            'needed': sorted(package.name for package in self._packages),
+            'needed': sorted(package.name for package in self.packages),
             'arguments': build_words(
                 code.build_arguments,
                 code.settings,

@@ -57,8 +57,8 @@ _RSYNC = (
     '-s',
 )
 
-#: Paths relative to their place, by places.
-_Paths = Mapping[str, Sequence[str]]
+#: Returns the contents of those of some files that differ there, by path.
+ChangeTexts = Callable[[Iterable[str]], Mapping[str, bytes]]
 
 
 @dataclass
@@ -81,7 +81,7 @@ class Transfer:
     list_trees: Callable[[], Sequence[FileTree]]
     places: Sequence[str] | None
     say: Say
-    change_texts: Callable[[Iterable[str]], Mapping[str, bytes]] = lambda _: {}
+    change_texts: ChangeTexts
 
     def send(self, trees: Sequence[FileTree], changed: Collection[str]) -> int:
         """
@@ -132,7 +132,7 @@ class Transfer:
             },
             self.say,
         )
-        paths: _Paths = answer['send']
+        paths: Mapping[str, Sequence[str]] = answer['send']
         deleted = int(answer['deleted'])
         sources = {
             f'{place}/{inner}': trees[place].sources[inner]

@@ -34,32 +34,6 @@ def stubborn(label: str = 'arm│a') -> object:
     return process(label, STUBBORN, sigterm_timeout=0.5, sigkill_timeout=0.5)
 
 
-@pytest.mark.parametrize(
-    'victims',
-    [('engine',), ('engine', 'guard'), ('engine', 'guard', 'cut')],
-    ids=str,
-)
-def test_the_engine_there_is_killed(
-    plain: PlainMachine, victims: tuple[str, ...]
-) -> None:
-    with LinkedPart(plain.machine(), [stubborn()]) as part:
-        part.wait_for(part.out)
-        pids = {name: getattr(part, name) for name in ('engine', 'guard')}
-        pids['cut'] = part.link.pid
-        # all at once
-        for name in victims:
-            os.kill(pids[name], signal.SIGSTOP)
-        for name in victims:
-            os.kill(pids[name], signal.SIGKILL)
-        part.wait_for_told('gone')
-        # another test's connection may have ended what was left
-        assert part.gone_for in (
-            'its launcher there was killed, and its processes were stopped',
-            'it has ended there',
-        )
-    plain.wait_until_empty()
-
-
 def test_the_guard_there_is_killed(plain: PlainMachine) -> None:
     with LinkedPart(plain.machine(), [stubborn()]) as part:
         part.wait_for(part.out)

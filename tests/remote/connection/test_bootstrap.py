@@ -7,7 +7,6 @@ import os
 from pathlib import Path
 import shutil
 import subprocess
-import sys
 import tempfile
 
 from colcon_yamllaunch.common.process_scan import variable_of
@@ -108,36 +107,10 @@ def machine_with(folder: Path, name: str, script: str) -> str:
     return str(folder)
 
 
-def test_missing_python_is_reported(tmp_path: Path) -> None:
-    path = machine_with(tmp_path / 'bin', 'other', '')
-    assert answer_of(tmp_path, '/bin/sh', path=path) == (
-        '\x01colcon-launch none\n'
-    )
-
-
 def test_another_python_is_found(tmp_path: Path) -> None:
     path = machine_with(tmp_path / 'bin', 'python3.12', 'echo found "$5"')
     said = answer_of(tmp_path, '/bin/sh', path=path)
     assert said == f'found {ARCHIVE.digest}\n'
-
-
-def test_old_python_starts_a_newer_one(
-    tmp_path: Path,
-) -> None:
-    # a Python that says that it is another one
-    old = tmp_path / 'old.py'
-    old.write_text(
-        'import sys\n'
-        'sys.version_info = (3, 8, 0)\n'
-        'sys.version = "3.8.0 (default)"\n'
-        'program = sys.argv[4]\n'
-        'sys.argv = ["-c", *sys.argv[5:]]\n'
-        'exec(program)\n'
-    )
-    folder = tmp_path / 'bin'
-    path = machine_with(folder, 'python3', f'exec {sys.executable} {old} "$@"')
-    said = answer_of(tmp_path, '/bin/sh', path=path)
-    assert said == '\x01colcon-launch old 3.8.0\n'
 
 
 @pytest.mark.parametrize('shell', SHELLS)
@@ -148,31 +121,6 @@ def test_any_login_shell_runs_the_script(tmp_path: Path, shell: str) -> None:
     words = [program, 'sh'] if shell == 'busybox' else [program, '-c', 'sh']
     said = answer_of(tmp_path, *words)
     assert said == '\x01colcon-launch need\n'
-
-
-def test_stored_modules_are_used_again(tmp_path: Path) -> None:
-    plain = PlainMachine(tmp_path)
-    with LinkedPart(plain.machine(), [process('arm│a', 'echo a')]) as part:
-        part.wait_for(part.out)
-        part.finish()
-    kept = plain.home / '.cache' / 'colcon-launch' / 'program'
-    (folder,) = kept.iterdir()
-    assert folder.stat().st_mode & 0o777 == 0o700
-    talk = Bootstrap(_archive_with(folder.name))
-    said = subprocess.run(
-        [*plain.words, 'sh'],
-        input=talk.script(),
-        capture_output=True,
-        check=True,
-    )
-    assert said.stdout.startswith(b'\x01colcon-launch have\n')
-    plain.wait_until_empty()
-
-
-def _archive_with(digest: str) -> ProgramArchive:
-    archive = ProgramArchive({})
-    archive.digest = digest
-    return archive
 
 
 @pytest.mark.parametrize('kind', ['file', 'others'])

@@ -17,15 +17,8 @@ from colcon_yamllaunch.remote.connection.machine_connection import (
 )
 from colcon_yamllaunch.remote.deployment.deployment import Machine
 import pytest
-from support.linked_part import LinkedPart
 from support.linked_part import PlainMachine
-from support.linked_part import process
-from support.sshd import ASKING
-from support.sshd import IMPOSTOR
-from support.sshd import LOCKED
-from support.sshd import OFF
 from support.sshd import Sshd
-from support.sshd import STRANGER
 from support.time_limits import within
 
 
@@ -168,20 +161,6 @@ def test_another_thread_ends_a_connection(
     assert 'the connection broke off' in str(errors[0])
 
 
-def test_shell_that_prints_is_tolerated(sshd: Sshd) -> None:
-    sshd['arm'].shell_reads('echo "Welcome to arm!"; echo more >&2')
-    machine = Machine('arm', 'ssh', ('arm',))
-    with LinkedPart(
-        machine,
-        [process('arm│a', 'echo a')],
-        sshd.environment(dict(os.environ)),
-    ) as part:
-        part.wait_for(part.out)
-        assert part.out() == 'a\n'
-        part.finish()
-    sshd.wait_until_empty()
-
-
 def test_shell_that_starts_something_else_is_an_error(sshd: Sshd) -> None:
     sshd['arm'].shell_reads('while :; do echo "Press any key to begin"; done')
     text = str(failed(ssh(sshd, 'arm')))
@@ -190,44 +169,9 @@ def test_shell_that_starts_something_else_is_an_error(sshd: Sshd) -> None:
     assert "'.bashrc'" in text
 
 
-def test_missing_python_is_an_error(sshd: Sshd) -> None:
-    sshd['arm'].lacks_all_but('sh')
-    assert str(failed(ssh(sshd, 'arm'))) == (
-        'arm (ssh arm): there is no python3 on its PATH: install Python 3.10 '
-        "or later there, or name it with 'python:'"
-    )
-
-
 def test_named_python_is_used(sshd: Sshd) -> None:
     text = str(failed(ssh(sshd, 'arm', python='/opt/none')))
     assert 'there is no /opt/none on its PATH' in text
-
-
-@pytest.mark.parametrize(
-    ('name', 'reason', 'cure', 'asks'),
-    [
-        (OFF, 'nothing listens for ssh there', 'start its ssh server', False),
-        (STRANGER, 'its host key is not known', 'by hand', True),
-        (IMPOSTOR, 'its host key is another one', 'ssh-keygen -R', False),
-        (LOCKED, 'it does not let us in', 'ssh-add', True),
-        (ASKING, 'it does not let us in', 'ssh-copy-id', True),
-        ('nowhere.invalid', 'its name is not known', 'correct', False),
-    ],
-)
-def test_error_of_ssh_is_explained(
-    sshd: Sshd,
-    name: str,
-    reason: str,
-    cure: str,
-    asks: bool,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(machine_connection, 'has_terminal', lambda: True)
-    contact = ssh(sshd, name)
-    error = failed(contact)
-    assert str(error).startswith(f'arm (ssh {name}): {reason}')
-    assert cure in str(error)
-    assert error.may_be_asked == contact.must_ask == asks
 
 
 def test_silent_machine_is_an_error(

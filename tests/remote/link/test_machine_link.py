@@ -17,17 +17,14 @@ from colcon_yamllaunch.engine.commands import Describe
 from colcon_yamllaunch.engine.commands import Kill
 from colcon_yamllaunch.engine.commands import Restart
 from colcon_yamllaunch.engine.commands import Shutdown
-from colcon_yamllaunch.engine.commands import Type
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan_json import plan_to_json
 from colcon_yamllaunch.remote import machine_link
 from colcon_yamllaunch.remote.connection import bootstrap
 from colcon_yamllaunch.remote.connection import connect_process
 from colcon_yamllaunch.remote.connection.connection_errors import ConnectError
-from colcon_yamllaunch.remote.part_protocol import Finish
 from colcon_yamllaunch.remote.part_protocol import LINK_LOST
 from colcon_yamllaunch.remote.part_protocol import Measure
-from colcon_yamllaunch.remote.part_protocol import Show
 import pytest
 from support.linked_part import LinkedPart
 from support.linked_part import PlainMachine
@@ -70,43 +67,6 @@ def test_a_part_runs_and_is_stopped(plain: PlainMachine) -> None:
     assert 'hello' in (logs / 'launch.log').read_text()
 
 
-def test_a_part_waits_until_its_launch_is_over(plain: PlainMachine) -> None:
-    with LinkedPart(plain.machine(), [process('arm│a', 'exit 3')]) as part:
-        part.wait_for_told('exited')
-        part.wait_for_told('idle')
-        exited = part.event('exited')
-        assert exited['exit_code'] == 3
-        part.send(Finish())
-        part.wait_for_told('ended')
-    plain.wait_until_empty()
-
-
-def test_the_variables_that_go_along_are_there(plain: PlainMachine) -> None:
-    script = 'echo $ROS_DOMAIN_ID-$OWN-$HOME'
-    one = process('arm│a', script, environment=(('OWN', 'mine'),))
-    with LinkedPart(
-        plain.machine(), [one], variables={'ROS_DOMAIN_ID': '7'}
-    ) as part:
-        part.wait_for(part.out)
-        assert part.out() == f'7-mine-{plain.home}\n'
-        part.finish()
-
-
-def test_a_workspace_is_sourced_there(plain: PlainMachine) -> None:
-    install = plain.home / 'ws' / 'install'
-    install.mkdir(parents=True)
-    (install / 'setup.bash').write_text('export FOUND="it is $HOME"\n')
-    with LinkedPart(
-        plain.machine(),
-        [process('arm│a', 'echo $FOUND')],
-        workspace=str(plain.home / 'ws'),
-    ) as part:
-        part.wait_for(part.out)
-        assert part.out() == f'it is {plain.home}\n'
-        part.finish()
-    assert (plain.home / 'ws' / 'log' / 'launch_test').is_dir()
-
-
 def test_a_workspace_without_a_setup_script_is_told(
     plain: PlainMachine,
 ) -> None:
@@ -129,25 +89,6 @@ def test_commands_are_executed_and_answered(plain: PlainMachine) -> None:
         part.wait_for(lambda: part.out() == 'begun\nbegun\n')
         part.finish()
     plain.wait_until_empty()
-
-
-def test_somebody_types_at_a_process(plain: PlainMachine) -> None:
-    script = 'read line; echo got $line; stty -echo; sleep 1000'
-    one = process('arm│a', script, emulate_tty=True)
-    with LinkedPart(plain.machine(), [one], rows=30, columns=90) as part:
-        part.wait_for_told('started')
-        part.send(Show('arm│a'))
-        part.wait_for(lambda: _modes(part)[:1] == [(True, True)])
-        part.send(Type('arm│a', b'me\n'))
-        part.wait_for(lambda: 'got me' in part.out())
-        part.wait_for(lambda: b'me' in part.shown)
-        part.wait_for(lambda: (True, False) in _modes(part))
-        part.finish()
-
-
-def _modes(part: LinkedPart) -> list[tuple[bool, bool]]:
-    found = [m['modes'] for m in part.messages if 'modes' in m]
-    return [(m['lines'], m['echo']) for m in found]
 
 
 def test_nothing_is_lost_or_twice_when_the_link_is(
@@ -367,16 +308,6 @@ def test_a_slow_loop_is_no_loss(plain: PlainMachine) -> None:
         part.turn()
         assert 'lost' not in part.told
         part.finish()
-
-
-def test_closing_the_link_stops_the_part(plain: PlainMachine) -> None:
-    with LinkedPart(plain.machine(), [process('arm│a', 'sleep 99')]) as part:
-        part.wait_for_told('started')
-    # and not by its silence
-    with within(8):
-        while 'sleep 99' in map(command_of, plain.pids()):
-            time.sleep(0.05)
-    plain.wait_until_empty()
 
 
 def test_a_part_that_was_never_begun_ends(plain: PlainMachine) -> None:

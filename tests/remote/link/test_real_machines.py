@@ -24,12 +24,6 @@ from support.slurm import Slurm
 from support.sshd import Sshd
 from support.time_limits import within
 
-#: What is said of a part whose engine was killed; the second by whoever finds
-#: that another connection has ended what was left, as those of other tests do.
-GONE = (
-    'its launcher there was killed, and its processes were stopped',
-    'it has ended there',
-)
 WAITS = 'echo begun; sleep 1000'
 
 
@@ -62,47 +56,6 @@ def test_a_cable_is_pulled(sshd: Sshd) -> None:
     sshd.wait_until_empty()
 
 
-def test_a_cable_is_pulled_for_a_moment(sshd: Sshd) -> None:
-    script = 'for i in $(seq 400); do echo $i; sleep 0.02; done'
-    with ssh_part(sshd, script, 'keep') as part:
-        part.wait_for(part.out)
-        sshd['arm'].link.hold()
-        part.wait_for_told('lost')
-        sshd['arm'].link.release()
-        part.wait_for_told('back')
-        part.wait_for_told('exited')
-        assert part.out().split() == [str(i) for i in range(1, 401)]
-        part.finish()
-    sshd.wait_until_empty()
-
-
-def test_a_slow_link_is_compressed(sshd: Sshd) -> None:
-    link = sshd['arm'].link
-    script = 'echo a; sleep 1; yes "some words that repeat" | head -c 20000000'
-    with ssh_part(sshd, script) as part:
-        part.wait_for(part.out)
-        before = link.back
-        link.bytes_per_second = 2_000_000
-        part.wait_for_told('exited')
-        assert len(part.out()) == 20_000_002
-        assert link.back - before < 15_000_000
-        assert 'lost' not in part.told
-        link.bytes_per_second = 0
-        part.finish()
-    sshd.wait_until_empty()
-
-
-def test_its_server_is_killed_with_everything(sshd: Sshd) -> None:
-    with ssh_part(sshd, WAITS) as part:
-        part.wait_for(part.out)
-        sshd.switch_off()
-        part.wait_for_told('lost')
-        sshd.start()
-        part.wait_for_told('gone')
-        assert part.gone_for in GONE
-    sshd.wait_until_empty()
-
-
 @pytest.fixture
 def jobs(slurm: Slurm) -> Iterator[Slurm]:
     """Return a Slurm without jobs, before and after."""
@@ -118,20 +71,6 @@ def slurm_machine(*words: str) -> Machine:
 def slurm_environment(slurm: Slurm) -> dict[str, str]:
     """Return the variables of a user of Slurm."""
     return slurm.environment(dict(os.environ))
-
-
-def test_slurm_gives_a_machine(jobs: Slurm) -> None:
-    machine = slurm_machine('--partition=gpu', '--gres=gpu:1')
-    script = 'echo $SLURM_JOB_PARTITION $HOME; yes | head -c 3000000'
-    with LinkedPart(
-        machine, [process('gpu│a', script)], slurm_environment(jobs)
-    ) as part:
-        part.wait_for_told('exited')
-        out = part.out('gpu│a')
-        assert out.startswith(f'gpu {jobs.home}\n')
-        assert len(out) > 3_000_000
-        part.finish()
-    jobs.wait_until_empty()
 
 
 def test_slurm_gives_a_step_of_an_allocation(jobs: Slurm) -> None:
@@ -239,22 +178,6 @@ def namespace_part(
     with part:
         part.wait_for(lambda: part.out('edge│a'))
         yield part
-
-
-def test_a_machine_with_processes_of_its_own(
-    namespace_part: LinkedPart, namespace: NamespaceMachine
-) -> None:
-    assert 'sleep 1000' in namespace.left()
-    namespace_part.finish()
-    namespace.wait_until_empty()
-
-
-def test_what_connects_with_it_is_killed(
-    namespace_part: LinkedPart, namespace: NamespaceMachine
-) -> None:
-    namespace_part.cut()
-    namespace_part.wait_for_told('gone')
-    namespace.wait_until_empty()
 
 
 def test_a_machine_starts_anew(

@@ -20,8 +20,6 @@ from colcon_yamllaunch.remote.part_protocol import LINK_LOST
 from colcon_yamllaunch.remote.remote_part import END_TIMEOUT
 from colcon_yamllaunch.remote.remote_parts import MEASURING
 from colcon_yamllaunch.remote.remote_parts import RemoteParts
-from hypothesis import given
-from hypothesis import strategies as st
 import pytest
 from support.played_machine import plan
 from support.played_machine import PlayedLaunch
@@ -165,13 +163,6 @@ def test_a_full_screen_holds_nobody_while_all_is_stopped(played):
     assert not played.link.is_held
 
 
-def test_echo_goes_to_who_is_attached(played):
-    shown = {'process': LABEL, 'stream': 'stdout', 'data': b'keys'}
-    played.link.says(shown=shown)
-    assert played.launch.shown == [(LABEL, 'stdout', b'keys')]
-    assert not played.launch.output
-
-
 def test_ctrl_c_once_twice_and_sigterm(played):
     played.launch.is_stopping = True
     played.launch.tell(events.ShuttingDown('interrupted', True))
@@ -280,53 +271,6 @@ def test_a_machine_that_talks_nonsense_is_given_up_once(played, message):
     assert isinstance(event, events.MachineGone)
     assert 'makes no sense' in event.reason
     assert played.link.is_closed
-
-
-_JSON = st.recursive(
-    st.one_of(
-        st.none(),
-        st.booleans(),
-        st.integers(),
-        st.floats(),
-        st.text(),
-        st.sampled_from([LABEL, 'running', 'started', 'ended']),
-    ),
-    lambda inner: st.one_of(
-        st.lists(inner, max_size=3),
-        st.dictionaries(
-            st.sampled_from(
-                [
-                    *('label', 'phase', 'seconds', 'pid', 'restarts'),
-                    *('processes', 'components', 'event', 'ending', 'node'),
-                ]
-            ),
-            inner,
-        ),
-    ),
-    max_leaves=12,
-)
-
-
-@given(
-    st.dictionaries(
-        st.sampled_from(
-            [
-                *('event', 'ok', 'modes', 'missed', 'shown', 'killed'),
-                *('time', 'error', 'usage', 'description'),
-            ]
-        ),
-        _JSON,
-    )
-)
-def test_whatever_a_machine_says_is_taken_or_refused(message):
-    played = Played()
-    act(played.parts, 'stop', LABEL, lambda _: None)
-    message['id'] = 2
-    played.link.handler.message(message)
-    for event in played.launch.told:
-        assert all('\x1b' not in line for line in event.lines())
-    assert len(played.states()) == 3
-    played.parts.is_waiting()
 
 
 def test_output_of_nobody_is_nonsense(played):
@@ -534,13 +478,6 @@ def test_figures_are_waited_for_but_not_for_long():
     assert played.parts.cpu_shares() == {LABEL: 0.5}
 
 
-def test_figures_that_all_have_told_are_there_at_once(played):
-    known = []
-    played.parts.measure(lambda: known.append(True))
-    played.link.answers('measure', usage={})
-    assert known == [True]
-
-
 def test_keys_and_modes(played):
     label = HELPER.label
     assert not played.parts.has_keyboard(label)
@@ -556,14 +493,6 @@ def test_keys_and_modes(played):
     played.parts.detach(label)
     assert played.link.asked('show') == [{'request': 'show', 'process': label}]
     assert played.link.asked('hide') == [{'request': 'hide', 'process': label}]
-
-
-def test_a_process_under_a_debugger_has_a_keyboard(played):
-    act(played.parts, 'debug', LABEL, lambda _: None)
-    played.link.answers('debug')
-    played.link.tells(events.Requested(DRIVER, 'debug'))
-    played.link.tells(events.Started(DRIVER, 77))
-    assert played.parts.has_keyboard(LABEL)
 
 
 def test_suspend_and_size_go_to_all():
@@ -594,17 +523,6 @@ def test_who_suspends_the_launch_is_not_told_of_each_process(played):
     played.link.tells(held)
     played.link.tells(on)
     assert played.launch.told == [held, on]
-
-
-def test_processes_of_links_are_guarded(played):
-    assert set(played.launch.helpers) == set(played.parts.children()) == {4711}
-    played.link.pids = frozenset({4712})
-    played.parts.end_turn()
-    assert set(played.launch.helpers) == {4712}
-    played.launch.helpers[4712](0)
-    assert played.link.reaped == [4712]
-    played.parts.close()
-    assert not played.launch.helpers
 
 
 def test_more_of_the_plan_goes_to_its_machine():

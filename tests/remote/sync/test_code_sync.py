@@ -388,16 +388,3 @@ def test_build_that_was_removed_there_is_repeated(
     shutil.rmtree(developer.machine.root / 'install')
     assert developer.sync('a') == Synced(0, frozenset({'a'}))
     assert developer.machine.asked == QUIET
-
-
-def test_one_of_2000_files_is_sent_alone(developer: Developer) -> None:
-    developer.package('a')
-    config = developer.root / 'src/a/config'
-    for number in range(2000):
-        (config / str(number)).write_text(str(number))
-    assert developer.sync('a').transferred == 2003
-    assert developer.sync('a') == Synced()
-    (config / '77').write_text('new')
-    assert developer.sync('a').transferred == 1
-    there = developer.machine.root / 'src/a/config/77'
-    assert there.read_text() == 'new'

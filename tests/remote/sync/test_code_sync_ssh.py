@@ -101,18 +101,6 @@ def test_sources_come_by_the_connection(developer: Developer) -> None:
     assert developer.sync('a') == Synced()
 
 
-def test_who_closes_the_connection_ends_the_build(
-    developer: Developer, sshd: Sshd
-) -> None:
-    errors = build_endlessly(developer, sshd)
-    connection = developer.connection
-    assert isinstance(connection, MachineConnection)
-    connection.close()
-    assert 'arm' in wait_for(errors)
-    with within(20):
-        sshd.wait_until_empty('arm')
-
-
 @pytest.mark.hostile
 @pytest.mark.parametrize(
     'doomed',
