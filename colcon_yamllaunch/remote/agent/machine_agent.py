@@ -152,13 +152,12 @@ def _result_of(
         return {**facts, 'clock': clock, 'took': clock - begin}
     if name == 'stream':
         return run_program(launcher, content)
-    if name == 'start':
-        _end_what_others_left()
     if name in ('start', 'resume'):
         from colcon_yamllaunch.remote.agent import part_link
 
-        act = part_link.start if name == 'start' else part_link.resume
-        act(launcher, content)
+        if name == 'start':
+            _end_what_others_left()
+        part_link.relay(launcher, content)
         raise LauncherGoneError
     call_function(launcher, name, content)
     return launcher_channel.ANSWERED

@@ -8,7 +8,6 @@ from contextlib import suppress
 import math
 import os
 import select
-import socket
 import time
 from typing import Any
 
@@ -31,39 +30,28 @@ _KILLED = 'its launcher there was killed, and its processes were stopped'
 _FIRST_TIMEOUT = 60.0
 
 
-def start(launcher: LauncherChannel, content: Mapping[str, Any]) -> None:
+def relay(launcher: LauncherChannel, content: Mapping[str, Any]) -> None:
     """
-    Start the engine of a part, and pass on until either end is gone.
+    Start the engine of a part, or find one that runs, and pass on.
 
-    :raises UserError: when it cannot be started
+    Return when either end is gone.
+
+    :param content: The request `start`, with a `plan` and `settings`, or
+      `resume`, with the `identity` of the part and the `boot` of the machine
+    :raises LauncherGoneError: when the launcher is gone
+    :raises UserError: when it cannot be started, or is gone; nothing of it is
+      left then
     """
-    from colcon_yamllaunch.remote.agent.part import start_engine
-
     place = PartPlace(os.environ)
-    identity = start_engine(launcher, place, content)
+    if content['request'] == 'start':
+        from colcon_yamllaunch.remote.agent.part import start_engine
+
+        identity = start_engine(launcher, place, content)
+    elif content['boot'] == boot_of_machine():
+        identity = str(content['identity'])
+    else:
+        raise UserError('the machine was started anew meanwhile')
     try:
-        engine = place.connect(identity)
-    except OSError as error:
-        place.remove(identity)
-        raise UserError(
-            f'its socket cannot be used: {error.strerror}'
-        ) from error
-    result = {'identity': identity, 'boot': boot_of_machine()}
-    launcher_channel.send({'reply': content.get('id'), 'result': result})
-    _pass_on_and_clear(launcher, place, identity, engine)
-
-
-def resume(launcher: LauncherChannel, content: Mapping[str, Any]) -> None:
-    """
-    Connect with the engine of a part that runs, and pass on.
-
-    :raises UserError: when it is gone; nothing of it is left then
-    """
-    identity, boot = str(content['identity']), content['boot']
-    place = PartPlace(os.environ)
-    try:
-        if boot != boot_of_machine():
-            raise UserError('the machine was started anew meanwhile')
         engine = place.connect(identity)
     except OSError as error:
         if _is_alive(identity):
@@ -75,41 +63,19 @@ def resume(launcher: LauncherChannel, content: Mapping[str, Any]) -> None:
         raise UserError(
             _KILLED if was_killed else 'it has ended there'
         ) from error
-    launcher_channel.send({'reply': content.get('id'), 'result': {}})
-    _pass_on_and_clear(launcher, place, identity, engine)
-
-
-def _pass_on_and_clear(
-    launcher: LauncherChannel,
-    place: PartPlace,
-    identity: str,
-    engine: socket.socket,
-) -> None:
+    result = {'identity': identity, 'boot': boot_of_machine()}
+    launcher_channel.send({'reply': content.get('id'), 'result': result})
     with engine:
-        try:
-            _begin(launcher)
-            pass_on(engine.fileno())
-        except launcher_channel.LauncherGoneError:
-            return
-    if _is_alive(identity):
-        # it has another connection, or wants none
-        return
-    if place.has_record(identity):
+        # it may start its other parts first
+        launcher.silence = _FIRST_TIMEOUT
+        while 'relay' not in launcher.next_message():
+            continue
+        launcher_channel.send({'relay': True})
+        pass_on(engine.fileno())
+    # else it has another connection, or wants none
+    if not _is_alive(identity) and place.has_record(identity):
         _clear(place, identity)
-        with suppress(launcher_channel.LauncherGoneError):
-            launcher_channel.send({'killed': _KILLED})
-
-
-def _begin(launcher: LauncherChannel) -> None:
-    """
-    Wait until the launcher speaks with the part.
-
-    :raises LauncherGoneError: when it does not
-    """
-    launcher.silence = _FIRST_TIMEOUT
-    while 'relay' not in launcher.next_message():
-        continue
-    launcher_channel.send({'relay': True})
+        launcher_channel.send({'killed': _KILLED})
 
 
 def _clear(place: PartPlace, identity: str) -> None:

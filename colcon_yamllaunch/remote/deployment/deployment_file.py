@@ -46,8 +46,6 @@ from colcon_yamllaunch.remote.deployment.deployment import OnLost
 from colcon_yamllaunch.remote.deployment.deployment import Rule
 from colcon_yamllaunch.remote.deployment.deployment import Sync
 
-#: How many machines a deployment may have.
-MAXIMUM_MACHINES = 1000
 #: Stands before the options of an allocation in `--on`.
 SLURM = 'slurm:'
 
@@ -184,12 +182,6 @@ class _Reader:
                 hint='machines: {arm: {ssh: robot@arm.local}}',
             )
         listed = self._pairs(pairs['machines'][1], "'machines'")
-        if len(listed) > MAXIMUM_MACHINES:
-            raise error(
-                f'there are {len(listed)} machines; the limit is '
-                f'{MAXIMUM_MACHINES}',
-                pairs['machines'][0],
-            )
         defaults: dict[str, Any] = {}
         if 'defaults' in pairs:
             with self._collected():

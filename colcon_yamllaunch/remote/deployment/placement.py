@@ -78,25 +78,28 @@ class Placer:
           have the names of machines already
         """
         self._learn(plan)
-        whole: list[Entry] = []
+        whole = replace(plan, entries=tuple(map(self._labelled, plan.entries)))
+        labelled: list[Process | Component] = [
+            *whole.processes(),
+            *whole.components(),
+        ]
         cut: dict[str | None, list[Entry]] = {}
-        machines: dict[str, str] = {}
-        for entry in plan.entries:
-            parts = self._cut(entry)
-            whole.append(self._labelled(entry, machines))
-            for machine, part in parts.items():
+        for entry in whole.entries:
+            for machine, part in self._cut(entry).items():
                 cut.setdefault(machine, []).append(part)
-        local = cut.pop(None, [])
-        left_open = plan.left_open
         return Placed(
-            replace(plan, entries=tuple(whole)),
-            replace(plan, entries=tuple(local)),
+            whole,
+            replace(plan, entries=tuple(cut.get(None, ()))),
             {
-                name: Plan(tuple(cut[name]), plan.blocks, (), left_open)
+                name: Plan(tuple(cut[name]), plan.blocks, (), plan.left_open)
                 for name in self._deployment.machines
                 if name in cut
             },
-            machines,
+            {
+                part.label: machine
+                for part in labelled
+                if (machine := self.machine_of(part)) is not None
+            },
         )
 
     def place_more(self, entries: Iterable[Entry]) -> Placed:
@@ -152,8 +155,7 @@ class Placer:
     def _cut(self, entry: Entry) -> Mapping[str | None, Entry]:
         """Return the parts of an entry by their machines."""
         if not isinstance(entry, Timer):
-            labelled = self._labelled(entry, {})
-            return {self.machine_of(entry): labelled}
+            return {self.machine_of(entry): entry}
         cut: dict[str | None, list[Entry]] = {}
         for inner in entry.entries:
             for machine, part in self._cut(inner).items():
@@ -163,28 +165,24 @@ class Placer:
             for machine, part in cut.items()
         } or {None: entry}
 
-    def _labelled(self, entry: Entry, machines: dict[str, str]) -> Entry:
-        """
-        Return an entry with the labels of the launch.
-
-        :param machines: Gets the machines by these labels
-        """
+    def _labelled(self, entry: Entry) -> Entry:
+        """Return an entry with the labels of the launch."""
         if isinstance(entry, Timer):
-            inner = tuple(self._labelled(e, machines) for e in entry.entries)
+            inner = tuple(map(self._labelled, entry.entries))
             return replace(entry, entries=inner)
         machine = self.machine_of(entry)
         if machine is None or not isinstance(entry, Process | Component):
             return entry
-        label = entry.label
-        is_plain = self._placed(label) is None
-        if is_plain and self._deployment.everything_on is None:
-            label = f'{machine}{MACHINE_SEPARATOR}{entry.label}'
-            if isinstance(entry, Process):
-                # its ROS name does not depend on the machine
-                entry = replace(entry, name=entry.ros_name)
-            entry = replace(entry, label=label)
-        machines[label] = machine
-        return entry
+        if (
+            self._placed(entry.label) is not None
+            or self._deployment.everything_on is not None
+        ):
+            return entry
+        if isinstance(entry, Process):
+            # its ROS name does not depend on the machine
+            entry = replace(entry, name=entry.ros_name)
+        label = f'{machine}{MACHINE_SEPARATOR}{entry.label}'
+        return replace(entry, label=label)
 
 
 def rules_in_vain(plan: Plan, deployment: Deployment) -> Iterator[Diagnostic]:
