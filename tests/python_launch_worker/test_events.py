@@ -165,7 +165,6 @@ def test_handlers_register_others_and_go(
     ]
     told = talking_host.event('exit', process='a', returncode=0)
     assert in_short(told) == ['start b']
-    assert [h['processes'] for h in handlers_of(told)] == [['[b]']]
     assert talking_host.ended('b') == ['b ended']
 
 
@@ -442,7 +441,6 @@ def test_an_exception_ends_the_launch(
             ])
         """
     )
-    before = len(handlers_of(told))
     told = talking_host.event_to_end('exit', process='a', returncode=0)
     assert in_short(told) == [
         'told',
@@ -452,7 +450,7 @@ def test_an_exception_ends_the_launch(
     assert error['text'] == "KeyError: 'nothing'"
     assert lines_of(error['frames']) == ["return [say('x'), {}['nothing']]"]
     # what happened before is not undone
-    assert len(handlers_of(told)) == before + 1
+    assert [m['handlers'] for m in told if m['say'] == 'handlers'] == [True]
     told = talking_host.event('shutdown', reason='x', by_sigint=False)
     assert in_short(told) == [
         "Caught exception in launch (see debug for traceback): 'nothing' True"

@@ -145,7 +145,8 @@ class TalkingHost:
             message['process'] = self._names[message['process']]
         elif message['say'] == 'handlers':
             message['output'] = self._named(message['output'])
-            for handler in message['handlers']:
+            described = message['handlers']
+            for handler in described if isinstance(described, list) else ():
                 if handler['processes'] is not None:
                     handler['processes'] = self._named(handler['processes'])
         return message

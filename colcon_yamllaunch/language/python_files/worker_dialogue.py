@@ -210,6 +210,8 @@ class WorkerDialogue:
         #: The same the other way round.
         self.ids: dict[str, int] = {}
         self._handlers: list[WorkerMessage] = []
+        #: Whether there are event handlers.
+        self.has_handlers = False
         self._outputs: list[int] = []
         #: Is told of launch arguments that are declared.
         self.declared: dict[str, WorkerMessage] = {}
@@ -275,12 +277,7 @@ class WorkerDialogue:
     @property
     def goes_on(self) -> bool:
         """Whether there is something left to be asked while the plan runs."""
-        return bool(self._handlers or self.calls)
-
-    @property
-    def has_handlers(self) -> bool:
-        """Whether there are event handlers."""
-        return bool(self._handlers)
+        return bool(self.has_handlers or self.calls)
 
     @property
     def handlers(self) -> tuple[EventHandler, ...]:
@@ -310,12 +307,15 @@ class WorkerDialogue:
 
     def note_handlers(self, said: WorkerMessage) -> None:
         """Take note of the event handlers that there are."""
-        self._handlers = list(said.get('handlers', ()))
+        handlers = said['handlers']
+        self.has_handlers = bool(handlers)
+        if isinstance(handlers, list):
+            self._handlers = handlers
         self._outputs = list(said.get('output', ()))
 
     def forget_handlers(self) -> None:
         """Take note that there are none any more."""
-        self._handlers, self._outputs = [], []
+        self.has_handlers, self._outputs = False, []
 
 
 class Intake:

@@ -135,7 +135,8 @@ What is told, in the order in which a launch is to do it:
         before `done`, when they are others than before: all event handlers
         that there are, and whose output is to be told. `processes` is null for
         all of them and for what is not about processes; a text stands for one
-        that has not been started
+        that has not been started. After the first `event` or `call`,
+        `handlers` is only true or false: whether there are any
     {"say": "done", "id": 2, "scope": SCOPE}
         or with, instead of the scope,
         "error": {"text": "ValueError: …", "hint": "…" or null, "frames":

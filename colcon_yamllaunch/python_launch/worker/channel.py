@@ -16,11 +16,14 @@ import os
 import queue
 import signal
 import threading
+import time
 from typing import Any
 
 Json = dict[str, Any]
 
 READ_SIZE = 1 << 16
+#: Seconds in which a line may follow another without being written.
+LONGEST_DELAY = 0.02
 #: The first descriptor for the lines: launch files that make themselves
 #: daemons close or write to low ones.
 DESCRIPTOR = 200
@@ -70,26 +73,48 @@ class Channel:
         os.close(nothing)
         os.dup2(2, 1)
         self._asks = count(1)
+        self._unwritten = b''
+        self._written_at = 0.0
         self._writing = threading.Lock()
         self._lines: queue.SimpleQueue[Json] = queue.SimpleQueue()
         threading.Thread(target=self._read, daemon=True).start()
         os.register_at_fork(after_in_child=self._leave)
 
     def say(self, what: str, **fields: object) -> None:
-        """Write a line; end where nobody reads."""
+        """
+        Write a line; end where nobody reads.
+
+        What closely follows another line is written with the next one, or
+        before this program waits: each write may wake the launcher.
+        """
         if self._output == -1:
             os._exit(0)
-        data = (dumps({'say': what, **fields}) + '\n').encode()
+        line = (dumps({'say': what, **fields}) + '\n').encode()
+        now = time.monotonic()
+        with self._writing:
+            self._unwritten += line
+            if (
+                now - self._written_at > LONGEST_DELAY
+                or threading.current_thread() is not threading.main_thread()
+            ):
+                self._written_at = now
+                self._write()
+
+    def _write(self) -> None:
+        data, self._unwritten = self._unwritten, b''
         try:
-            with self._writing:
-                while data:
-                    data = data[os.write(self._output, data) :]
+            while data:
+                data = data[os.write(self._output, data) :]
         except OSError:
             self._end()
 
     def take(self) -> Json:
         """Wait for a line."""
-        return self._lines.get()
+        with self._writing:
+            self._write()
+        line = self._lines.get()
+        self._written_at = 0.0
+        return line
 
     def ask(self, what: str, **fields: object) -> Json:
         """Write a line and wait for its answer, doing requests meanwhile."""

@@ -12,11 +12,13 @@ import errno
 from functools import wraps
 import importlib
 from importlib.machinery import SourceFileLoader
+from importlib.metadata import entry_points
 import logging
 import os
 from pathlib import Path
 import tempfile
 from typing import Any
+from typing import ClassVar
 from typing import TYPE_CHECKING
 
 from .channel import Json
@@ -266,6 +268,18 @@ class Entries:
             module.Node, '_create_params_file_from_dict', self._make_file
         )
         replace_method(module.Node, '_get_parameter_rule', self._make_rule)
+        find = module.get_extensions
+
+        def get_extensions(logger: Any) -> Any:
+            # each node looks through all entry points that there are
+            if module.g_entry_points_impl is None:
+                module.g_entry_points_impl = entry_points(
+                    group='launch_ros.node_action'
+                )
+            return find(logger)
+
+        if hasattr(module, 'g_entry_points_impl'):
+            module.get_extensions = get_extensions
 
     def _make_file(
         self, old: Callable[..., Any], action: Any, params: Any
@@ -598,10 +612,23 @@ def _did_you_mean(path: str) -> str | None:
 
 
 class _Loader(SourceFileLoader):
-    """Leaves no compiled file beside a launch file."""
+    """
+    Loads launch files, and leaves no compiled file beside them.
+
+    `launch` loads a file again for each include, and for its arguments.
+    """
+
+    _compiled: ClassVar[dict[tuple[Any, Any], Any]] = {}
 
     def set_data(self, *args: Any, **kwargs: Any) -> None:
         """Write nothing."""
+
+    def source_to_code(self, data: Any, path: Any, **kwargs: Any) -> Any:  # type: ignore[override]
+        """Compile a file, unless the same text was compiled before."""
+        if (path, data) not in self._compiled:
+            code = super().source_to_code(data, path, **kwargs)
+            self._compiled[path, data] = code
+        return self._compiled[path, data]
 
 
 class MessageHandler(logging.Handler):

@@ -348,7 +348,7 @@ def checked(module: Any, path: str, positions: Positions) -> None:
                 _GENERATE,
                 "end it with 'return LaunchDescription([…])'",
             )
-        _check(description, made_by, positions)
+        _check(description, (), made_by, positions)
         return description
 
     setattr(module, _GENERATE, generate_checked)
@@ -361,20 +361,26 @@ def _of_function(
     return ToldError(text, position, len(name) if is_found else 1, hint)
 
 
-def _check(entity: Any, made_by: list[object], positions: Positions) -> None:
+def _check(
+    entity: Any,
+    outer: tuple[Any, ...],
+    made_by: list[object],
+    positions: Positions,
+) -> None:
     """
     Look for what is no action in a description, and in its groups.
 
+    :param outer: What the entity stands in, the nearest first
     :param made_by: The position of what has no position
     :raises ToldError: for the first of them
     """
     for child in entity.describe_sub_entities():
-        position = positions.place(child, entity) or made_by
         if not hasattr(child, 'visit'):
-            raise no_action(child, position)
+            place = positions.place(child, entity, *outer)
+            raise no_action(child, place or made_by)
         # the files of those are read in their turn
         if not hasattr(child, 'launch_description_source'):
-            _check(child, position, positions)
+            _check(child, (entity, *outer), made_by, positions)
 
 
 def no_action(found: object, position: list[object] | None) -> ToldError:

@@ -26,7 +26,6 @@ from .entries import replace_method
 from .handlers import Describer
 from .handlers import entities_of
 from .handlers import hears
-from .handlers import is_settled
 from .handlers import may_hear
 from .handlers import may_waver
 from .handlers import OF_HOST
@@ -50,8 +49,6 @@ STATES = {
     'deactivating': 14,
     'errorprocessing': 15,
 }
-#: The attribute that keeps what the protocol says of a handler.
-_DESCRIBED = '_launch_worker_described'
 #: The reason that `launch` has for Ctrl-C.
 _SIGINT = 'ctrl-c (SIGINT)'
 #: How `launch` keeps what is to be done when an action is done.
@@ -165,10 +162,8 @@ class Events:
         #: Where the event that is handled was emitted.
         self._origin: Any = None
         self._told: Json | None = None
-        #: The handlers and processes that were told, and what was said of
-        #: the handlers.
+        #: The handlers and processes that were reported.
         self._seen: Any = None
-        self._described: list[Json] = []
         self._kinds = importlib.import_module('launch.events')
         self._processes = importlib.import_module('launch.events.process')
         self._handlers = importlib.import_module('launch.event_handlers')
@@ -280,28 +275,34 @@ class Events:
         do(event)
 
     def tell_handlers(self) -> None:
-        """Tell which event handlers there are, if they are others."""
+        """Report the event handlers, and whose output they take, if new."""
         started = self._visitor.started
         # the last one registered comes first
         handlers = list(reversed(self._context._event_handlers))
-        known, self._seen = (
-            self._seen,
-            (handlers, list(started), len(self._over)),
-        )
-        if known == self._seen:
+        seen = handlers, list(started), len(self._over)
+        if seen == self._seen:
             return
-        if known is None or known[:2] != self._seen[:2]:
-            self._described = self._describe(handlers, started)
+        if self._seen is None or handlers != self._seen[0]:
+            self._listeners = [one for one in handlers if may_hear(one)]
+            self._heard.clear()
+        elif any(map(may_waver, self._listeners)):
+            self._heard.clear()
+        self._seen = seen
+        found: list[Json] | bool
+        if self._visitor.is_running:
+            # the launcher no longer shows them
+            found = not all(hasattr(one, OF_HOST) for one in handlers)
+        else:
+            found = self._describe(handlers, started)
         output: list[int] = []
-        if self._described:
-            self._listen(handlers)
+        if found:
             output = [
                 number
                 for number, action in started.items()
                 if number not in self._over
                 and (number in self._kept or self._is_heard(number, action))
             ]
-        told = {'handlers': self._described, 'output': output}
+        told = {'handlers': found, 'output': output}
         if told != (self._told or {'handlers': [], 'output': []}):
             self._visitor.say('handlers', **told)
         self._told = told
@@ -314,26 +315,10 @@ class Events:
             self._context.launch_configurations,
             started,
         )
-        found = []
         for handler in handlers:
-            if not self._visitor.is_running:
-                # what it starts is to be there when its time comes
-                self.name_packages(describer, entities_of(handler), handler)
-            described = getattr(handler, _DESCRIBED, None)
-            if described is None:
-                described = describer.handler(handler)
-                if is_settled(handler, described):
-                    setattr(handler, _DESCRIBED, described)
-            if described is not None:
-                found.append(described)
-        return found
-
-    def _listen(self, handlers: list[Any]) -> None:
-        """Take note of the handlers that may be about output."""
-        listeners = [one for one in handlers if may_hear(one)]
-        if listeners != self._listeners or any(map(may_waver, listeners)):
-            self._listeners = listeners
-            self._heard.clear()
+            # what it starts is to be there when its time comes
+            self.name_packages(describer, entities_of(handler), handler)
+        return [one for one in map(describer.handler, handlers) if one]
 
     def _is_heard(self, number: int, action: Any) -> bool:
         """Say whether a handler is to be told what a process writes."""

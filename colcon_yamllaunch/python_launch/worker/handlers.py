@@ -290,14 +290,6 @@ def entities_of(handler: Any) -> Any:
     return _done_by(handler)[1]
 
 
-def is_settled(handler: Any, described: Json | None) -> bool:
-    """Say whether the same will be told of a handler later."""
-    if described is None or callable(_Private(handler).action_matcher):
-        return False
-    processes = described['processes'] or ()
-    return all(isinstance(one, int) for one in processes)
-
-
 def may_hear(handler: Any) -> bool:
     """Say whether a handler of users may be about the output of processes."""
     return not hasattr(handler, OF_HOST) and (

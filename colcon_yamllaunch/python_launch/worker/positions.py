@@ -9,7 +9,6 @@ import ast
 from collections.abc import Iterable
 import contextlib
 import importlib
-from itertools import islice
 import linecache
 import os
 import re
@@ -65,6 +64,8 @@ class Positions:
             os.path.dirname(os.__file__) + os.sep,
         )
         self._places: dict[tuple[int, int], tuple[CodeType, Place | None]] = {}
+        #: The positions of all instructions, by the identity of their code.
+        self._instructions: dict[int, tuple[CodeType, list[Any]]] = {}
         self._mapping_keys: dict[str, list[ast.Constant]] = {}
 
     def set_prefixes(self, prefixes: Iterable[str]) -> None:
@@ -85,6 +86,7 @@ class Positions:
         linecache.clearcache()
         self._mapping_keys.clear()
         self._places.clear()
+        self._instructions.clear()
 
     def add_file(self, path: str) -> None:
         """Take note of a launch file in Python."""
@@ -235,21 +237,22 @@ class Positions:
         return self._places[key][1]
 
     def _in_code(self, code: CodeType, lasti: int) -> Place | None:
-        all_positions: Any = getattr(code, 'co_positions', None)
-        if all_positions is None:
+        known = self._instructions.get(id(code))
+        if known is None:
+            # from 3.11 on
+            all_positions: Any = getattr(code, 'co_positions', tuple)
+            known = self._instructions[id(code)] = code, list(all_positions())
+        found = known[1][lasti // 2 : lasti // 2 + 1]
+        if not found or None in found[0]:
             return None
-        for found in islice(all_positions(), lasti // 2, None):
-            line, end_line, column, end_column = found
-            if None in found:
-                return None
-            path = code.co_filename
-            return Place(
-                line,
-                _column(path, line, column),
-                end_line,
-                _column(path, end_line, end_column),
-            )
-        return None
+        line, end_line, column, end_column = found[0]
+        path = code.co_filename
+        return Place(
+            line,
+            _column(path, line, column),
+            end_line,
+            _column(path, end_line, end_column),
+        )
 
     def _keys(self, path: str) -> list[ast.Constant]:
         """Return the texts that are keys of mappings in a file."""
