@@ -40,6 +40,13 @@ CASES = {
     'substitutions.launch.py': ['side:=right'],
     'timers.launch.py': [''],
 }
+#: Those that use what Humble does not have: `LifecycleTransition`,
+#: `respawn_max_retries`, `EqualsSubstitution`.
+NEWER_THAN_HUMBLE = {
+    'lifecycle.launch.py',
+    'respawn.launch.py',
+    'substitutions.launch.py',
+}
 LAUNCHES = [(name, words) for name, all_ in CASES.items() for words in all_]
 
 
@@ -61,6 +68,9 @@ def test_that_each_file_is_launched() -> None:
 
 @pytest.mark.parametrize(('name', 'words'), LAUNCHES)
 def test_same_processes(name: str, words: str, launches: Launches) -> None:
+    distribution = launches.environment.get('ROS_DISTRO')
+    if distribution == 'humble' and name in NEWER_THAN_HUMBLE:
+        pytest.skip('Humble lacks what it uses')
     theirs = launches.ros2(name, *words.split())
     assert theirs.processes, theirs.output
     ours = launches.colcon(name, *words.split())
