@@ -42,7 +42,7 @@ from colcon_yamllaunch.language.evaluation.launch_worker import WorkerMessage
 from colcon_yamllaunch.language.evaluation.launch_worker import (
     WorkerTimeoutError,
 )
-from colcon_yamllaunch.language.python_files.python_errors import (
+from colcon_yamllaunch.language.python_files.python_visit import (
     TIMEOUT_VARIABLE,
 )
 

@@ -7,10 +7,10 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
+from colcon_yamllaunch.python_launch.worker.descriptions import Describer
+from colcon_yamllaunch.python_launch.worker.descriptions import OF_HOST
 from colcon_yamllaunch.python_launch.worker.events import Future
 from colcon_yamllaunch.python_launch.worker.events import Queue
-from colcon_yamllaunch.python_launch.worker.handlers import Describer
-from colcon_yamllaunch.python_launch.worker.handlers import OF_HOST
 from colcon_yamllaunch.python_launch.worker.timers import split
 from colcon_yamllaunch.python_launch.worker.visit import Marker
 import pytest

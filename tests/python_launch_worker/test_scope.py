@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import os
 from typing import Any
 
-from colcon_yamllaunch.python_launch.worker.scope import Scopes
+from colcon_yamllaunch.python_launch.worker.visit import Scopes
 import pytest
 
 

@@ -264,7 +264,7 @@ class _Check(Walk):
         """Return why a launch file in Python could not be visited, if so."""
         # most launch files are not in Python
         from colcon_yamllaunch.language.python_files import python_visit
-        from colcon_yamllaunch.language.python_files.python_errors import (
+        from colcon_yamllaunch.language.python_files.python_visit import (
             MissingArgumentError,
         )
 

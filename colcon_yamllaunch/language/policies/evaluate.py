@@ -78,9 +78,10 @@ def evaluate(request: Request, *, runs: bool = True) -> Evaluation:
     plan = replace(walk.draft.plan(), left_open=tuple(walk.left_open))
     growing = None
     if walk.dialogue is not None and not walk.error_count():
-        from colcon_yamllaunch.language.python_files import growing_launch
+        # most launch files are not in Python
+        from colcon_yamllaunch.language.python_files import python_visit
 
-        plan, growing = growing_launch.growing_launch(walk, plan)
+        plan, growing = python_visit.growing_launch(walk, plan)
     return Evaluation(
         tuple(walk.diagnostics),
         tuple(walk.sources),

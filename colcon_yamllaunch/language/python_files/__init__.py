@@ -1,4 +1,10 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What is said to the host of launch files in Python, and what it says."""
+"""
+The part of the launch language that needs the worker for Python launch files.
+
+Input: a launch file in Python, or an action or substitution of another
+package. Output: entries of the plan. Start reading at `python_visit`, which
+uses `worker_dialogue`; `exposed_actions` is about other packages.
+"""

@@ -1,12 +1,24 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What the host is asked, and what becomes of its failures."""
+"""
+Launch files in Python: their visit, their arguments and their errors.
 
+The plan of a launch with event handlers grows while it runs, see
+:class:`GrowingLaunch`. What stands in a file is read here without running it.
+"""
+
+import ast
+from collections import deque
 from collections.abc import Iterable
+from collections.abc import Iterator
+from dataclasses import replace
 import os
+from pathlib import Path
+import re
 import shutil
 
+from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.language.actions.process_actions import general_timeout
 from colcon_yamllaunch.language.evaluation.findings import DeclaredArgument
 from colcon_yamllaunch.language.evaluation.launch_worker import NoWorkerError
@@ -19,27 +31,231 @@ from colcon_yamllaunch.language.evaluation.scope import environment_changes
 from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
 from colcon_yamllaunch.language.evaluation.walk import EndlessError
 from colcon_yamllaunch.language.evaluation.walk import Walk
-from colcon_yamllaunch.language.python_files.python_errors import at_frames
-from colcon_yamllaunch.language.python_files.python_errors import is_no_choice
-from colcon_yamllaunch.language.python_files.python_errors import python_error
-from colcon_yamllaunch.language.python_files.python_errors import (
-    TIMEOUT_VARIABLE,
-)
-from colcon_yamllaunch.language.python_files.python_errors import (
-    written_arguments,
-)
+from colcon_yamllaunch.language.python_files.worker_dialogue import Intake
 from colcon_yamllaunch.language.python_files.worker_dialogue import position_of
 from colcon_yamllaunch.language.python_files.worker_dialogue import (
     WorkerDialogue,
 )
+from colcon_yamllaunch.language.python_files.worker_dialogue import written_at
+from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.language.syntax.diagnostics import render
 from colcon_yamllaunch.language.syntax.source_text import Source
+from colcon_yamllaunch.plan.labels import with_labels
 from colcon_yamllaunch.plan.plan import DEFAULT_SIGKILL_TIMEOUT
 from colcon_yamllaunch.plan.plan import DEFAULT_SIGTERM_TIMEOUT
+from colcon_yamllaunch.plan.plan import Growth
+from colcon_yamllaunch.plan.plan import Message
+from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.plan.position import Span
+
+# what takes the name of a package first, by the name that it is called by
+_PACKAGE_CALLS = frozenset(
+    (
+        'FindPackage',
+        'FindPackagePrefix',
+        'FindPackageShare',
+        'get_package_prefix',
+        'get_package_share_directory',
+        'get_package_share_path',
+    )
+)
+_PACKAGE_KEYWORDS = ('package', 'package_name')
+_ARGUMENT = 'DeclareLaunchArgument'
+
+
+def named_packages(path: str) -> Iterator[tuple[str, Position]]:
+    """Iterate over the names of packages that stand in a launch file."""
+    for call in _calls(path):
+        values = [k.value for k in call.keywords if k.arg in _PACKAGE_KEYWORDS]
+        if _name(call) in _PACKAGE_CALLS:
+            values += call.args[:1]
+        for value in values:
+            text = _text(value)
+            if text:
+                column = value.col_offset + 1
+                yield text, Position(path, value.lineno, column)
+
+
+def written_arguments(path: str) -> Iterator[DeclaredArgument]:
+    """Iterate over the launch arguments that a launch file declares."""
+    for call in _calls(path):
+        keywords = {k.arg: k.value for k in call.keywords}
+        first = call.args[0] if call.args else keywords.get('name')
+        if _name(call) != _ARGUMENT or first is None:
+            continue
+        name = _text(first)
+        if name is None:
+            continue
+        default = keywords.get('default_value')
+        if len(call.args) > 1:
+            default = call.args[1]
+        choices = keywords.get('choices')
+        yield DeclaredArgument(
+            name,
+            Position(path, call.lineno, call.col_offset + 1),
+            _text(keywords.get('description')),
+            # one that is computed shows only when it runs
+            '…' if default and _text(default) is None else _text(default),
+            tuple(filter(None, map(_text, choices.elts)))
+            if isinstance(choices, ast.List | ast.Tuple)
+            else (),
+        )
+
+
+def _calls(path: str) -> Iterator[ast.Call]:
+    try:
+        tree = ast.parse(text_of(Path(path)))
+    except (OSError, SyntaxError, ValueError, RecursionError):
+        # who runs it says what is wrong
+        return
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call):
+            yield node
+
+
+def _name(call: ast.Call) -> str:
+    function = call.func
+    if isinstance(function, ast.Attribute):
+        return function.attr
+    return function.id if isinstance(function, ast.Name) else ''
+
+
+def _text(node: ast.expr | None) -> str | None:
+    if isinstance(node, ast.Constant) and isinstance(node.value, str):
+        return node.value
+    return None
+
+
+#: The variable with the seconds that the host may take.
+TIMEOUT_VARIABLE = 'COLCON_LAUNCH_PYTHON_TIMEOUT'
+# of an exception that no build helps against
+_CERTAIN = ('SyntaxError:', 'IndentationError:', 'TabError:')
+
+# what DeclareLaunchArgument says
+_NO_CHOICE = re.compile(
+    'RuntimeError: Argument "(?P<name>[^"]+)" provided value "(?P<value>.*)" '
+    r'is not valid. Valid options are: \[(.*)\]',
+    re.DOTALL,
+)
+_QUOTED = re.compile(r"'([^']*)'|\"([^\"]*)\"")
+
+
+class MissingArgumentError(LaunchError):
+    """A launch argument that has no default is not given."""
+
+    def included_from(self, position: Position) -> 'LaunchError':
+        """Return the same error with one more include in its chain."""
+        problem = super().included_from(position)
+        return MissingArgumentError(*problem.diagnostics)
+
+
+def python_error(
+    walk: Walk, said: WorkerMessage, start: Position
+) -> LaunchError:
+    """
+    Return the error that the end of an answer tells.
+
+    :param said: Its `error`
+    :param start: The start of the launch file
+    """
+    text, hint = str(said['text']), said.get('hint')
+    may_pass = not text.startswith(_CERTAIN) and may_be_built(walk)
+    package, argument = said.get('package'), said.get('argument')
+    word = argument
+    if argument is not None:
+        text = f"launch argument '{argument}' is required, and was not given"
+        hint = f'give it: {argument}:=…'
+        may_pass = False
+    elif package is not None and walk.packages.prefix(package) is None:
+        text, hint = walk.no_package(package)
+        may_pass, word = False, package
+    frames = said.get('frames') or ()
+    problem = at_frames(
+        walk, frames, text, hint, start, may_pass=may_pass, word=word
+    )
+    if may_pass:
+        _use_named_packages(walk)
+    if package is not None and may_pass:
+        position = problem.diagnostics[0].position
+        walk.use_package(package, position or start)
+    if argument is not None:
+        return MissingArgumentError(*problem.diagnostics)
+    return problem
+
+
+def is_no_choice(walk: Walk, said: WorkerMessage, start: Position) -> bool:
+    """
+    Report a launch argument that has none of its choices; say whether one has.
+
+    :param said: The `error` of an answer
+    :param start: The start of the launch file
+    """
+    found = _NO_CHOICE.match(str(said['text']))
+    value = found and walk.scope.configurations.get(found['name'])
+    if not found or value is None or value.text != found['value']:
+        return False
+    at = at_frames(walk, said.get('frames') or (), '', None, start)
+    choices = [first or second for first, second in _QUOTED.findall(found[3])]
+    place = at.diagnostics[0].position or start
+    walk.fail_choice(found['name'], value, choices, place)
+    return True
+
+
+def at_frames(
+    walk: Walk,
+    frames: 'list[WorkerMessage] | tuple[()]',
+    text: str,
+    hint: str | None,
+    start: Position,
+    *,
+    may_pass: bool = False,
+    word: str | None = None,
+) -> LaunchError:
+    """
+    Return an error at the innermost of some calls in Python.
+
+    :param start: Where it is when there are none
+    :param word: What is wrong in that call, if it is known
+    """
+    positions = [position_of(frame, start, walk) for frame in frames]
+    *calls, position = positions or [start]
+    length = 1
+    if word is not None and written_at(word, position) != position:
+        position, length = written_at(word, position), len(word)
+    elif frames and frames[-1].get('end_column'):
+        length = max(1, int(frames[-1]['end_column']) - position.column)
+    return LaunchError(
+        Diagnostic(
+            'error',
+            text,
+            position,
+            hint,
+            length,
+            may_pass_after_build=may_pass,
+            calls=tuple(reversed(calls)),
+        )
+    )
+
+
+def may_be_built(walk: Walk) -> bool:
+    """Say whether something of the workspace may still be built."""
+    for name in walk.packages.own_names():
+        prefix = walk.packages.prefix(name) or ''
+        return walk.packages.may_appear(os.path.join(prefix, 'share', name))
+    return False
+
+
+def _use_named_packages(walk: Walk) -> None:
+    """Note what launch files name, so that all of it is built at once."""
+    own = set(walk.packages.own_names())
+    for path in walk.python_files:
+        for name, position in named_packages(path):
+            if name in own:
+                walk.use_package(name, position)
 
 
 class NotTakenOverError(Exception):
@@ -309,3 +525,140 @@ def _warn_of_lost_changes(walk: Walk, origin: Span) -> None:
                 'pass it as a launch argument, or write the launch file '
                 'in YAML or XML',
             )
+
+
+class GrowingLaunch:
+    """
+    Goes on with a walk while its plan runs; see `Growing`.
+
+    :param plan: What came of the walk so far
+    """
+
+    def __init__(
+        self, walk: Walk, dialogue: WorkerDialogue, plan: Plan
+    ) -> None:
+        self._walk = walk
+        self._dialogue = dialogue
+        self._start = Position(next(iter(walk.python_files), ''), 1, 1)
+        self._labels = {p.label for p in plan.processes()}
+        self._labels |= {c.label for c in plan.components()}
+        walk.draft.reserve_labels(self._labels)
+        walk.draft.entries = []
+        # what has a name may have ended when something else gets it
+        walk.nodes.clear()
+        dialogue.passed.clear()
+        self._reported_count = len(walk.diagnostics)
+        # the requests without an answer, with the blocks that asked
+        self._asked: deque[tuple[int, int | None]] = deque()
+        self._intake: Intake | None = None
+
+    @property
+    def has_handlers(self) -> bool:
+        """See `Growing`."""
+        return self._dialogue.has_handlers
+
+    @property
+    def wants_output(self) -> frozenset[str]:
+        """See `Growing`."""
+        return self._dialogue.wants_output
+
+    @property
+    def is_busy(self) -> bool:
+        """See `Growing`."""
+        return bool(self._asked)
+
+    def id_of(self, name: str) -> int | None:
+        """See `Growing`."""
+        return self._dialogue.ids.get(name)
+
+    def ask(self, request: WorkerMessage) -> None:
+        """See `Growing`."""
+        block = None
+        if self._walk.draft.blocks:
+            # that of the launch itself
+            block = 0
+        if request['do'] == 'call':
+            block = self._dialogue.calls.pop(request['number'], block)
+        self._asked.append((self._dialogue.send(request), block))
+
+    def take(self, message: WorkerMessage) -> Growth | None:
+        """See `Growing`."""
+        if self._intake is None:
+            if self._asked:
+                self._walk.draft.go_on_in(self._asked[0][1])
+            self._intake = Intake(self._dialogue, self._start)
+        if message.get('say') != 'done':
+            self._intake.receive(message)
+            return None
+        # others may have been answered while a YAML file that was included
+        # asked for something
+        ends, self._dialogue.passed = [*self._dialogue.passed, message], []
+        # answers come in order
+        last = max(end.get('id', 0) for end in ends)
+        while self._asked and self._asked[0][0] <= last:
+            self._asked.popleft()
+        problems = self._failure(self._intake)
+        for end in () if problems else ends:
+            problems += self._problems(end)
+        return self._growth(problems)
+
+    def lost(self, reason: str) -> Growth:
+        """See `Growing`."""
+        self._asked.clear()
+        self._dialogue.forget_handlers()
+        self._dialogue.calls.clear()
+        return self._growth([reason] if reason else [])
+
+    def _failure(self, intake: Intake) -> list[str]:
+        try:
+            intake.finish()
+        except LaunchError as e:
+            located = self._walk.located(e)
+            return [render(located.diagnostics, self._walk.cwd)]
+        except (AlreadyReportedError, EndlessError):
+            pass
+        return []
+
+    def _problems(self, message: WorkerMessage) -> list[str]:
+        if 'error' in message:
+            problem = python_error(self._walk, message['error'], self._start)
+            return [render(problem.diagnostics, self._walk.cwd)]
+        if 'refused' in message:
+            return [f'{self._start.path}: {message["refused"]}']
+        return []
+
+    def _growth(self, problems: list[str]) -> Growth:
+        walk = self._walk
+        if self._intake is not None:
+            self._intake.close()
+            self._intake = None
+        entries, walk.draft.entries = walk.draft.entries, []
+        for diagnostic in walk.diagnostics[self._reported_count :]:
+            text = render([diagnostic], walk.cwd)
+            if diagnostic.severity == 'error':
+                problems.append(text)
+            else:
+                entries.insert(0, Message('WARNING', text))
+        self._reported_count = len(walk.diagnostics)
+        walk.nodes.clear()
+        grown = with_labels(Plan(tuple(entries)), self._labels)
+        labels = {p.label for p in grown.processes()}
+        labels |= {c.label for c in grown.components()}
+        self._labels |= labels
+        walk.draft.reserve_labels(labels)
+        return Growth(grown.entries, tuple(problems), walk.draft.blocks)
+
+
+def growing_launch(
+    walk: Walk, plan: Plan
+) -> tuple[Plan, GrowingLaunch | None]:
+    """
+    Return a plan with its event handlers, and what makes more of it.
+
+    The latter is None when nothing does.
+    """
+    dialogue = walk.dialogue
+    if dialogue is None or not dialogue.goes_on:
+        return plan, None
+    growing = GrowingLaunch(walk, dialogue, plan)
+    return replace(plan, handlers=dialogue.handlers), growing

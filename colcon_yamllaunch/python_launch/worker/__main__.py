@@ -44,7 +44,6 @@ def main() -> None:
         return
     run_later()
 
-    from . import arguments
     from . import events
     from . import extensions
     from . import timers
@@ -59,7 +58,6 @@ def main() -> None:
     visitor.renew_context()
     entries = Entries(visitor)
     entries.install()
-    arguments.install(visitor)
     timers.install(visitor, events.install(visitor, entries))
     extensions.install(visitor)
     tell_modules(visitor)

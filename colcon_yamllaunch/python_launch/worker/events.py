@@ -20,16 +20,16 @@ from typing import Any
 from typing import TYPE_CHECKING
 
 from .channel import Json
+from .descriptions import Describer
+from .descriptions import entities_of
+from .descriptions import hears
 from .descriptions import is_a
+from .descriptions import may_hear
+from .descriptions import may_waver
+from .descriptions import OF_HOST
+from .descriptions import TRANSITIONS
 from .entries import is_shutdown
 from .entries import replace_method
-from .handlers import Describer
-from .handlers import entities_of
-from .handlers import hears
-from .handlers import may_hear
-from .handlers import may_waver
-from .handlers import OF_HOST
-from .handlers import TRANSITIONS
 
 if TYPE_CHECKING:
     from .entries import Entries

@@ -23,13 +23,13 @@ from typing import Any
 from typing import TYPE_CHECKING
 
 from .channel import Json
+from .descriptions import Describer
 from .descriptions import is_a
 from .entries import replace_method
 from .events import Future
-from .handlers import Describer
 from .packages import when_imported
-from .scope import set_environment
 from .visit import Marker
+from .visit import set_environment
 
 if TYPE_CHECKING:
     from .events import Events

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""The visit of a launch description, and the requests for it."""
+"""The visit of a launch description: requests, scopes and arguments."""
 
 from __future__ import annotations
 
@@ -17,6 +17,8 @@ from typing import Any
 from typing import TYPE_CHECKING
 
 from .channel import Json
+from .descriptions import as_json
+from .descriptions import as_written
 from .errors import ArgumentError
 from .errors import described
 from .errors import Failed
@@ -28,7 +30,6 @@ from .errors import plainly_described
 from .errors import Refused
 from .packages import Packages
 from .positions import Positions
-from .scope import Scopes
 
 if TYPE_CHECKING:
     from .channel import Channel
@@ -78,6 +79,7 @@ class Visitor:
         self.requests: dict[str, Callable[[Json], object]] = {
             'start': self._start,
             'visit': self._visit_file,
+            'arguments': lambda request: _tell_arguments(self, request),
         }
         #: Called before a `done` without error, such as to tell `handlers`.
         self.before_done: list[Callable[[], object]] = []
@@ -380,3 +382,154 @@ def _never(_siblings: object) -> bool:
 
 def _nothing() -> None:
     pass
+
+
+#: What launch_ros keeps among the launch configurations.
+NAMESPACE = 'ros_namespace'
+PARAMETERS = 'global_params'
+REMAPS = 'ros_remaps'
+#: The variable with which `launch` counts processes.
+_COUNTER = '_executable_process_counter'
+
+
+class Scopes:
+    """
+    Puts scopes into the context of `launch`, and reads them from there.
+
+    :param context: The launch context
+    """
+
+    def __init__(self, context: Any) -> None:
+        self._context = context
+        self._environment = dict(os.environ)
+        #: Whether SetUseSimTime said so; ROS 2 has one for the whole launch.
+        self.uses_sim_time = False
+
+    def enter(self, scope: Json) -> None:
+        """Let the context be in a scope."""
+        configurations = self._context.launch_configurations
+        others = {
+            name: value
+            for name, value in configurations.items()
+            if not isinstance(value, str)
+            and name not in (NAMESPACE, PARAMETERS, REMAPS)
+        }
+        configurations.clear()
+        configurations.update(others)
+        configurations.update(scope.get('configurations') or {})
+        if scope.get('namespace') is not None:
+            configurations[NAMESPACE] = scope['namespace']
+        if scope.get('parameters'):
+            configurations[PARAMETERS] = [
+                one['file'] if 'file' in one else (one['name'], one['value'])
+                for one in scope['parameters']
+            ]
+        if scope.get('remaps'):
+            configurations[REMAPS] = [(a, b) for a, b in scope['remaps']]
+        self.uses_sim_time = bool(scope.get('uses_sim_time'))
+        if 'processes' in scope:
+            # ROS 2 counts all processes of a launch
+            _counter().__dict__[_COUNTER] = scope['processes']
+        wanted = dict(self._environment)
+        for name, value in (scope.get('environment') or {}).items():
+            if value is None:
+                wanted.pop(name, None)
+            else:
+                wanted[name] = value
+        set_environment(wanted)
+
+    def restore(self) -> None:
+        """Let the environment be that of this program again."""
+        set_environment(self._environment)
+
+    def current(self) -> Json:
+        """Return the scope that the context is in."""
+        configurations = self._context.launch_configurations
+        return {
+            'configurations': {
+                name: value
+                for name, value in configurations.items()
+                if isinstance(name, str)
+                and isinstance(value, str)
+                and name != NAMESPACE
+            },
+            'environment': self.changes(os.environ),
+            'namespace': configurations.get(NAMESPACE),
+            'parameters': [
+                {'name': str(one[0]), 'value': as_json(one[1])}
+                if isinstance(one, tuple)
+                else {'file': os.path.abspath(one)}
+                for one in configurations.get(PARAMETERS) or ()
+            ],
+            'remaps': [
+                [str(old), str(new)]
+                for old, new in configurations.get(REMAPS) or ()
+            ],
+            'uses_sim_time': self.uses_sim_time,
+        }
+
+    def changes(self, variables: Any) -> Json:
+        """Return the variables that differ from those of this program."""
+        changed: Json = {
+            name: value
+            for name, value in variables.items()
+            if self._environment.get(name) != value
+        }
+        for name in self._environment:
+            if name not in variables:
+                changed[name] = None
+        return changed
+
+
+def _counter() -> Any:
+    return importlib.import_module('launch.descriptions.executable')
+
+
+def set_environment(wanted: dict[str, str]) -> None:
+    """Let the environment variables be others."""
+    for name in set(os.environ) - set(wanted):
+        del os.environ[name]
+    for name, value in wanted.items():
+        if os.environ.get(name) != value:
+            os.environ[name] = value
+
+
+def _tell_arguments(visitor: Visitor, request: Json) -> None:
+    """Report the launch arguments of a file and of what it includes."""
+    path = request['path']
+    visitor.positions.otherwise = [path, 1, 1]
+    visitor.reads_frontends = True
+    try:
+        arguments = declared_arguments(visitor.description(path))
+    finally:
+        visitor.reads_frontends = False
+    for argument, includes in arguments:
+        default = argument.default_value
+        choices = argument.choices
+        # one that is declared in YAML or XML has none
+        position = visitor.positions.of(argument, *(includes or ()))
+        visitor.say(
+            'argument',
+            name=argument.name,
+            default=None if default is None else as_written(default),
+            description=_description(argument),
+            choices=None if choices is None else [str(c) for c in choices],
+            conditional=bool(argument._conditionally_included),
+            position=position,
+            file=os.path.abspath(str(position[0] if position else path)),
+        )
+
+
+def _description(argument: Any) -> str:
+    """Return a description without what `launch` adds to it."""
+    text = str(argument.description or '')
+    if text == 'no description given':
+        return ''
+    if argument.choices is not None:
+        choices = str(argument.choices)
+        if text == f'One of: {choices}':
+            return ''
+        end = f' Valid choices are: {choices}'
+        if text.endswith(end):
+            text = text[: -len(end)]
+    return text

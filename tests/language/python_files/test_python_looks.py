@@ -8,10 +8,8 @@ from dataclasses import replace
 from colcon_yamllaunch.language.evaluation.findings import DeclaredArgument
 from colcon_yamllaunch.language.evaluation.launch_worker import NoWorkerError
 from colcon_yamllaunch.language.policies.check import find_declarations
-from colcon_yamllaunch.language.python_files.python_errors import (
-    named_packages,
-)
-from colcon_yamllaunch.language.python_files.python_errors import (
+from colcon_yamllaunch.language.python_files.python_visit import named_packages
+from colcon_yamllaunch.language.python_files.python_visit import (
     written_arguments,
 )
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
