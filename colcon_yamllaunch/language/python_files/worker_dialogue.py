@@ -2,13 +2,12 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-What the host of launch files in Python is asked, and what comes of it.
+The requests to the worker for Python launch files, and its answers.
 
-It answers a request by messages that become entries of the plan, in the order
-in which they come; the program of the host says which there are.
+An answer is a series of messages, which become entries of the plan in their
+order. `python_launch/worker/__init__.py` lists the messages.
 """
 
-from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Mapping
 from contextlib import ExitStack
@@ -366,14 +365,15 @@ class Intake:
             if 'ask' in message:
                 self._answer(message, {'failed': True})
             return
-        receive = _RECEIVERS.get(str(message.get('say')))
+        # the messages are listed in `python_launch/worker/__init__.py`
+        receive = getattr(self, f'_on_{message.get("say")}', None)
         if receive is None:
             return
         position = self._position(message)
         try:
             self._walk.count_action(position)
             _check_seconds(message, position)
-            receive(self, message)
+            receive(message)
         except (LaunchError, AlreadyReportedError, EndlessError) as e:
             self._failure = e
             if 'ask' in message:
@@ -387,7 +387,7 @@ class Intake:
     ) -> None:
         self._dialogue.host.send({'answer': message['ask'], **answer})
 
-    def _begin(self, message: WorkerMessage) -> None:
+    def _on_begin(self, message: WorkerMessage) -> None:
         draft, position = self._walk.draft, self._position(message)
         kind, title = str(message['kind']), str(message.get('title') or '')
         stack = ExitStack()
@@ -403,7 +403,7 @@ class Intake:
             stack.enter_context(self._walk.within(source, position))
         self._open.append((message, stack, entries))
 
-    def _end(self, message: WorkerMessage) -> None:
+    def _on_end(self, message: WorkerMessage) -> None:
         begun, stack, entries = self._open.pop()
         if message.get('title'):
             self._walk.draft.name_block(str(message['title']))
@@ -426,7 +426,7 @@ class Intake:
     def _add(self, entry: Entry) -> None:
         self._walk.draft.entries.append(entry)
 
-    def _process(self, message: WorkerMessage) -> None:
+    def _on_process(self, message: WorkerMessage) -> None:
         walk, position = self._walk, self._position(message)
         name = walk.draft.process_name(str(message['program']))
         self._dialogue.names[message['id']] = name
@@ -489,7 +489,7 @@ class Intake:
             if (value := content(one['value'])) not in (None, ())
         ]
 
-    def _component(self, message: WorkerMessage) -> None:
+    def _on_component(self, message: WorkerMessage) -> None:
         walk, position = self._walk, self._position(message)
         package, plugin = str(message['package']), str(message['plugin'])
         container = str(message['container'])
@@ -527,28 +527,28 @@ class Intake:
         if component.node_name is not None:
             walk.note_node(component.node_name, position)
 
-    def _message(self, message: WorkerMessage) -> None:
+    def _on_message(self, message: WorkerMessage) -> None:
         self._add(Message(str(message['level']), str(message['text'])))
 
-    def _shutdown(self, message: WorkerMessage) -> None:
+    def _on_shutdown(self, message: WorkerMessage) -> None:
         self._add(Shutdown(str(message.get('reason') or '')))
 
-    def _change_state(self, message: WorkerMessage) -> None:
+    def _on_change_state(self, message: WorkerMessage) -> None:
         node, transition = str(message['node']), str(message['transition'])
         self._add(ChangeState(node, transition, self._position(message)))
 
-    def _signal(self, message: WorkerMessage) -> None:
+    def _on_signal(self, message: WorkerMessage) -> None:
         name = self._dialogue.names.get(message['process'])
         if name is not None:
             position = self._position(message)
             self._add(SignalProcess(name, int(message['signal']), position))
 
-    def _call(self, message: WorkerMessage) -> None:
+    def _on_call(self, message: WorkerMessage) -> None:
         number, title = int(message['number']), str(message['title'])
         self._dialogue.calls[number] = self._walk.draft.block
         self._add(HostCall(number, title, self._position(message)))
 
-    def _condition(self, message: WorkerMessage) -> None:
+    def _on_condition(self, message: WorkerMessage) -> None:
         self._walk.draft.conditions.append(
             Condition(
                 str(message['text']),
@@ -557,13 +557,13 @@ class Intake:
             )
         )
 
-    def _package(self, message: WorkerMessage) -> None:
+    def _on_package(self, message: WorkerMessage) -> None:
         name = str(message['name'])
         if self._walk.packages.prefix(name) is not None:
             position = written_at(name, self._position(message))
             self._walk.use_package(name, position)
 
-    def _executable(self, message: WorkerMessage) -> None:
+    def _on_executable(self, message: WorkerMessage) -> None:
         name, position = str(message['name']), self._position(message)
         self._walk.executables.append(
             ExecutableUse(
@@ -574,31 +574,31 @@ class Intake:
             )
         )
 
-    def _file(self, message: WorkerMessage) -> None:
+    def _on_file(self, message: WorkerMessage) -> None:
         path = self._walk.source_path(str(message['path']))
         self._walk.note_python(path)
 
-    def _read(self, message: WorkerMessage) -> None:
+    def _on_read(self, message: WorkerMessage) -> None:
         self._walk.inputs[str(message['path'])] = None
 
-    def _warning(self, message: WorkerMessage) -> None:
+    def _on_warning(self, message: WorkerMessage) -> None:
         self._walk.warn(str(message['text']), self._position(message))
 
-    def _declares(self, message: WorkerMessage) -> None:
+    def _on_argument(self, message: WorkerMessage) -> None:
         self._dialogue.declared.setdefault(str(message['name']), message)
 
-    def _value(self, message: WorkerMessage) -> None:
+    def _on_value(self, message: WorkerMessage) -> None:
         self.value = str(message['text'])
 
-    def _handlers(self, message: WorkerMessage) -> None:
+    def _on_handlers(self, message: WorkerMessage) -> None:
         self._dialogue.note_handlers(message)
 
-    def _locate(self, message: WorkerMessage) -> None:
+    def _on_locate(self, message: WorkerMessage) -> None:
         located = self._walk.packages.locate(str(message['path']))
         path = None if located is None else located[1]
         self._answer(message, {'path': path})
 
-    def _include(self, message: WorkerMessage) -> None:
+    def _on_include(self, message: WorkerMessage) -> None:
         """Go through a launch file in YAML or XML that Python includes."""
         walk, position = self._walk, self._position(message)
         path = str(message['path'])
@@ -694,25 +694,3 @@ _PROCESS_FIELDS = (
     'is_lifecycle',
     'autostart',
 )
-_RECEIVERS: Mapping[str, Callable[[Intake, WorkerMessage], None]] = {
-    'begin': Intake._begin,
-    'end': Intake._end,
-    'process': Intake._process,
-    'component': Intake._component,
-    'message': Intake._message,
-    'shutdown': Intake._shutdown,
-    'change_state': Intake._change_state,
-    'signal': Intake._signal,
-    'call': Intake._call,
-    'condition': Intake._condition,
-    'package': Intake._package,
-    'executable': Intake._executable,
-    'file': Intake._file,
-    'read': Intake._read,
-    'warning': Intake._warning,
-    'argument': Intake._declares,
-    'value': Intake._value,
-    'handlers': Intake._handlers,
-    'locate': Intake._locate,
-    'include': Intake._include,
-}

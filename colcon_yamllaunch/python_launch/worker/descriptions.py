@@ -101,7 +101,11 @@ def as_json(value: Any) -> Any:
     if isinstance(value, dict):
         return {str(name): as_json(one) for name, one in value.items()}
     if isinstance(value, Iterable):
-        return [as_json(one) for one in value]
+        items = list(value)
+        if items and all(isinstance(one, bytes) for one in items):
+            # an array of bytes in a message
+            return list(b''.join(items))
+        return [as_json(one) for one in items]
     return str(value)
 
 
@@ -230,7 +234,7 @@ class Describer:
         return os.path.basename(words[0]) if words else type(action).__name__
 
     def _lines(self, entity: Any) -> Iterator[str]:
-        private = _Private(entity)
+        private = Private(entity)
         if is_a(entity, 'LoadComposableNodes'):
             parts = private.composable_node_descriptions or ()
             target = private.target_container
@@ -248,7 +252,7 @@ class Describer:
             yield from self.actions(entity.entities)
         elif is_a(entity, 'IncludeLaunchDescription'):
             source = entity.launch_description_source
-            location = self._text(_Private(source).location)
+            location = self._text(Private(source).location)
             yield f'include {os.path.basename(location) or "a description"}'
         elif is_a(entity, 'EmitEvent'):
             yield self._emitted(entity.event)
@@ -301,9 +305,9 @@ class Describer:
 
     def _matched(self, handler: Any) -> list[object] | None:
         """Return numbers or names of what a handler waits for."""
-        matcher = _Private(handler).action_matcher
+        matcher = Private(handler).action_matcher
         if _kind(handler) == 'state':
-            states = _closure(_Private(handler).matcher)
+            states = _closure(Private(handler).matcher)
             matcher = states.get('target_lifecycle_node')
             name = states.get('node_name')
             if matcher is None and name is not None:
@@ -355,8 +359,8 @@ class Describer:
         return as_written(substitutions)
 
 
-class _Private:
-    """The attributes that only the class of an object itself is to see."""
+class Private:
+    """The private attributes of an object of `launch`; None for others."""
 
     def __init__(self, of: Any) -> None:
         self._of = of
@@ -385,7 +389,7 @@ def may_hear(handler: Any) -> bool:
 def may_waver(handler: Any) -> bool:
     """Say whether a handler may take another time what it does not now."""
     return _kind(handler) == 'other' or callable(
-        _Private(handler).action_matcher
+        Private(handler).action_matcher
     )
 
 
@@ -398,7 +402,7 @@ def hears(handler: Any, event: Any) -> bool:
 
 
 def _kind(handler: Any) -> str:
-    cls = _Private(handler).target_event_cls
+    cls = Private(handler).target_event_cls
     if cls is not None:
         names = [one.__name__ for one in cls.__mro__]
     elif is_a(handler, 'OnStateTransition'):
@@ -412,7 +416,7 @@ def _kind(handler: Any) -> str:
 
 def _done_by(handler: Any) -> tuple[list[Any], Any]:
     """Return the functions that a handler calls, and its entities."""
-    private = _Private(handler)
+    private = Private(handler)
     entities = private.actions_on_event or getattr(handler, 'entities', None)
     if entities:
         return [], entities
@@ -432,7 +436,7 @@ def _done_by(handler: Any) -> tuple[list[Any], Any]:
 
 def _condition(handler: Any) -> str:
     kind = _kind(handler)
-    matcher = _Private(handler).matcher
+    matcher = Private(handler).matcher
     known = _closure(matcher)
     parts = []
     if kind == 'state':

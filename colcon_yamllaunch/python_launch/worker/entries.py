@@ -9,6 +9,7 @@ from collections.abc import Callable
 import contextlib
 import difflib
 import errno
+from functools import partial
 from functools import wraps
 import importlib
 from importlib.machinery import SourceFileLoader
@@ -25,6 +26,7 @@ from .channel import Json
 from .descriptions import as_json
 from .descriptions import condition_text
 from .descriptions import is_a
+from .descriptions import Private
 from .errors import checked
 from .errors import Failed
 from .errors import ToldError
@@ -81,22 +83,18 @@ class Entries:
         )
         replace_method(launch.Condition, 'evaluate', self._evaluate)
         self._keep_loads()
-        for name, do in (
-            ('launch_ros.ros_adapters', self._patch_adapters),
-            ('launch_ros.actions.node', self._patch_node),
-            ('launch_ros.parameter_descriptions', self._patch_files),
-            (
-                'launch_ros.actions.load_composable_nodes',
-                self._patch_loading,
+        for name, do in {
+            'actions.lifecycle_node': self._patch_lifecycle,
+            'actions.load_composable_nodes': self._patch_loading,
+            'actions.node': self._patch_node,
+            'actions.set_use_sim_time': self._patch_sim_time,
+            'descriptions.composable_node': lambda module: (
+                self._note_positions(module.ComposableNode)
             ),
-            (
-                'launch_ros.descriptions.composable_node',
-                self._patch_component,
-            ),
-            ('launch_ros.actions.lifecycle_node', self._patch_lifecycle),
-            ('launch_ros.actions.set_use_sim_time', self._patch_sim_time),
-        ):
-            when_imported(name, do)
+            'parameter_descriptions': self._patch_files,
+            'ros_adapters': self._patch_adapters,
+        }.items():
+            when_imported(f'launch_ros.{name}', do)
 
     def _note_positions(self, cls: Any) -> None:
         positions = self._visitor.positions
@@ -111,10 +109,7 @@ class Entries:
 
     # processes
 
-    def _execute(
-        self, old: Callable[..., Any], action: Any, context: Any
-    ) -> Any:
-        del old
+    def _execute(self, _old: Any, action: Any, context: Any) -> None:
         visitor = self._visitor
         action.prepare(context)
         if hasattr(action, ID):
@@ -124,10 +119,10 @@ class Entries:
                 f'{action.describe()}'
             )
         if context.is_shutdown:
-            return None
+            return
         number = visitor.new_id(action)
         setattr(action, ID, number)
-        on_exit = _private(action, 'ExecuteLocal', 'on_exit')
+        on_exit = Private(action).on_exit
         shuts_down = is_shutdown(on_exit)
         visitor.say(
             'process',
@@ -140,13 +135,12 @@ class Entries:
         self.on_process(action, number)
         if on_exit is not None and not shuts_down:
             self.on_exit(action, number, on_exit)
-        return None
 
     def _process(self, action: Any, context: Any) -> Json:
         visitor = self._visitor
-        description = action.process_description
+        description, private = action.process_description, Private(action)
         configurations = context.launch_configurations
-        emulate_tty = bool(_private(action, 'ExecuteLocal', 'emulate_tty'))
+        emulate_tty = bool(private.emulate_tty)
         if 'emulate_tty' in configurations:
             conditions = importlib.import_module('launch.conditions')
             utilities = importlib.import_module('launch.utilities')
@@ -156,22 +150,20 @@ class Entries:
                     configurations['emulate_tty']
                 ),
             )
-        retries = _private(action, 'ExecuteLocal', 'respawn_max_retries', -1)
+        retries = private.respawn_max_retries
         argv = [self._word(word) for word in description.final_cmd]
         return {
             'program': description.final_name.rpartition('-')[0],
             'argv': through_shell(argv) if action.shell else argv,
             'cwd': self._folder(description.final_cwd),
             'environment': visitor.scopes.changes(description.final_env),
-            'output': self._output(_private(action, 'ExecuteLocal', 'output')),
+            'output': self._output(private.output),
             'emulate_tty': emulate_tty,
-            'respawn': bool(_private(action, 'ExecuteLocal', 'respawn')),
-            'respawn_delay': float(
-                _private(action, 'ExecuteLocal', 'respawn_delay') or 0.0
-            ),
-            'respawn_max_retries': int(retries),
-            'sigterm_timeout': self._timeout(action, 'sigterm_timeout'),
-            'sigkill_timeout': self._timeout(action, 'sigkill_timeout'),
+            'respawn': bool(private.respawn),
+            'respawn_delay': float(private.respawn_delay or 0.0),
+            'respawn_max_retries': -1 if retries is None else int(retries),
+            'sigterm_timeout': self._timeout(private.sigterm_timeout),
+            'sigkill_timeout': self._timeout(private.sigkill_timeout),
         }
 
     def _folder(self, folder: str | None) -> str | None:
@@ -182,8 +174,7 @@ class Entries:
         # the launch file went elsewhere, as what it starts does in ROS 2
         return os.path.join(here, folder) if folder else here
 
-    def _timeout(self, action: Any, name: str) -> float:
-        value = _private(action, 'ExecuteLocal', name)
+    def _timeout(self, value: Any) -> float:
         if value is None:
             return DEFAULT_TIMEOUT
         return float(self._visitor.text_of(value))
@@ -241,7 +232,7 @@ class Entries:
         node['node'] = node_name(action)
         node['is_container'] = is_a(action, 'ComposableNodeContainer')
         node['is_lifecycle'] = is_a(action, 'LifecycleNode')
-        node['autostart'] = _autostarts(action, 'LifecycleNode')
+        node['autostart'] = _autostarts(action)
         position = visitor.position(action)
         for one in context.launch_configurations.get('global_params') or ():
             if isinstance(one, tuple):
@@ -252,10 +243,8 @@ class Entries:
                         'position': position,
                     }
                 )
-        arguments = (
-            _private(action, 'Node', 'expanded_parameter_arguments') or ()
-        )
-        for argument, is_file in arguments:
+        expanded = Private(action).expanded_parameter_arguments
+        for argument, is_file in expanded or ():
             if is_file:
                 node['parameters'] += self._made.get(argument, [])
             else:
@@ -333,38 +322,24 @@ class Entries:
 
     # containers and components
 
-    def _patch_component(self, module: Any) -> None:
-        self._note_positions(module.ComposableNode)
-
     def _patch_loading(self, module: Any) -> None:
-        request = module.get_composable_node_load_request
         replace_method(
-            module.LoadComposableNodes,
-            'execute',
-            lambda _, action, context: self._load(action, context, request),
+            module.LoadComposableNodes, 'execute', partial(self._load, module)
         )
 
-    def _load(
-        self, action: Any, context: Any, request_for: Callable[..., Any]
-    ) -> None:
-        visitor = self._visitor
-        target = _private(action, 'LoadComposableNodes', 'target_container')
+    def _load(self, module: Any, _old: Any, action: Any, context: Any) -> None:
+        visitor, private = self._visitor, Private(action)
+        target = private.target_container
         if hasattr(target, 'is_node_name_fully_specified'):
             container = node_name(target) or target.node_name
         else:
             container = visitor.text_of(target)
         if not container.startswith('/'):
             container = f'/{container}'
-        descriptions = (
-            _private(
-                action,
-                'LoadComposableNodes',
-                'composable_node_descriptions',
+        for description in private.composable_node_descriptions or ():
+            request = module.get_composable_node_load_request(
+                description, context
             )
-            or ()
-        )
-        for description in descriptions:
-            request = request_for(description, context)
             if request is None:
                 continue
             position = visitor.position(description)
@@ -382,13 +357,16 @@ class Entries:
                     description, request.extra_arguments
                 ),
                 is_lifecycle=is_a(description, 'ComposableLifecycleNode'),
-                autostart=_autostarts(description, 'ComposableLifecycleNode'),
+                autostart=_autostarts(description),
                 position=position,
             )
 
     def _messages(self, made: Any, parameters: Any) -> list[Json]:
+        rclpy = importlib.import_module('rclpy.parameter')
         return [
-            self._parameter(made, one.name, message_value(one.value))
+            self._parameter(
+                made, one.name, rclpy.parameter_value_to_python(one.value)
+            )
             for one in parameters
         ]
 
@@ -397,8 +375,7 @@ class Entries:
     def _patch_adapters(self, module: Any) -> None:
         visitor = self._visitor
 
-        def refuse(*args: Any, **kwargs: Any) -> None:
-            del args, kwargs
+        def refuse(*_args: Any, **_kwargs: Any) -> None:
             visitor.refuse('needs the ROS node')
 
         module.get_ros_node = refuse
@@ -407,8 +384,7 @@ class Entries:
     def _patch_lifecycle(self, module: Any) -> None:
         node = importlib.import_module('launch_ros.actions.node')
 
-        def execute(old: Callable[..., Any], action: Any, context: Any) -> Any:
-            del old
+        def execute(_old: Any, action: Any, context: Any) -> Any:
             action._perform_substitutions(context)
             if node.Node.UNSPECIFIED_NODE_NAME in action.node_name:
                 raise RuntimeError(
@@ -419,10 +395,7 @@ class Entries:
         replace_method(module.LifecycleNode, 'execute', execute)
 
     def _patch_sim_time(self, module: Any) -> None:
-        def execute(
-            old: Callable[..., Any], action: Any, context: Any
-        ) -> None:
-            del old, context
+        def execute(_old: Any, action: Any, _context: Any) -> None:
             value = action.value
             if not isinstance(value, bool):
                 text = self._visitor.text_of(value)
@@ -451,21 +424,12 @@ class Entries:
             type(children[-1]).__name__ == 'PopLaunchConfigurations'
         )
         children.insert(len(children) - 2 * is_scoped, Marker(look))
+        position = visitor.position(action)
         return [
-            Marker(
-                lambda: visitor.say(
-                    'begin',
-                    kind='group',
-                    title='',
-                    position=visitor.position(action),
-                )
-            ),
+            visitor.marker('begin', kind='group', title='', position=position),
             *children,
-            Marker(
-                lambda: visitor.say(
-                    'end', **({'title': title[0]} if title else {})
-                )
-            ),
+            # the title comes meanwhile
+            Marker(lambda: visitor.say('end', title=''.join(title))),
         ]
 
     def _include(
@@ -473,13 +437,9 @@ class Entries:
     ) -> list[Any]:
         visitor = self._visitor
         source = action.launch_description_source
-        given = _private(
-            source, 'LaunchDescriptionSource', 'launch_description'
-        )
-        places = _private(source, 'LaunchDescriptionSource', 'location')
-        path = ''
-        if given is None and places is not None:
-            path = visitor.packages.located(visitor.text_of(places))
+        private, path = Private(source), ''
+        if private.launch_description is None and private.location is not None:
+            path = visitor.packages.located(visitor.text_of(private.location))
         if path and os.path.splitext(path)[1] in FRONTENDS:
             self._include_frontend(action, context, path)
             return []
@@ -499,17 +459,11 @@ class Entries:
             raise ToldError(
                 text, position, hint=_did_you_mean(path)
             ) from cause
+        kind = 'file' if path else 'group'
         return [
-            Marker(
-                lambda: visitor.say(
-                    'begin',
-                    kind='file' if path else 'group',
-                    title=path,
-                    position=position,
-                )
-            ),
+            visitor.marker('begin', kind=kind, title=path, position=position),
             *children,
-            Marker(lambda: visitor.say('end')),
+            visitor.marker('end'),
         ]
 
     def _include_frontend(self, action: Any, context: Any, path: str) -> None:
@@ -679,26 +633,6 @@ def node_name(action: Any) -> str | None:
     return name
 
 
-def message_value(message: Any) -> Any:
-    """Return the value of a message rcl_interfaces/msg/ParameterValue."""
-    fields = (
-        None,
-        'bool_value',
-        'integer_value',
-        'double_value',
-        'string_value',
-        'byte_array_value',
-        'bool_array_value',
-        'integer_array_value',
-        'double_array_value',
-        'string_array_value',
-    )
-    field = fields[message.type] if message.type < len(fields) else None
-    if field == 'byte_array_value':
-        return [value[0] for value in message.byte_array_value]
-    return None if field is None else getattr(message, field)
-
-
 def nearest_mode(destinations: dict[str, set[str]]) -> str:
     """
     Return the mode of output that is nearest to the destinations given.
@@ -743,17 +677,9 @@ def is_shutdown(on_exit: Any) -> bool:
     )
 
 
-def _private(made: Any, cls: str, name: str, otherwise: Any = None) -> Any:
-    """Return what a class keeps to itself, or has under another name."""
-    value = getattr(made, f'_{cls}__{name}', None)
-    return otherwise if value is None else value
-
-
-def _autostarts(made: Any, cls: str) -> bool:
-    """Say whether a lifecycle node is activated; from Lyrical on it may be."""
-    value = getattr(made, 'node_autostart', None)
-    if value is None:
-        value = _private(made, cls, 'autostart', False)
+def _autostarts(made: Any) -> bool:
+    """Return whether a lifecycle node is activated; from Lyrical on."""
+    value = getattr(made, 'node_autostart', None) or Private(made).autostart
     return str(value).lower() in ('true', '1')
 
 

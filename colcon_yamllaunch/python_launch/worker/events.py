@@ -16,6 +16,7 @@ from collections.abc import Callable
 from collections.abc import Iterable
 import importlib
 import signal
+from types import SimpleNamespace
 from typing import Any
 from typing import TYPE_CHECKING
 
@@ -36,19 +37,6 @@ if TYPE_CHECKING:
     from .visit import Visitor
 
 
-#: The numbers of states in lifecycle_msgs/msg/State.
-STATES = {
-    'unconfigured': 1,
-    'inactive': 2,
-    'active': 3,
-    'finalized': 4,
-    'configuring': 10,
-    'cleaningup': 11,
-    'shuttingdown': 12,
-    'activating': 13,
-    'deactivating': 14,
-    'errorprocessing': 15,
-}
 #: The reason that `launch` has for Ctrl-C.
 _SIGINT = 'ctrl-c (SIGINT)'
 #: How `launch` keeps what is to be done when an action is done.
@@ -118,22 +106,6 @@ class Queue:
     def restore(self, events: Iterable[tuple[Any, Any]]) -> None:
         """Let the events be others, as :meth:`copy` returned them."""
         self._events = deque(events)
-
-
-class _Transport:
-    """Stands for what `launch` keeps of a process that was started."""
-
-    def __init__(self, pid: int) -> None:
-        self._pid = pid
-        self.returncode: int | None = None
-
-    def get_pid(self) -> int:
-        """Return the number of the process."""
-        return self._pid
-
-    def get_returncode(self) -> int | None:
-        """Return how it ended, None if it has not."""
-        return self.returncode
 
 
 class Events:
@@ -350,7 +322,7 @@ class Events:
         self._over.discard(event['process'])
         details = action.process_details
         details['pid'] = event['pid']
-        action._subprocess_transport = _Transport(event['pid'])
+        _set_transport(action, event['pid'], None)
         self.queue.put_nowait(self._processes.ProcessStarted(**details))
         self.handle_all()
 
@@ -359,9 +331,7 @@ class Events:
         action = self._running().get(number)
         if action is None:
             return
-        transport = getattr(action, '_subprocess_transport', None)
-        if transport is not None:
-            transport.returncode = returncode
+        _set_transport(action, action.process_details.get('pid'), returncode)
         if event['asked'] and not self._is_ending:
             # what a launch file says of an end does not hold for one that
             # somebody has asked for, who may start the process again
@@ -407,14 +377,18 @@ class Events:
         messages = importlib.import_module('lifecycle_msgs.msg')
         lifecycle = importlib.import_module('launch_ros.events.lifecycle')
         message = messages.TransitionEvent()
+        valid = lifecycle.ChangeState.valid_states
+        numbers = {
+            name.rpartition('_STATE_')[2].lower(): number
+            for number, name in valid.items()
+        }
         # rcl_lifecycle leaves the transition empty
         for state, label in (
             (message.start_state, event.get('from')),
             (message.goal_state, event['to']),
         ):
             state.label = label or ''
-            state.id = STATES.get(state.label, 0)
-        valid = lifecycle.ChangeState.valid_states
+            state.id = numbers.get(state.label, 0)
         name = valid.get(message.goal_state.id)
         action._LifecycleNode__current_state = name
         changed = lifecycle.StateTransition(action=action, msg=message)
@@ -600,6 +574,15 @@ class Events:
         kinds = self._processes
         kind = kinds.ProcessStderr if stream == 2 else kinds.ProcessStdout
         return kind(text=text, **_details(action))
+
+
+def _set_transport(
+    action: Any, pid: int | None, returncode: int | None
+) -> None:
+    """Set what `launch` keeps of a process that was started."""
+    action._subprocess_transport = SimpleNamespace(
+        get_pid=lambda: pid, get_returncode=lambda: returncode
+    )
 
 
 def _details(action: Any) -> Json:

@@ -65,6 +65,40 @@ class _Entity:
         """Return nothing, as those of YAML and XML do."""
         return
 
+    def get_attr(
+        self,
+        name: str,
+        *,
+        data_type: Any = str,
+        optional: bool = False,
+        can_be_str: bool = True,
+    ) -> Any:
+        """Return an attribute; see `launch.frontend.Entity.get_attr`."""
+        types: Any = importlib.import_module('launch.frontend.type_utils')
+        is_of_entities = types.check_is_list_entity(data_type)
+        if is_of_entities:
+            value = self._items(name)
+        else:
+            self._asked.add(name)
+            value = self._attributes.get(name)
+        if value is None:
+            if not optional:
+                raise self._missing(name)
+            return None if is_of_entities else _left_out(name)
+        if is_of_entities:
+            return [type(self)(item) for item in value]
+        return self._typed(name, value, data_type, can_be_str)
+
+    def _items(self, name: str) -> Any:
+        """Return what is written of a list of mappings, None for nothing."""
+        raise NotImplementedError
+
+    def _typed(
+        self, name: str, value: Any, data_type: Any, can_be_str: bool
+    ) -> Any:
+        """Return an attribute as the type that an action wants."""
+        raise NotImplementedError
+
     def _wrong(self, kind: Any, message: str) -> Any:
         """Return an error about it."""
         return kind(message, self.position, len(self._type))
@@ -122,28 +156,20 @@ class _YamlEntity(_Entity):
                 _ValueError, f"no actions stand inside of '{self._type}'"
             )
 
-    def get_attr(
-        self,
-        name: str,
-        *,
-        data_type: Any = str,
-        optional: bool = False,
-        can_be_str: bool = True,
-    ) -> Any:
-        """Return an attribute; see `launch.frontend.Entity.get_attr`."""
+    def _items(self, name: str) -> Any:
         self._asked.add(name)
-        if name not in self._attributes:
-            if optional:
-                return _left_out(name)
-            raise self._missing(name)
-        value = self._attributes[name]
-        if _is_of_entities(data_type):
-            if not isinstance(value, list) or not all(map(_is_entity, value)):
-                raise self._wrong(
-                    _TypeError,
-                    f"'{name}' of '{self._type}' is a list of mappings",
-                )
-            return [type(self)(item) for item in value]
+        value = self._attributes.get(name)
+        if value is not None and not (
+            isinstance(value, list) and all(isinstance(v, dict) for v in value)
+        ):
+            raise self._wrong(
+                _TypeError, f"'{name}' of '{self._type}' is a list of mappings"
+            )
+        return value
+
+    def _typed(
+        self, name: str, value: Any, data_type: Any, can_be_str: bool
+    ) -> Any:
         if data_type is str and name in self._texts:
             # as with the other actions, whatever YAML takes a text for
             return self._texts[name]
@@ -178,30 +204,14 @@ class _XmlEntity(_Entity):
         self._unknown('element', elements - self._read)
         self._unknown('attribute', set(self._attributes) - self._asked)
 
-    def get_attr(
-        self,
-        name: str,
-        *,
-        data_type: Any = str,
-        optional: bool = False,
-        can_be_str: bool = True,
+    def _items(self, name: str) -> Any:
+        self._read.add(name)
+        return [c for c in self._children or () if c['type'] == name] or None
+
+    def _typed(
+        self, name: str, value: Any, data_type: Any, can_be_str: bool
     ) -> Any:
-        """Return an attribute; see `launch.frontend.Entity.get_attr`."""
-        if _is_of_entities(data_type):
-            items = [c for c in self._children or () if c['type'] == name]
-            self._read.add(name)
-            if items:
-                return [type(self)(item) for item in items]
-            if optional:
-                return None
-            raise self._missing(name)
         separator = f'{name}-sep'
-        self._asked.add(name)
-        value = self._attributes.get(name)
-        if value is None:
-            if optional:
-                return _left_out(name)
-            raise self._missing(name)
         if separator in self._attributes:
             self._asked.add(separator)
             value = value.split(self._attributes[separator])
@@ -366,15 +376,6 @@ def _left_out(name: str) -> str | None:
     # as with the other processes of YAML and XML files, output is shown
     is_of_process = name == 'output' and asking.startswith('launch.actions.')
     return 'both' if is_of_process else None
-
-
-def _is_entity(value: object) -> bool:
-    return isinstance(value, dict)
-
-
-def _is_of_entities(data_type: Any) -> bool:
-    types: Any = importlib.import_module('launch.frontend.type_utils')
-    return bool(types.check_is_list_entity(data_type))
 
 
 def _shown(data_type: Any) -> str:

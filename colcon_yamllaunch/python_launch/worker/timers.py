@@ -70,10 +70,7 @@ class _Scope:
     def entered(self) -> Iterator[None]:
         """Let the context be in it; what is set meanwhile is kept."""
         context = self._context
-        context._push_locals()
-        context._push_environment()
-        context._push_launch_configurations()
-        try:
+        with _pushed(context):
             configurations = context.launch_configurations
             configurations.clear()
             configurations.update(self._configurations)
@@ -84,15 +81,22 @@ class _Scope:
                 self._configurations, context.launch_configurations
             )
             variables = _changes(self._environment, os.environ)
-        except BaseException:
-            configurations = variables = {}
-            raise
-        finally:
-            context._pop_launch_configurations()
-            context._pop_environment()
-            context._pop_locals()
-            context.launch_configurations.update(configurations)
-            os.environ.update(variables)
+        context.launch_configurations.update(configurations)
+        os.environ.update(variables)
+
+
+@contextmanager
+def _pushed(context: Any) -> Iterator[None]:
+    """Undo at the end of the context what actions set."""
+    context._push_locals()
+    context._push_environment()
+    context._push_launch_configurations()
+    try:
+        yield
+    finally:
+        context._pop_launch_configurations()
+        context._pop_environment()
+        context._pop_locals()
 
 
 class Timers:
@@ -226,17 +230,11 @@ class Timers:
         return True
 
     def _visit_ahead(self, actions: Sequence[Any]) -> None:
-        context = self._visitor.context
         outer, self._is_ahead = self._is_ahead, True
-        context._push_locals()
-        context._push_environment()
-        context._push_launch_configurations()
         try:
-            self._visit(actions)
+            with _pushed(self._visitor.context):
+                self._visit(actions)
         finally:
-            context._pop_launch_configurations()
-            context._pop_environment()
-            context._pop_locals()
             self._is_ahead = outer
 
     def _visit(self, actions: Sequence[Any]) -> None:

@@ -169,6 +169,10 @@ class Visitor:
                 self.channel.say('message', level=level, text=text)
         self.channel.say(what, **fields)
 
+    def marker(self, what: str, **fields: Any) -> Marker:
+        """Return what says something when its turn comes."""
+        return Marker(lambda: self.say(what, **fields))
+
     def ask(self, what: str, **fields: Any) -> Json:
         """Ask the launcher, and do what it asks for before it answers."""
         return self.channel.ask(what, **fields)
