@@ -20,9 +20,9 @@ from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.participants import Execute
 from colcon_yamllaunch.engine.participants import Participant
 from colcon_yamllaunch.engine.participants import Reply
-from colcon_yamllaunch.language.evaluation.launch_worker import Growing
 from colcon_yamllaunch.language.evaluation.launch_worker import WorkerError
 from colcon_yamllaunch.language.evaluation.launch_worker import WorkerMessage
+from colcon_yamllaunch.language.python_files.python_visit import GrowingLaunch
 from colcon_yamllaunch.plan.plan import Growth
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.plan import Shutdown
@@ -44,7 +44,7 @@ class PlanFeed(Participant):
     :param growing: Translates the answers of the worker into entries
     """
 
-    def __init__(self, link: WorkerProcess, growing: Growing) -> None:
+    def __init__(self, link: WorkerProcess, growing: GrowingLaunch) -> None:
         self._link = link
         self._growing = growing
         self._launch: Engine | None = None

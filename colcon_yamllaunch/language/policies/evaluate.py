@@ -22,7 +22,9 @@ from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.plan.plan import Plan
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.language.evaluation.launch_worker import Growing
+    from colcon_yamllaunch.language.python_files.python_visit import (
+        GrowingLaunch,
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +45,7 @@ class Evaluation(Checked):
     plan: Plan
     inputs: tuple[str, ...] = ()
     has_run_programs: bool = False
-    growing: 'Growing | None' = None
+    growing: 'GrowingLaunch | None' = None
     programs: Mapping[str, ProgramUse] = field(default_factory=dict)
 
 

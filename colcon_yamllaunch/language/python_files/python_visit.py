@@ -529,9 +529,12 @@ def _warn_of_lost_changes(walk: Walk, origin: Span) -> None:
 
 class GrowingLaunch:
     """
-    Goes on with a walk while its plan runs; see `Growing`.
+    Turns the messages of the worker into plan while the plan runs.
 
-    :param plan: What came of the walk so far
+    It sends nothing by itself: whoever has the connection to the worker passes
+    events on by :meth:`ask`, and messages by :meth:`take`, in order.
+
+    :param plan: The plan before it runs
     """
 
     def __init__(
@@ -554,25 +557,33 @@ class GrowingLaunch:
 
     @property
     def has_handlers(self) -> bool:
-        """See `Growing`."""
+        """Whether there are event handlers now."""
         return self._dialogue.has_handlers
 
     @property
     def wants_output(self) -> frozenset[str]:
-        """See `Growing`."""
+        """What ROS 2 calls the processes whose output the worker wants."""
         return self._dialogue.wants_output
 
     @property
     def is_busy(self) -> bool:
-        """See `Growing`."""
+        """Whether the end of an answer is still to come."""
         return bool(self._asked)
 
     def id_of(self, name: str) -> int | None:
-        """See `Growing`."""
+        """
+        Return the number by which the worker knows a process.
+
+        :param name: Its `ros_name`; None is returned for one of a YAML file
+        """
         return self._dialogue.ids.get(name)
 
     def ask(self, request: WorkerMessage) -> None:
-        """See `Growing`."""
+        """
+        Send a request, `event` or `call`, without its number.
+
+        :raises WorkerError: when there is no worker any more
+        """
         block = None
         if self._walk.draft.blocks:
             # that of the launch itself
@@ -582,7 +593,15 @@ class GrowingLaunch:
         self._asked.append((self._dialogue.send(request), block))
 
     def take(self, message: WorkerMessage) -> Growth | None:
-        """See `Growing`."""
+        """
+        Handle a message, and return what a whole answer adds to the plan.
+
+        It waits for the worker only where a YAML or XML file that is included
+        now includes one in Python.
+
+        :return: None for all messages but `done`
+        :raises WorkerError: when there is no worker any more
+        """
         if self._intake is None:
             if self._asked:
                 self._walk.draft.go_on_in(self._asked[0][1])
@@ -603,7 +622,11 @@ class GrowingLaunch:
         return self._growth(problems)
 
     def lost(self, reason: str) -> Growth:
-        """See `Growing`."""
+        """
+        Note that the worker has ended; unfinished answers count.
+
+        :param reason: What became of it, as a line; empty if it was to end
+        """
         self._asked.clear()
         self._dialogue.forget_handlers()
         self._dialogue.calls.clear()

@@ -3,7 +3,7 @@
 
 """What the host answers while the plan runs becomes more of the plan."""
 
-from colcon_yamllaunch.language.evaluation.launch_worker import Growing
+from colcon_yamllaunch.language.python_files.python_visit import GrowingLaunch
 from colcon_yamllaunch.plan.plan import ChangeState
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import EventHandler
@@ -31,7 +31,7 @@ def handlers(played: Played, *which: object) -> Message:
     return {'say': 'handlers', 'handlers': [handler], 'output': [1, 77]}
 
 
-def begun(played: Played, **plays: object) -> tuple[Plan, Growing]:
+def begun(played: Played, **plays: object) -> tuple[Plan, GrowingLaunch]:
     """Evaluate a file with a handler and a call."""
 
     def play(_request: Message) -> Play:
@@ -49,7 +49,7 @@ def begun(played: Played, **plays: object) -> tuple[Plan, Growing]:
     return evaluation.plan, evaluation.growing
 
 
-def grown(played: Played, growing: Growing, request: Message) -> Growth:
+def grown(played: Played, growing: GrowingLaunch, request: Message) -> Growth:
     """Ask for something, and return all that comes of it."""
     growing.ask(request)
     assert growing.is_busy
