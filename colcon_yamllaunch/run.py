@@ -40,18 +40,18 @@ from colcon_yamllaunch.engine.spawn import Spawn
 from colcon_yamllaunch.engine.state import About
 from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.writer import Writer
-from colcon_yamllaunch.observers.display import can_have_status
-from colcon_yamllaunch.observers.display import Display
-from colcon_yamllaunch.observers.display import is_same_terminal
 from colcon_yamllaunch.observers.failures import Failures
 from colcon_yamllaunch.observers.failures import OwnerOf
-from colcon_yamllaunch.observers.line_formats import layout_of
-from colcon_yamllaunch.observers.line_formats import LOG_FORMAT
 from colcon_yamllaunch.observers.log_files import CLIENT_LOG
 from colcon_yamllaunch.observers.log_files import COMMON_LOG
 from colcon_yamllaunch.observers.log_files import Logs
+from colcon_yamllaunch.observers.presentation import can_have_status
+from colcon_yamllaunch.observers.presentation import Display
+from colcon_yamllaunch.observers.presentation import is_same_terminal
 from colcon_yamllaunch.observers.presentation import present
 from colcon_yamllaunch.observers.presentation import Presentation
+from colcon_yamllaunch.observers.screen import layout_of
+from colcon_yamllaunch.observers.screen import LOG_FORMAT
 from colcon_yamllaunch.plan.plan import ParametersOf
 from colcon_yamllaunch.plan.plan import Plan
 

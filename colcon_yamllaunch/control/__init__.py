@@ -5,19 +5,18 @@
 The control socket: the only entry point to a running launch from outside.
 
 `docs/control.md` describes the protocol for users, :mod:`.protocol` its
-requests and answers.
+requests and answers, and how messages are read from bytes.
 
-- Server: :mod:`.server` opens the socket in a folder of :mod:`.socket_folder`,
+- Server: :mod:`.server` opens the socket, accepts clients, and writes the
+  record that describes the launch in case that it is killed.
   :mod:`.client_connection` serves one client, and :mod:`.service` answers its
-  requests; most are commands of the engine. :mod:`.subscribers` sends events
-  and output, which :mod:`.journal` keeps for clients that are behind, and
-  renews the lease of the client that holds the launch.
+  requests; most are commands of the engine. :mod:`.journal` keeps events and
+  output for clients that subscribe.
 - Client: :mod:`.client` finds running launches, sends commands and receives
   events, which :mod:`.subscription` describes. :mod:`.process_names` matches
-  names such as `--restart NAME`.
-- Both: :mod:`.messages` reads messages from bytes, and :mod:`.command_codec`
-  makes requests of commands and back. :mod:`.socket_address` creates and finds
-  sockets. :mod:`.resource_usage` measures processes.
-- :mod:`.launch_record` is the file that describes a launch;
-  :mod:`.orphaned_launches` finds the launches whose launcher was killed.
+  names such as `--restart NAME`. :mod:`.orphaned_launches` finds the launches
+  whose launcher was killed.
+- Both: :mod:`.socket_folder` creates and finds sockets,
+  :mod:`.command_codec` makes requests of commands and back, and
+  :mod:`.resource_usage` measures processes.
 """

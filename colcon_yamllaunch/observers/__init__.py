@@ -4,10 +4,9 @@
 """
 The observers of a launch: each receives its events through `handle(event)`.
 
-:mod:`.screen` shows the launch on a stream, which :mod:`.display` describes;
-:mod:`.presentation` selects what is shown, and :mod:`.title` sets the title of
-the terminal. :mod:`.log_files` writes the logs of a launch, and
-:mod:`.log_store` deletes those of earlier ones. :mod:`.failures` collects what
-failed, :mod:`.failure_advice` says what to do about it, and :mod:`.junit`
-writes the report.
+:mod:`.screen` shows the launch on a stream; :mod:`.presentation` describes the
+stream and selects what is shown. :mod:`.log_files` writes the logs of a
+launch, and :mod:`.log_store` deletes those of earlier ones. :mod:`.failures`
+collects what failed, :mod:`.failure_advice` says what to do about it, and
+:mod:`.junit` writes the report.
 """

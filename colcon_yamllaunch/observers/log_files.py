@@ -38,7 +38,7 @@ from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.lines import normalised
 from colcon_yamllaunch.engine.lines import prefixed
-from colcon_yamllaunch.observers.line_formats import Layout
+from colcon_yamllaunch.observers.screen import Layout
 from colcon_yamllaunch.plan.plan import IN_COMMON_LOG
 from colcon_yamllaunch.plan.plan import IN_OWN_LOG
 from colcon_yamllaunch.plan.plan import Process

@@ -12,12 +12,12 @@ Both show the same `Launch`: its state, and the commands that it executes.
   and applies it to the output above the status block.
 
 The full screen is in `full_screen/`. The terminal that a launch was started
-in is :mod:`.terminal_session`, if it has one (:mod:`.launch_terminal`):
+in is :mod:`.terminal_session`:
 
 - Keys: :mod:`.keyboard` reads bytes and decodes keys, :mod:`.keys` handles
   them, and the session carries out what has an effect elsewhere.
 - Status block: :mod:`.status_block` makes lines of rows, and
   :mod:`.status_writer` draws them below the output.
-- :mod:`.attachment` connects the keyboard to one process, and :mod:`.pager`
-  lends the terminal to `$PAGER`.
+- :mod:`.attachment` connects the keyboard to one process, also where there is
+  no status block, and :mod:`.pager` lends the terminal to `$PAGER`.
 """

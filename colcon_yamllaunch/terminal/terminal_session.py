@@ -31,8 +31,8 @@ from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.exit_conditions import ExitConditions
 from colcon_yamllaunch.engine.guard_link import GuardLink
 from colcon_yamllaunch.engine.state import LaunchState
-from colcon_yamllaunch.observers.display import Display
 from colcon_yamllaunch.observers.log_levels import FORMAT
+from colcon_yamllaunch.observers.presentation import Display
 from colcon_yamllaunch.observers.screen import Screen
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.terminal.attachment import KeysAttachment

@@ -28,7 +28,7 @@ from colcon_yamllaunch.control.client import running_launches
 from colcon_yamllaunch.control.client import RunningLaunch
 from colcon_yamllaunch.control.subscription import BEGINNING
 from colcon_yamllaunch.engine.state import ProcessState
-from colcon_yamllaunch.observers.display import only_prints
+from colcon_yamllaunch.observers.presentation import only_prints
 from colcon_yamllaunch.terminal.pager import command
 from colcon_yamllaunch.terminal.pager import LESS
 from colcon_yamllaunch.verb.attaching import attach

@@ -5,9 +5,9 @@
 
 import os
 
-from colcon_yamllaunch.observers.display import can_have_status
-from colcon_yamllaunch.observers.display import Display
-from colcon_yamllaunch.observers.display import is_same_terminal
+from colcon_yamllaunch.observers.presentation import can_have_status
+from colcon_yamllaunch.observers.presentation import Display
+from colcon_yamllaunch.observers.presentation import is_same_terminal
 import pytest
 
 

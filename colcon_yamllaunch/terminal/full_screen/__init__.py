@@ -4,7 +4,8 @@
 """
 The full screen (`--ui`), which uses only the control socket of a launch.
 
-Start with :mod:`.launch_screen`, which draws the screen and handles its keys.
+Start with :mod:`.launch_screen`, which handles the keys and draws the screen
+with the parts in :mod:`.widgets` and the texts in :mod:`.screen_texts`.
 :mod:`.launch_model` receives the events and output of the launch;
 :mod:`.output_store` keeps the output and selects the lines that are shown.
 """
