@@ -21,12 +21,8 @@ from typing import Any
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.control import protocol
+from colcon_yamllaunch.control import socket_folder
 from colcon_yamllaunch.control.journal import Journal
-from colcon_yamllaunch.control.socket_folder import Address
-from colcon_yamllaunch.control.socket_folder import FolderError
-from colcon_yamllaunch.control.socket_folder import folders
-from colcon_yamllaunch.control.socket_folder import is_own
-from colcon_yamllaunch.control.socket_folder import open_folder
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.events import Ended
 from colcon_yamllaunch.engine.events import Event
@@ -75,10 +71,10 @@ class LaunchRecord:
         """
         self._content |= {n: getattr(engine.state, n) for n in _LAUNCH}
         self.note(engine.state, engine.supervisor.tasks)
-        for folder in folders(environment):
+        for folder in socket_folder.folders(environment):
             # why there is no socket there is said with that
-            with suppress(OSError, FolderError):
-                self._folder = open_folder(folder, make=True)
+            with suppress(OSError, socket_folder.FolderError):
+                self._folder = socket_folder.open_folder(folder, make=True)
                 return self._make(os.path.abspath(folder / self._name))
         return None
 
@@ -175,8 +171,8 @@ def serve(
     if place is not None:
         guard.record(place)
     try:
-        address = Address(environment)
-    except FolderError as error:
+        address = socket_folder.Address(environment)
+    except socket_folder.FolderError as error:
         engine.tell(
             Warned(
                 f'other terminals cannot see this launch: {error}; '
@@ -265,7 +261,7 @@ class Server:
             if error.errno in (errno.EMFILE, errno.ENFILE):
                 self._turn_away()
             return
-        if not is_own(connection):
+        if not socket_folder.is_own(connection):
             connection.close()
             return
         # most launches are not looked at

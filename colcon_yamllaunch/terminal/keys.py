@@ -12,15 +12,10 @@ from dataclasses import replace
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.control.process_names import ProcessNames
 from colcon_yamllaunch.engine.state import ComponentState
+from colcon_yamllaunch.terminal import keymap
 from colcon_yamllaunch.terminal.keyboard import ESCAPE
 from colcon_yamllaunch.terminal.keyboard import ESCAPE_NAME
 from colcon_yamllaunch.terminal.keyboard import KeyDecoder
-from colcon_yamllaunch.terminal.keymap import BLOCK_ALL
-from colcon_yamllaunch.terminal.keymap import BLOCK_HELP
-from colcon_yamllaunch.terminal.keymap import FOR_ALL
-from colcon_yamllaunch.terminal.keymap import FOR_ONE
-from colcon_yamllaunch.terminal.keymap import only_its_container_writes
-from colcon_yamllaunch.terminal.keymap import without_effect
 from colcon_yamllaunch.terminal.line_filter import Filtering
 from colcon_yamllaunch.terminal.status_block import View
 from colcon_yamllaunch.terminal.status_block import width
@@ -47,8 +42,8 @@ class Typed:
     keys: bytes
 
 
-_FOR_ONE = {key.key: key for key in FOR_ONE}
-_FOR_ALL = {key.key: key for key in FOR_ALL}
+_FOR_ONE = {key.key: key for key in keymap.FOR_ONE}
+_FOR_ALL = {key.key: key for key in keymap.FOR_ALL}
 # those that go back from an overlay and do nothing else, and those of them
 # that go on to its next page
 _BACK = frozenset(('esc', 'q', 'E', '?', 'enter', ' '))
@@ -385,11 +380,11 @@ class Keys:
             return '  '.join(words)
         if self._chosen is not None:
             return f'{self._meant_by_keys(self._chosen)}  Esc none'
-        left_out = without_effect(self._model.state, None)
+        left_out = keymap.without_effect(self._model.state, None)
         words = [
             f'{key.key} {key.word}'
             for name in _IN_HINT
-            if name not in left_out and (key := BLOCK_ALL[name])
+            if name not in left_out and (key := keymap.BLOCK_ALL[name])
         ]
         keys = self._process_keys()
         if keys:
@@ -400,7 +395,7 @@ class Keys:
         """Return what keys mean for a process as it is now."""
         state, part = self._model.state, self._model.part(label)
         is_down = part is not None and part.condition in DOWN
-        left_out = without_effect(state, part)
+        left_out = keymap.without_effect(state, part)
         if is_down:
             left_out |= {'stop', 'kill'}
         if state.stopping:
@@ -414,7 +409,7 @@ class Keys:
             words['only'] = 'all'
         return '  '.join(
             f'{key.key} {words.get(key.name, key.word)}'
-            for key in FOR_ONE
+            for key in keymap.FOR_ONE
             if key.name not in left_out
         )
 
@@ -502,7 +497,7 @@ class Keys:
         row = _FOR_ONE.get(key)
         if row is not None and row.filter is not None:
             if isinstance(part, ComponentState):
-                self._note = only_its_container_writes(label)
+                self._note = keymap.only_its_container_writes(label)
             else:
                 self.filtering = row.filter(self.filtering, label)
         elif key == '?':
@@ -593,9 +588,9 @@ def help_lines(columns: int = 80) -> list[str]:
     # few ask
     import textwrap
 
-    indent = max(len(key) for key, _ in BLOCK_HELP) + 4
+    indent = max(len(key) for key, _ in keymap.BLOCK_HELP) + 4
     lines = []
-    for key, text in BLOCK_HELP:
+    for key, text in keymap.BLOCK_HELP:
         lines += textwrap.wrap(
             text,
             # the last column stays free

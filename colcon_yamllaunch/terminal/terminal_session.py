@@ -22,11 +22,9 @@ from typing import Any
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.printable import one_line
+from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.channels import size_of
-from colcon_yamllaunch.engine.commands import Debug
-from colcon_yamllaunch.engine.commands import Described
-from colcon_yamllaunch.engine.commands import Refused
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.exit_conditions import ExitConditions
 from colcon_yamllaunch.engine.guard_link import GuardLink
@@ -35,6 +33,8 @@ from colcon_yamllaunch.observers.log_levels import FORMAT
 from colcon_yamllaunch.observers.presentation import Display
 from colcon_yamllaunch.observers.screen import Screen
 from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.terminal import keys
+from colcon_yamllaunch.terminal import status_block
 from colcon_yamllaunch.terminal.attachment import KeysAttachment
 from colcon_yamllaunch.terminal.keyboard import ESCAPE_DELAY
 from colcon_yamllaunch.terminal.keyboard import is_in_foreground
@@ -42,20 +42,8 @@ from colcon_yamllaunch.terminal.keyboard import WatchedKeyboard
 from colcon_yamllaunch.terminal.keymap import cannot_be_typed_at
 from colcon_yamllaunch.terminal.keymap import FOR_ALL
 from colcon_yamllaunch.terminal.keymap import FOR_ONE
-from colcon_yamllaunch.terminal.keys import DOWN
-from colcon_yamllaunch.terminal.keys import help_lines
-from colcon_yamllaunch.terminal.keys import Keys
-from colcon_yamllaunch.terminal.keys import Press
-from colcon_yamllaunch.terminal.keys import Typed
 from colcon_yamllaunch.terminal.line_filter import LineFilter
 from colcon_yamllaunch.terminal.line_filter import time_stamp
-from colcon_yamllaunch.terminal.status_block import Block
-from colcon_yamllaunch.terminal.status_block import block_of
-from colcon_yamllaunch.terminal.status_block import MAXIMUM_LINES
-from colcon_yamllaunch.terminal.status_block import next_change
-from colcon_yamllaunch.terminal.status_block import next_second
-from colcon_yamllaunch.terminal.status_block import Style
-from colcon_yamllaunch.terminal.status_block import View
 from colcon_yamllaunch.terminal.status_model import CpuShares
 from colcon_yamllaunch.terminal.status_model import description_lines
 from colcon_yamllaunch.terminal.status_model import StatusModel
@@ -121,7 +109,7 @@ class TerminalSession:
         self._filter = LineFilter(
             color=self._color, is_ascii=self._is_plain, form_of=self._form_of
         )
-        self._keys = Keys(self.model)
+        self._keys = keys.Keys(self.model)
         self._attachment = KeysAttachment(
             self._keys, screen, attach if has_keys else None
         )
@@ -243,10 +231,10 @@ class TerminalSession:
         self._attachment.read_modes()
         self._do(self._keys.feed(typed))
 
-    def _do(self, presses: Iterable[Press | Typed]) -> None:
+    def _do(self, presses: Iterable[keys.Press | keys.Typed]) -> None:
         """Carry out keys that were pressed."""
         for press in presses:
-            if isinstance(press, Typed):
+            if isinstance(press, keys.Typed):
                 self._attachment.type(press.keys)
             else:
                 self._press(press.name, press.label)
@@ -268,24 +256,24 @@ class TerminalSession:
             getattr(self, f'key_{name}')(label)
             return
         part = self.model.part(label)
-        if name in ('stop', 'kill') and part and part.condition in DOWN:
+        if name in ('stop', 'kill') and part and part.condition in keys.DOWN:
             self._keys.show_note(f'{label} does not run')
 
         command = command_of(state if label is None else label)
 
         def reply(response: Any) -> None:
-            if isinstance(response, Refused):
+            if isinstance(response, commands.Refused):
                 self._keys.show_note(response.error)
             elif after := getattr(self, f'after_{name}', None):
                 after(command, response)
 
         engine.ask(command, reply)
 
-    def after_debug(self, command: Debug, _: object) -> None:
+    def after_debug(self, command: commands.Debug, _: object) -> None:
         """Type at a process as soon as its debugger runs."""
         self._attachment.await_start(command.process)
 
-    def after_describe(self, _: object, response: Described) -> None:
+    def after_describe(self, _: object, response: commands.Described) -> None:
         """Show what a process or component is."""
         self._show_all(self._filter.settle())
         self._screen.show_table(description_lines(response.description))
@@ -311,7 +299,7 @@ class TerminalSession:
 
     def key_help(self, _: None) -> None:
         """Show all keys in place of the block."""
-        self._overlay(help_lines)
+        self._overlay(keys.help_lines)
 
     def key_errors(self, _: None) -> None:
         """Show the errors of the last build that failed likewise."""
@@ -397,7 +385,9 @@ class TerminalSession:
         variables = dict(process.environment)
         return variables.get(FORMAT, self._environment.get(FORMAT))
 
-    def _compose(self, now: float) -> tuple[Block | None, float | None]:
+    def _compose(
+        self, now: float
+    ) -> tuple[status_block.Block | None, float | None]:
         """Return the block, if there is one, and when to ask again."""
         self._follow_foreground()
         if not self._is_active:
@@ -413,15 +403,15 @@ class TerminalSession:
             model.measure({**self._shares_elsewhere(), **shares})
         self._drawn_version = model.version
         size = size_of(self._descriptor)
-        style = Style(
+        style = status_block.Style(
             size.columns,
-            min(MAXIMUM_LINES, size.lines // PART),
+            min(status_block.MAXIMUM_LINES, size.lines // PART),
             self._color,
             self._is_plain,
             size.lines,
         )
         pending, until = self._pending(now)
-        view = View(live=self._live())
+        view = status_block.View(live=self._live())
         next_modes = None
         if self._keyboard is not None and self._keyboard.has_keys:
             if self._keys.attached is not None:
@@ -429,14 +419,14 @@ class TerminalSession:
                 self._attachment.read_modes()
                 next_modes = now + MODES_INTERVAL
             view = self._keys.view(view.live)
-        block = block_of(model, view, style, now, pending)
+        block = status_block.block_of(model, view, style, now, pending)
         is_typing = block.cursor is not None
         if is_typing != self._is_typing:
             self._is_typing = is_typing
             self._guard.typing(is_typing)
         times = (
             self._next_look,
-            next_change(state, now),
+            status_block.next_change(state, now),
             until,
             self._escape_due,
             next_modes,
@@ -456,12 +446,12 @@ class TerminalSession:
         due = self._conditions.due()
         if due is not None and due > now:
             texts.append(f'{_seconds(due - now)} left')
-            times.append(next_second(due, now))
+            times.append(status_block.next_second(due, now))
         if not state.stopping:
             due = engine.supervisor.next_timer()
             if due is not None and due > now:
                 texts.append(f'timer in {_seconds(due - now)}')
-                times.append(next_second(due, now))
+                times.append(status_block.next_second(due, now))
             if state.watch_paused:
                 texts.append('--watch is off')
             elif state.watch is not None and not any(

@@ -36,7 +36,7 @@ from colcon_yamllaunch.verb.messages import say
 from colcon_yamllaunch.verb.selecting import Candidate
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.terminal.full_screen.launch_app import LaunchApp
+    from colcon_yamllaunch.terminal.full_screen.launch_screen import LaunchApp
 
 
 #: What to say without the library that draws.
@@ -102,8 +102,8 @@ def show(launch: RunningLaunch, terminal: 'OuterTerminal') -> int | None:
     :raises ControlError: when the launch refuses
     """
     # it takes long to import
-    from colcon_yamllaunch.terminal.full_screen.launch_app import LaunchApp
     from colcon_yamllaunch.terminal.full_screen.launch_model import BEHIND
+    from colcon_yamllaunch.terminal.full_screen.launch_screen import LaunchApp
 
     try:
         launch.subscribe(BEGINNING, states=True, behind=BEHIND)

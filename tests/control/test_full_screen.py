@@ -9,7 +9,7 @@ import signal
 import time
 
 from colcon_yamllaunch.control.subscription import BEGINNING
-from colcon_yamllaunch.terminal.full_screen.launch_app import LaunchApp
+from colcon_yamllaunch.terminal.full_screen.launch_screen import LaunchApp
 import pytest
 
 DEADLINE = 60.0

@@ -15,19 +15,14 @@ from typing import Any
 
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.common.table import size
+from colcon_yamllaunch.control import subscription
 from colcon_yamllaunch.control.client import ControlError
 from colcon_yamllaunch.control.client import LaunchEndedError
 from colcon_yamllaunch.control.client import RunningLaunch
 from colcon_yamllaunch.control.resource_usage import Usage
 from colcon_yamllaunch.control.resource_usage import use_of
-from colcon_yamllaunch.control.subscription import Happened
-from colcon_yamllaunch.control.subscription import Missed
-from colcon_yamllaunch.control.subscription import Received
-from colcon_yamllaunch.control.subscription import Wrote
+from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine.commands import PlanTree
-from colcon_yamllaunch.engine.commands import Refused
-from colcon_yamllaunch.engine.commands import Tree
 from colcon_yamllaunch.engine.description import Branch
 from colcon_yamllaunch.engine.state import ComponentState
 from colcon_yamllaunch.engine.state import LaunchState
@@ -203,16 +198,16 @@ class LaunchModel(StatusModel):
             # it comes with the state
             self.send(self._launch.send_request, 'status', bool)
 
-    def receive(self, received: Received) -> None:
+    def receive(self, received: subscription.Received) -> None:
         """Add an event, output or gap."""
         match received:
-            case Wrote():
+            case subscription.Wrote():
                 self._gap = None
                 self.view.add(self.store.add(received))
-            case Happened():
+            case subscription.Happened():
                 self._gap = None
                 self._add_event(received.name, received.fields)
-            case Missed():
+            case subscription.Missed():
                 self._add_gap(received)
 
     def add_usage(self, usage: Mapping[int, Usage]) -> None:
@@ -338,7 +333,7 @@ class LaunchModel(StatusModel):
         self.view.add((line,))
         return line
 
-    def _add_gap(self, missed: Missed) -> None:
+    def _add_gap(self, missed: subscription.Missed) -> None:
         self.missed_bytes += missed.bytes
         self.wants_tree |= bool(missed.events)
         if self._gap is None:
@@ -378,12 +373,14 @@ class LaunchModel(StatusModel):
     def _settle(self) -> None:
         if self.wants_tree:
             self.wants_tree = False
-            self.send(self._launch.ask, Tree(), self._set_tree)
+            self.send(self._launch.ask, commands.Tree(), self._set_tree)
         self._narrow()
         self._changed()
 
-    def _set_tree(self, response: PlanTree | Refused) -> None:
-        if isinstance(response, PlanTree):
+    def _set_tree(
+        self, response: commands.PlanTree | commands.Refused
+    ) -> None:
+        if isinstance(response, commands.PlanTree):
             self.tree = response.tree
 
     def _narrow(self) -> None:

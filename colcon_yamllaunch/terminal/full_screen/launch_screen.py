@@ -1,50 +1,45 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""The full screen: the panes, and what each key does."""
+"""The full screen: the program, its panes, and what each key does."""
 
+import asyncio
 from asyncio import get_running_loop
+from codecs import getincrementaldecoder
+from collections.abc import Callable
+from collections.abc import Collection
+from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 import os
+import signal
 from typing import Any
 from typing import ClassVar
 from typing import Protocol
 
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.control.client import RunningLaunch
-from colcon_yamllaunch.engine.commands import Command
-from colcon_yamllaunch.engine.commands import Described
-from colcon_yamllaunch.engine.commands import PartCommand
-from colcon_yamllaunch.engine.commands import Refused
-from colcon_yamllaunch.engine.commands import Watch
+from colcon_yamllaunch.control.resource_usage import Usage
+from colcon_yamllaunch.control.resource_usage import usage_of
+from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine.state import ComponentState
 from colcon_yamllaunch.engine.state import Part
 from colcon_yamllaunch.observers.log_levels import FORMAT
+from colcon_yamllaunch.terminal import keymap
+from colcon_yamllaunch.terminal.full_screen import screen_texts
+from colcon_yamllaunch.terminal.full_screen import widgets
 from colcon_yamllaunch.terminal.full_screen.launch_model import LaunchModel
-from colcon_yamllaunch.terminal.full_screen.screen_texts import help_table
-from colcon_yamllaunch.terminal.full_screen.screen_texts import in_full
-from colcon_yamllaunch.terminal.full_screen.screen_texts import in_short
-from colcon_yamllaunch.terminal.full_screen.screen_texts import keys_text
-from colcon_yamllaunch.terminal.full_screen.screen_texts import title_text
-from colcon_yamllaunch.terminal.full_screen.widgets import Asked
-from colcon_yamllaunch.terminal.full_screen.widgets import LeaveQuestion
-from colcon_yamllaunch.terminal.full_screen.widgets import Leaving
-from colcon_yamllaunch.terminal.full_screen.widgets import OutputPane
-from colcon_yamllaunch.terminal.full_screen.widgets import PartList
-from colcon_yamllaunch.terminal.full_screen.widgets import Prompt
-from colcon_yamllaunch.terminal.full_screen.widgets import Reading
-from colcon_yamllaunch.terminal.keymap import cannot_be_typed_at
-from colcon_yamllaunch.terminal.keymap import ON_ALL
-from colcon_yamllaunch.terminal.keymap import ON_ONE
-from colcon_yamllaunch.terminal.keymap import only_its_container_writes
-from colcon_yamllaunch.terminal.keymap import without_effect
+from colcon_yamllaunch.terminal.keyboard import is_in_foreground
 from colcon_yamllaunch.terminal.line_filter import Filtering
 from rich.text import Text
+from textual.app import App
 from textual.app import ComposeResult
 from textual.binding import Binding
 from textual.binding import BindingType
 from textual.containers import Horizontal
 from textual.containers import Vertical
+from textual.drivers import linux_driver
 from textual.events import Resize
 from textual.screen import Screen
 from textual.widgets import Static
@@ -56,10 +51,19 @@ DRAWN_EVERY = 0.1
 SHOWN_FOR = 6.0
 #: Columns below which there is one pane at a time.
 NARROW = 60
+#: Seconds between two looks at what processes use.
+MEASURED_EVERY = 2.0
 
-_KEYS = {key.name: key for key in (*ON_ONE, *ON_ALL)}
+_KEYS = {key.name: key for key in (*keymap.ON_ONE, *keymap.ON_ALL)}
 # those that are no text while somebody types
 _WHILE_TYPING = frozenset(('clear', 'switch'))
+
+Measure = Callable[[Collection[int]], Mapping[int, Usage]]
+
+# keys of another encoding than UTF-8 are none, and no errors
+linux_driver.getincrementaldecoder = (  # type: ignore[attr-defined]
+    lambda name: partial(getincrementaldecoder(name), 'replace')
+)
 
 
 class Terminal(Protocol):
@@ -105,11 +109,11 @@ class LaunchScreen(Screen[None]):
         self._launch = launch
         self._terminal = terminal
         self.model = LaunchModel(launch, os.environ.get(FORMAT))
-        self._parts = PartList()
-        self._output = OutputPane(self.model.view)
+        self._parts = widgets.PartList()
+        self._output = widgets.OutputPane(self.model.view)
         self._shows_plan = False
         self._is_output = False
-        self._prompt = Prompt(self._take_typed, self._ask_no_more)
+        self._prompt = widgets.Prompt(self._take_typed, self._ask_no_more)
         self._search_before = ''
         self._is_due = False
         self._drawn = 0.0
@@ -180,48 +184,52 @@ class LaunchScreen(Screen[None]):
         """
         key = _KEYS[name]
         subject: Any = self.model.state
-        if key in ON_ONE:
+        if key in keymap.ON_ONE:
             part = self._part()
             if part is None:
                 return
             if key.filter and isinstance(part, ComponentState):
-                self.say(only_its_container_writes(part.label), 'red')
+                self.say(keymap.only_its_container_writes(part.label), 'red')
                 return
             subject = part.label
         if key.filter is not None:
             self._filter(key.filter(self._filtering, subject))
         elif key.command is not None:
             self._send(name, key.command(subject))
-        elif key in ON_ONE:
+        elif key in keymap.ON_ONE:
             getattr(self, f'key_{name}')(part)
         else:
             getattr(self, f'key_{name}')(pressed)
 
-    def _send(self, name: str, command: Command[Any]) -> None:
+    def _send(self, name: str, command: commands.Command[Any]) -> None:
         def reply(response: Any) -> None:
-            if isinstance(response, Refused):
+            if isinstance(response, commands.Refused):
                 self.say(response.error, 'red')
             elif after := getattr(self, f'after_{name}', None):
                 after(command, response)
-            elif isinstance(command, PartCommand):
+            elif isinstance(command, commands.PartCommand):
                 self.say(f'{command.process}: {name} requested')
 
         if not self._has_ended():
             self.model.send(self._launch.ask, command, reply)
 
-    def after_debug(self, command: PartCommand[Any], _: object) -> None:
+    def after_debug(
+        self, command: commands.PartCommand[Any], _: object
+    ) -> None:
         """Say how to go on."""
         text = 'starts under a debugger: a types at it'
         self.say(f'{command.process}: {text}')
 
     def after_describe(
-        self, command: PartCommand[Any], response: Described
+        self, command: commands.PartCommand[Any], response: commands.Described
     ) -> None:
         """Show what a process or component is."""
-        text = in_full(self.model, command.process, response.description)
-        self.app.push_screen(Reading(one_line(command.process), text))
+        text = screen_texts.in_full(
+            self.model, command.process, response.description
+        )
+        self.app.push_screen(widgets.Reading(one_line(command.process), text))
 
-    def after_watch(self, command: Watch, _: object) -> None:
+    def after_watch(self, command: commands.Watch, _: object) -> None:
         """Say whether changes of files have consequences."""
         is_off = command.action == 'pause'
         self.say(f'--watch is {"off: w switches it on" if is_off else "on"}')
@@ -229,7 +237,7 @@ class LaunchScreen(Screen[None]):
     def key_attach(self, part: Part) -> None:
         """Type at a process."""
         if isinstance(part, ComponentState) or not part.terminal:
-            self.say(cannot_be_typed_at(part), 'red')
+            self.say(keymap.cannot_be_typed_at(part), 'red')
             return
         with self.app.suspend():
             self._terminal.attach(part.label)
@@ -290,20 +298,22 @@ class LaunchScreen(Screen[None]):
             self.say('no build has failed')
             return
         text = Text('\n'.join(map(one_line, errors)))
-        self.app.push_screen(Reading('Errors', text))
+        self.app.push_screen(widgets.Reading('Errors', text))
 
     def key_help(self, _: str) -> None:
         """Show what the keys do."""
         owns = self._terminal.owns_launch
         last = 'stop the launch; once more hurries' if owns else 'leave'
-        self.app.push_screen(Reading('Keys', help_table(last)))
+        self.app.push_screen(
+            widgets.Reading('Keys', screen_texts.help_table(last))
+        )
 
     def key_leave(self, _: str = '') -> None:
         """Leave, and ask what is to become of the launch."""
         if self.model.ending or not self._terminal.owns_launch:
             self.app.exit()
         else:
-            self.app.push_screen(LeaveQuestion(), self._leave)
+            self.app.push_screen(widgets.LeaveQuestion(), self._leave)
 
     def interrupt(self) -> None:
         """Do what Ctrl-C does."""
@@ -346,7 +356,7 @@ class LaunchScreen(Screen[None]):
         self.model.choose(filtering)
         self.changed()
 
-    def _take_typed(self, asked: Asked, text: str) -> None:
+    def _take_typed(self, asked: widgets.Asked, text: str) -> None:
         if asked == 'search' and text != self._filtering.search:
             self._filter(replace(self._filtering, search=text))
         elif asked == 'find' and text:
@@ -365,7 +375,7 @@ class LaunchScreen(Screen[None]):
             self.say(self.model.ending, 'red')
         return bool(self.model.ending)
 
-    def _leave(self, answer: Leaving | None) -> None:
+    def _leave(self, answer: widgets.Leaving | None) -> None:
         if answer == 'leave' or (answer == 'stop' and self.model.ending):
             self.app.exit()
         elif answer == 'stop':
@@ -386,7 +396,7 @@ class LaunchScreen(Screen[None]):
         self.changed()
         if self._stops_to_leave:
             self.app.exit()
-        elif isinstance(self.app.screen, LeaveQuestion):
+        elif isinstance(self.app.screen, widgets.LeaveQuestion):
             # it has no sense any more
             self.app.screen.dismiss('stay')
 
@@ -399,14 +409,14 @@ class LaunchScreen(Screen[None]):
         rows = model.plan_rows() if self._shows_plan else model.rows()
         self._parts.show(rows, self._filtering)
         self._output.changed()
-        title = title_text(model, follows=self._output.follows)
+        title = screen_texts.title_text(model, follows=self._output.follows)
         self._put('title', title)
         self._put('keys', self._last_line())
         label = self._parts.label
         shown = Text()
         if label is not None:
             width = self._lines['short'].size.width
-            shown = in_short(model, label, width)
+            shown = screen_texts.in_short(model, label, width)
         self._put('short', shown)
 
     def _resumed(self, _: object) -> None:
@@ -429,10 +439,161 @@ class LaunchScreen(Screen[None]):
             # the keys are text for the time being
             return Text(_WHILE_ASKED, 'dim', no_wrap=True)
         width = self.size.width
-        return keys_text(
+        return screen_texts.keys_text(
             width,
             is_narrow=width < NARROW,
-            left_out=without_effect(
+            left_out=keymap.without_effect(
                 self.model.state, self.model.part(self._parts.label)
             ),
         )
+
+
+class LaunchApp(App[None]):
+    """
+    Shows a launch until somebody leaves.
+
+    :param launch: The launch, which was subscribed to
+    :param terminal: What is outside of the screen
+    :param measure: Tells what process groups use; it may take some time
+    :param shown: Is told when the terminal is the app's, and when it is not
+    """
+
+    TITLE = 'colcon launch'
+    ENABLE_COMMAND_PALETTE = False
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding('ctrl+c', 'interrupt', show=False, priority=True),
+        Binding('ctrl+q', 'leave', show=False, priority=True),
+        Binding('ctrl+z', 'suspend_process', show=False, priority=True),
+    ]
+    CSS = """
+    Screen { layout: vertical; }
+    #title, #keys, #prompt { height: 1; }
+    #title, #keys, #short { text-wrap: nowrap; text-overflow: ellipsis; }
+    #prompt { border: none; padding: 0; }
+    #panes { height: 1fr; }
+    #left { width: 34%; max-width: 60; min-width: 24;
+            border-right: solid ansi_bright_black; }
+    #parts { height: 1fr; overflow-x: hidden; scrollbar-size: 0 1; }
+    #short { height: 4; }
+    #output { width: 1fr; scrollbar-size: 0 1; overflow-y: scroll;
+              overflow-x: hidden; }
+    .narrow #left { width: 1fr; max-width: 100%; border-right: none; }
+    .narrow #output { display: none; }
+    .narrow.output #left { display: none; }
+    .narrow.output #output { display: block; }
+    ModalScreen { align: center middle; }
+    .box { width: 90%; max-width: 100; height: auto; max-height: 90%;
+           border: round ansi_bright_black; padding: 0 1; }
+    """
+
+    def __init__(
+        self,
+        launch: RunningLaunch,
+        terminal: Terminal,
+        measure: Measure = usage_of,
+        shown: Callable[[bool], None] = lambda _: None,
+    ) -> None:
+        # the colours of the terminal, and none of ours
+        super().__init__(driver_class=_Driver, ansi_color=True)
+        self._measure = measure
+        #: Is told when the terminal is ours, and when it is not.
+        self.tell_shown = shown
+        self.panes = LaunchScreen(launch, terminal)
+        #: The signal that ended it, None where the user left.
+        self.signal: int | None = None
+        #: The defect of ours that ended it, if one did.
+        self.error: Exception | None = None
+        self._mounted_in: asyncio.AbstractEventLoop | None = None
+
+    def get_default_screen(self) -> LaunchScreen:
+        """Return what is shown at first."""
+        return self.panes
+
+    def on_mount(self) -> None:
+        """Begin to measure."""
+        loop = asyncio.get_running_loop()
+        loop.set_exception_handler(self._take_loop_error)
+        self._mounted_in = loop
+        if self.signal is not None:
+            self.exit()
+        self.run_worker(self._measure_on())
+
+    def action_interrupt(self) -> None:
+        """Do what Ctrl-C does."""
+        self.panes.interrupt()
+
+    def action_leave(self) -> None:
+        """Do what q does."""
+        self.panes.key_leave()
+
+    def end_by(self, number: int) -> None:
+        """End as a signal came; its handler may call this at any time."""
+        self.signal = number
+        if self._mounted_in is not None:
+            self._mounted_in.call_soon_threadsafe(self.exit)
+
+    def _handle_exception(self, error: Exception) -> None:
+        # one line, after all, instead of screens full of a traceback
+        self.error = self.error or error
+        self.exit(return_code=1)
+
+    def _take_loop_error(
+        self, _: asyncio.AbstractEventLoop, context: dict[str, Any]
+    ) -> None:
+        error = context.get('exception')
+        if isinstance(error, Exception):
+            self._handle_exception(error)
+
+    async def _measure_on(self) -> None:
+        model = self.panes.model
+        while not model.ending:
+            processes = model.state.processes
+            pids = {p.local_pid for p in processes if p.local_pid is not None}
+            # a process may end in the middle of it
+            with suppress(OSError):
+                model.add_usage(await asyncio.to_thread(self._measure, pids))
+            model.ask_for_usage()
+            self.panes.changed()
+            await asyncio.sleep(MEASURED_EVERY)
+
+
+class _Driver(linux_driver.LinuxDriver):
+    """The terminal, which others have while we are stopped."""
+
+    _app: LaunchApp
+
+    def start_application_mode(self) -> None:
+        """Take the terminal."""
+        super().start_application_mode()  # type: ignore[no-untyped-call]
+        self._app.tell_shown(True)
+
+    def stop_application_mode(self) -> None:
+        """Give it back as it was."""
+        super().stop_application_mode()
+        self._app.tell_shown(False)
+
+    def run_input_thread(self) -> None:
+        """Read keys."""
+        try:
+            super().run_input_thread()
+        except Exception as e:  # noqa: BLE001
+            self._app.call_later(self._app._handle_exception, e)
+
+    def _sigcont_application(self, *_: object) -> None:
+        # a process, or the pager, may have the terminal; or it is gone, which
+        # is told by this signal, too
+        if not (self._auto_restart and os.isatty(self.fileno)):
+            return
+        if not is_in_foreground(self.fileno):
+            os.kill(os.getpid(), signal.SIGSTOP)
+        elif self._must_signal_resume:
+            super()._sigcont_application()
+        else:
+            # nobody could give it back before a SIGSTOP
+            loop = asyncio.get_running_loop()
+            loop.call_soon_threadsafe(self._begin_anew)
+
+    def _begin_anew(self) -> None:
+        self.suspend_application_mode()
+        self._must_signal_resume = True
+        self.resume_application_mode()

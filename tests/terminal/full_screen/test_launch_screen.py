@@ -19,7 +19,7 @@ from colcon_yamllaunch.engine.commands import Stop
 from colcon_yamllaunch.engine.commands import Watch
 from colcon_yamllaunch.engine.description import Branch
 from colcon_yamllaunch.engine.events import Watched
-from colcon_yamllaunch.terminal.full_screen.launch_app import LaunchApp
+from colcon_yamllaunch.terminal.full_screen.launch_screen import LaunchApp
 from colcon_yamllaunch.terminal.full_screen.launch_screen import LaunchScreen
 from colcon_yamllaunch.terminal.full_screen.widgets import PartList
 from colcon_yamllaunch.terminal.keymap import ON_ALL
