@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 Reply = Callable[[Mapping[str, Any]], object]
 
 #: Seconds that a launch may take to answer; a suspended one does not answer.
-PATIENCE = 3.0
+ANSWER_TIMEOUT = 3.0
 #: Seconds after which it is said what is waited for.
 PROGRESS_INTERVAL = 1.0
 _CHUNK = 64 * 1024
@@ -79,7 +79,7 @@ class RunningLaunch:
         #: The point up to which everything was received; another connection
         #: can go on from there.
         self.point = Point()
-        connection.settimeout(PATIENCE)
+        connection.settimeout(ANSWER_TIMEOUT)
 
     def fileno(self) -> int:
         """Return the descriptor of the connection."""
@@ -178,7 +178,7 @@ class RunningLaunch:
 
         :raises ControlError: when it does not answer
         """
-        return self._take_state(self.request('status'))
+        return self._set_state(self.request('status'))
 
     # -- events
 
@@ -202,7 +202,7 @@ class RunningLaunch:
         answer = self.request(
             'subscribe', since=point, states=states, raw=True, **more
         )
-        self._take_state(answer)
+        self._set_state(answer)
         try:
             self.now = Point.from_json(answer.get('now'))
         except ProtocolError as error:
@@ -313,7 +313,7 @@ class RunningLaunch:
         """
         return self._received.popleft() if self._received else None
 
-    def _take_state(self, answer: Mapping[str, Any]) -> LaunchState:
+    def _set_state(self, answer: Mapping[str, Any]) -> LaunchState:
         try:
             self._state = from_json(answer.get('launch'))
         except StateError as error:
@@ -349,7 +349,7 @@ def wait_for_exit(pid: int) -> None:
         # it is gone, or the system has no such descriptors
         return
     try:
-        readable([descriptor], PATIENCE)
+        readable([descriptor], ANSWER_TIMEOUT)
     finally:
         os.close(descriptor)
 

@@ -87,9 +87,9 @@ class Client:
         if self._skipped or len(self._outgoing) > protocol.MAXIMUM_BACKLOG:
             self._skipped += len(data)
         else:
-            self.tell({'output': protocol.text_of(data)})
+            self.send_message({'output': protocol.text_of(data)})
 
-    def tell(self, message: Mapping[str, Any]) -> None:
+    def send_message(self, message: Mapping[str, Any]) -> None:
         """Send a message."""
         self.send(protocol.encode(message))
 
@@ -206,12 +206,12 @@ class Client:
                     self._refuse('the request is too long')
                 break
             self._received = rest
-            self._take(line)
+            self._handle(line)
             if not self._is_open:
                 return
         self._watch()
 
-    def _take(self, line: bytes) -> None:
+    def _handle(self, line: bytes) -> None:
         try:
             message = protocol.decode(line)
             if self._label is not None:
@@ -258,7 +258,7 @@ class Client:
             self._unanswered -= 1
             if 'id' not in answer:
                 self._is_waiting = False
-            self.tell(answer)
+            self.send_message(answer)
             self._watch()
 
     def _refuse(self, reason: str) -> None:
@@ -269,7 +269,7 @@ class Client:
         if self._cursor is not None:
             self._journal.unsubscribe(self._cursor)
             self._cursor = None
-        self.tell(protocol.failure(reason))
+        self.send_message(protocol.failure(reason))
 
     def _send(self) -> None:
         if not self._is_open:

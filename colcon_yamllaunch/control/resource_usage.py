@@ -74,14 +74,14 @@ def usage_of(
 @dataclass(frozen=True, slots=True)
 class Look:
     """
-    What processes had used at one moment.
+    What processes had used until a time.
 
-    :param moment: The seconds of a clock
+    :param time: The seconds of a clock
     :param seconds: The seconds of processors by process group
     :param sizes: The bytes of memory, likewise
     """
 
-    moment: float
+    time: float
     seconds: Mapping[int, float]
     sizes: Mapping[int, int]
 
@@ -90,14 +90,14 @@ def look(
     groups: Iterable[int], clock: Callable[[], float] = time.monotonic
 ) -> Look:
     """Look what process groups have used until now."""
-    moment = clock()
+    now = clock()
     cgroups = {group: cgroup.process_folder(group) for group in groups}
-    return Look(moment, *_totals(cgroups))
+    return Look(now, *_totals(cgroups))
 
 
 def usage_between(first: Look, second: Look) -> dict[int, Usage]:
     """Return what those that ran at a second look used since the first."""
-    passed = max(second.moment - first.moment, INTERVAL)
+    passed = max(second.time - first.time, INTERVAL)
     return {
         group: Usage(
             # a process that ended meanwhile took its time with it

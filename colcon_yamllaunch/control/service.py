@@ -74,11 +74,11 @@ class Service:
         if isinstance(event, events.Started | events.Exited):
             for viewer in tuple(self._viewers.get(event.process.label, ())):
                 if isinstance(event, events.Started):
-                    viewer.tell({'started': event.pid})
+                    viewer.send_message({'started': event.pid})
                 else:
                     ending = ending_of(event.outcome, event.asked)
                     again = event.respawn_delay is not None
-                    viewer.tell({'ended': ending, 'again': again})
+                    viewer.send_message({'ended': ending, 'again': again})
 
     def answer(
         self,

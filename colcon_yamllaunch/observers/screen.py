@@ -79,7 +79,7 @@ class InterruptFolding:
         return b''.join(
             shown
             for line in data.splitlines(keepends=True)
-            for shown in lines.take(line)
+            for shown in lines.feed(line)
         )
 
     def rest(self, label: str) -> Iterator[tuple[events.Stream, bytes]]:
@@ -96,7 +96,7 @@ class _Stream:
         self.held: list[bytes] = []
         self._is_folded = False
 
-    def take(self, line: bytes) -> Iterator[bytes]:
+    def feed(self, line: bytes) -> Iterator[bytes]:
         """Return the lines to show after one more line."""
         text = line.rstrip()
         is_start = text == _START

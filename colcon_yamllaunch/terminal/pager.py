@@ -20,7 +20,7 @@ from colcon_yamllaunch.engine import events
 #: The variable with the program, as all have it (environ(7)).
 PAGER = 'PAGER'
 #: Seconds that it gets to end when the launch does.
-PATIENCE = 1.0
+END_TIMEOUT = 1.0
 _USUAL = ('less', 'more')
 #: The options of `less`: colours, and the end of the log first.
 LESS = '-R +G'
@@ -66,7 +66,7 @@ class Pager:
     def end(self) -> None:
         """End it, by SIGKILL if necessary, and wait for that."""
         self.quit()
-        deadline = time.monotonic() + PATIENCE
+        deadline = time.monotonic() + END_TIMEOUT
         while not os.waitpid(self.pid, os.WNOHANG)[0]:
             if time.monotonic() > deadline:
                 os.killpg(self.pid, signal.SIGKILL)
@@ -74,7 +74,7 @@ class Pager:
                 return
             time.sleep(0.01)
 
-    def take_back(self) -> None:
+    def reclaim(self) -> None:
         """Take the terminal back from the pager."""
         self._give(os.getpgrp())
 

@@ -47,7 +47,7 @@ _COLOUR = re.compile(COLOUR)
 _GAP = '  '
 _SPACE = '   '
 _RESET = '\x1b[0m'
-_HURRIES = ' (Ctrl-C hurries)'
+_CTRL_C = ' (Ctrl-C hurries)'
 
 
 @dataclass(frozen=True, slots=True)
@@ -350,7 +350,7 @@ def _summary(
         text = _stopping(state.countdown, now)
         if width(text) > style.columns - 2:
             # it was shown when it began
-            text = text.replace(_HURRIES, '')
+            text = text.replace(_CTRL_C, '')
         summary.append(_painted(text, YELLOW, style))
     else:
         watched = state.change
@@ -370,7 +370,7 @@ def _summary(
 
 def _stopping(countdown: Countdown | None, now: float) -> str:
     if countdown is None:
-        return f'stopping{_HURRIES}'
+        return f'stopping{_CTRL_C}'
     event = countdown.event
     text = 'stopping'
     if event.next_signal is not None:
@@ -381,7 +381,7 @@ def _stopping(countdown: Countdown | None, now: float) -> str:
         names.append(f'{len(event.labels) - len(names)} more')
     if event.timers:
         names.append(f'{event.timers} timer' + 's' * (event.timers > 1))
-    return f'{text}{_HURRIES}: {one_line(", ".join(names))}'
+    return f'{text}{_CTRL_C}: {one_line(", ".join(names))}'
 
 
 def _watched(event: events.Watched | events.Checked, style: Style) -> str:

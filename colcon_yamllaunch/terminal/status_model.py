@@ -243,12 +243,12 @@ class CpuShares:
         :param groups: The process groups that run, by label
         :param now: Seconds of a clock that never goes back
         """
-        taken = self._taken(now)
+        taken = self._processor_seconds(now)
         before, self._before = self._before, (now, taken)
         last, self._last = self._last, None
         if before is None:
             self._folder = _launch_folder(groups)
-            self._before = (now, self._taken(now))
+            self._before = (now, self._processor_seconds(now))
             return {}
         passed = now - before[0]
         if passed <= 0.0 or taken - before[1] < MUCH_CPU * passed:
@@ -262,7 +262,7 @@ class CpuShares:
         used = resource_usage.usage_between(last, self._last)
         return {n: used[g].cpu for n, g in groups.items() if g in used}
 
-    def _taken(self, now: float) -> float:
+    def _processor_seconds(self, now: float) -> float:
         """Return the seconds that the launch has taken, or all has."""
         if self._folder is not None:
             taken = cgroup.processor_time(self._folder)

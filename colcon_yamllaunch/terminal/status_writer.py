@@ -38,7 +38,7 @@ SLOW_INTERVAL = 1.0
 #: Bytes that are held back at most; as many in that time are a flood.
 HELD = 64 * 1024
 #: Seconds that a terminal gets to take the last of it before a suspension.
-PATIENCE = 0.2
+DRAIN_TIMEOUT = 0.2
 
 # ECMA-48 but for the cursor, whose place DEC's terminals save (DECSC, DECRC)
 _SAVE = '\x1b7'
@@ -148,7 +148,7 @@ class StatusWriter(Writer):
         self.end()
         poll = select.poll()
         poll.register(self.descriptor, select.POLLOUT)
-        end = time.monotonic() + PATIENCE
+        end = time.monotonic() + DRAIN_TIMEOUT
         while self.waits() and poll.poll(
             1000 * max(0.0, end - time.monotonic())
         ):

@@ -365,7 +365,7 @@ class TerminalSession:
     def _end_pager(self) -> None:
         paged, self._paged = self._paged, None
         assert paged is not None
-        paged.pager.take_back()
+        paged.pager.reclaim()
         self._writer.begin(self._compose)
         if paged.lost:
             self._screen.say(

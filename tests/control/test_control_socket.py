@@ -3,13 +3,11 @@
 
 """Real launches, and clients of their sockets, well-behaved or not."""
 
-import json
 import os
 from pathlib import Path
 import resource
 import select
 import signal
-import socket
 
 from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.control.client import ControlError
@@ -89,25 +87,6 @@ def test_a_process_is_stopped_and_restarted(controlled, sh, is_running):
     assert actions == ['stop', 'restart']
 
 
-def test_a_single_stop_reaches_what_the_process_started(
-    controlled, sh, sleep, is_running
-):
-    c = controlled(
-        sh(
-            'a',
-            'trap "" INT; setsid sleep 99 & echo $!; sleep 99',
-            sigterm_timeout=0.2,
-            sigkill_timeout=0.2,
-        ),
-        sleep('b'),
-    )
-    c.one.shows('[a]      ')
-    c.client.do(commands.Stop('a'))
-    c.becomes('a', 'ended')
-    (b,) = [p.pid for p in c.client.status().processes if p.label == 'b']
-    assert [p for p in c.one.processes() if os.getpgid(p) != b] == []
-
-
 def test_a_refusal_says_why(idle):
     with pytest.raises(ControlError, match="no process 'x'"):
         idle.client.do(commands.Stop('x'))
@@ -122,11 +101,6 @@ def test_a_shutdown_ends_the_launch(controlled, sleep):
     c.client.wait_for_end(c.one.popen.pid)
     assert c.one.ends() == 0
     assert running_launches(c.place, pytest.fail) == []
-
-
-def test_many_clients_are_answered(idle):
-    clients = [idle.connect() for _ in range(20)]
-    assert {k.status().pid for k in clients} == {idle.one.popen.pid}
 
 
 def test_the_oldest_client_makes_room_for_one_too_many(controlled, sleep):
@@ -166,15 +140,6 @@ def test_a_request_in_pieces_is_put_together(idle):
     for byte in protocol.encode(protocol.request('status')):
         client.connection.sendall(bytes([byte]))
     assert client.receive()['ok']
-
-
-def test_a_client_that_says_no_more_gets_its_answer(idle):
-    client = idle.connect()
-    client.connection.sendall(protocol.encode(protocol.request('status')))
-    client.connection.shutdown(socket.SHUT_WR)
-    assert client.receive()['ok']
-    with pytest.raises(LaunchEndedError):
-        client.receive()
 
 
 @pytest.mark.full
@@ -372,10 +337,3 @@ def told(client: RunningLaunch, key):
 
 def descriptors_of(pid):
     return len(os.listdir(f'/proc/{pid}/fd'))
-
-
-def test_the_protocol_needs_no_client_of_ours(idle):
-    raw = idle.raw()
-    raw.sendall(b'{"version": 1, "request": "status"}\n')
-    answer = json.loads(raw.makefile('rb').readline())
-    assert answer['launch']['processes'][0]['label'] == 'a'

@@ -113,18 +113,6 @@ def test_the_state_has_all_in_the_order_of_the_plan(asked: Asked) -> None:
     ]
 
 
-def test_commands_are_answered_by_the_machine(asked: Asked) -> None:
-    asked.asks('stop', process='arm│last')
-    assert not asked.answers
-    asked.link.answers('stop', error='it has not been started yet')
-    asked.asks('stop', process='nobody')
-    assert [a['ok'] for a in asked.answers] == [False, False]
-    assert asked.answers[0]['error'] == 'it has not been started yet'
-    asked.asks('kill', process='arm│last')
-    asked.link.answers('kill')
-    assert asked.answers[-1]['ok']
-
-
 def test_the_machine_describes_what_runs_there(asked: Asked) -> None:
     asked.asks('describe', process='arm│last')
     asked.link.answers(
@@ -145,12 +133,6 @@ def test_the_machine_describes_what_runs_there(asked: Asked) -> None:
     asked.asks('describe', process='arm│last')
     asked.link.answers('describe', description='odd')
     assert not asked.answers[-1]['ok']
-
-
-def test_the_tree_has_all(asked: Asked) -> None:
-    asked.asks('tree')
-    (answer,) = asked.answers
-    assert [branch['title'] for branch in answer['tree']] == LABELS
 
 
 def test_who_attaches_is_shown_what_is_there(asked: Asked) -> None:

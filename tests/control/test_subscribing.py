@@ -141,15 +141,6 @@ def test_a_client_that_has_subscribed_asks_all_the_same(idle):
     assert received[0].name == 'started'
 
 
-def test_answers_have_the_id_of_their_request(idle):
-    raw = idle.raw()
-    request = protocol.request('status')
-    for one in ('text', 7):
-        raw.sendall(protocol.encode({**request, 'id': one}))
-    lines = raw.makefile('rb')
-    assert [json.loads(lines.readline())['id'] for _ in '12'] == ['text', 7]
-
-
 @pytest.mark.parametrize(
     'message',
     [

@@ -123,13 +123,6 @@ def test_events_are_json_objects(logged, process):
     ]
 
 
-def test_a_second_run_of_a_process_appends(logged, process):
-    folder = logged(
-        *output_of(process('counter')), *output_of(process('counter'))
-    )
-    assert (folder / 'counter/stderr.log').read_bytes() == b'two\ntwo\n'
-
-
 def test_pieces_of_a_line_are_logged_at_once(process, tmp_path):
     one = process('one')
     logs = Logs(tmp_path, [one], pytest.fail)

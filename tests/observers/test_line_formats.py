@@ -30,21 +30,12 @@ def laid_out(value):
         ('{created:.3f} {message}', '1732000000.250 hello'),
         ('{msecs:03.0f} {levelno} {message:>7}', '250 20   hello'),
         ('{name!r:.4} {{{message}}}', "'lau {hello}"),
+        ('%s {message}', '%s hello'),
     ],
 )
 def test_a_format_has_the_fields_of_a_log_record(text, line):
     layout = Layout(text, now=lambda: 1732000000.25)
     assert layout('launch', 'INFO', 'hello') == line
-
-
-def test_a_text_is_not_taken_for_a_format():
-    line = Layout('{name}: {message}')('launch', 'WARNING', '100 %s {name}')
-    assert line == 'launch: 100 %s {name}'
-
-
-def test_asctime_is_the_time_of_day():
-    line = Layout('{asctime}', now=lambda: 1732000000.25)('n', 'INFO', 'm')
-    assert line.endswith(',250')
 
 
 def test_backslashes_stand_for_characters():
@@ -61,13 +52,9 @@ def test_a_time_stamp_has_an_alias():
     assert rest == '[ERROR] [launch]: text'
 
 
-@pytest.mark.parametrize('value', ['', 'default'])
+@pytest.mark.parametrize('value', ['', 'default', None])
 def test_the_usual_form_needs_no_layout(value):
     assert laid_out(value) == (None, [])
-
-
-def test_a_variable_that_is_not_set_needs_no_layout():
-    assert layout_of(SCREEN_FORMAT, {}, pytest.fail) is None
 
 
 @pytest.mark.parametrize(

@@ -65,9 +65,3 @@ def test_it_does_not_matter_where_keys_are_split(pieces):
     assert keys == same
     assert list(whole.settle()) == list(split.settle())
     assert all(keys)
-
-
-@settings(max_examples=40, deadline=None)
-@given(st.text(alphabet=st.characters(categories=('L', 'N', 'P', 'S'))))
-def test_each_letter_is_a_key(text):
-    assert keys_of(text.encode())[1] == list(text)

@@ -298,13 +298,6 @@ def test_a_search_takes_place_as_it_is_typed(keys):
     assert keys.view().prompt is None
 
 
-def test_a_search_is_dropped(keys):
-    typed(keys, '/low\r')
-    typed(keys, '\x1b')
-    list(keys.settle())
-    assert keys.filtering == Filtering()
-
-
 @pytest.mark.parametrize(
     ('name', 'label'),
     [

@@ -113,7 +113,7 @@ class LaunchScreen(Screen[None]):
         self._output = widgets.OutputPane(self.model.view)
         self._shows_plan = False
         self._is_output = False
-        self._prompt = widgets.Prompt(self._take_typed, self._ask_no_more)
+        self._prompt = widgets.Prompt(self._use_typed, self._close_prompt)
         self._search_before = ''
         self._is_due = False
         self._drawn = 0.0
@@ -281,7 +281,7 @@ class LaunchScreen(Screen[None]):
         """Go to the other pane."""
         self._is_output = not self._is_output
         self.set_class(self._is_output, 'output')
-        self._ask_no_more()
+        self._close_prompt()
 
     def key_clear(self, _: str) -> None:
         """Show all again, or ask no more."""
@@ -289,7 +289,7 @@ class LaunchScreen(Screen[None]):
             self._filter(replace(self._filtering, search=self._search_before))
         elif not self._prompt.asked:
             self._filter(self._filtering.cleared())
-        self._ask_no_more()
+        self._close_prompt()
 
     def key_errors(self, _: str) -> None:
         """Show what the last build that failed has said."""
@@ -356,7 +356,7 @@ class LaunchScreen(Screen[None]):
         self.model.choose(filtering)
         self.changed()
 
-    def _take_typed(self, asked: widgets.Asked, text: str) -> None:
+    def _use_typed(self, asked: widgets.Asked, text: str) -> None:
         if asked == 'search' and text != self._filtering.search:
             self._filter(replace(self._filtering, search=text))
         elif asked == 'find' and text:
@@ -383,8 +383,8 @@ class LaunchScreen(Screen[None]):
             self._terminal.interrupt()
             self.say('stopping, then leaving; Ctrl-C to hurry')
 
-    def _ask_no_more(self) -> None:
-        self._prompt.ask_no_more()
+    def _close_prompt(self) -> None:
+        self._prompt.close_prompt()
         self.set_focus(self._output if self._is_output else self._parts)
         self.changed()
 
@@ -454,8 +454,8 @@ class LaunchApp(App[None]):
 
     :param launch: The launch, which was subscribed to
     :param terminal: What is outside of the screen
-    :param measure: Tells what process groups use; it may take some time
-    :param shown: Is told when the terminal is the app's, and when it is not
+    :param measure: Returns what process groups use; it may take a while
+    :param shown: Is called with whether the terminal is the app's
     """
 
     TITLE = 'colcon launch'
@@ -496,8 +496,8 @@ class LaunchApp(App[None]):
         # the colours of the terminal, and none of ours
         super().__init__(driver_class=_Driver, ansi_color=True)
         self._measure = measure
-        #: Is told when the terminal is ours, and when it is not.
-        self.tell_shown = shown
+        #: Is called with whether the terminal is ours.
+        self.notify_shown = shown
         self.panes = LaunchScreen(launch, terminal)
         #: The signal that ended it, None where the user left.
         self.signal: int | None = None
@@ -512,7 +512,7 @@ class LaunchApp(App[None]):
     def on_mount(self) -> None:
         """Begin to measure."""
         loop = asyncio.get_running_loop()
-        loop.set_exception_handler(self._take_loop_error)
+        loop.set_exception_handler(self._handle_loop_error)
         self._mounted_in = loop
         if self.signal is not None:
             self.exit()
@@ -537,7 +537,7 @@ class LaunchApp(App[None]):
         self.error = self.error or error
         self.exit(return_code=1)
 
-    def _take_loop_error(
+    def _handle_loop_error(
         self, _: asyncio.AbstractEventLoop, context: dict[str, Any]
     ) -> None:
         error = context.get('exception')
@@ -565,12 +565,12 @@ class _Driver(linux_driver.LinuxDriver):
     def start_application_mode(self) -> None:
         """Take the terminal."""
         super().start_application_mode()  # type: ignore[no-untyped-call]
-        self._app.tell_shown(True)
+        self._app.notify_shown(True)
 
     def stop_application_mode(self) -> None:
         """Give it back as it was."""
         super().stop_application_mode()
-        self._app.tell_shown(False)
+        self._app.notify_shown(False)
 
     def run_input_thread(self) -> None:
         """Read keys."""

@@ -500,19 +500,21 @@ class Prompt(Input):
     """
     The line that a text or a name is typed in; hidden otherwise.
 
-    :param take: Is called with what is typed, as it is typed
-    :param done: Is called when it is entered
+    :param changed: Is called with what is typed, as it is typed
+    :param submitted: Is called when it is entered
     """
 
     def __init__(
-        self, take: Callable[[Asked, str], None], done: Callable[[], None]
+        self,
+        changed: Callable[[Asked, str], None],
+        submitted: Callable[[], None],
     ) -> None:
         super().__init__(id='prompt', compact=True)
         self.display = False
         #: What is asked for, None for nothing.
         self.asked: Asked | None = None
-        self._take = take
-        self._done = done
+        self._use_text = changed
+        self._finish = submitted
 
     def ask(self, what: Asked, value: str = '') -> None:
         """
@@ -528,7 +530,7 @@ class Prompt(Input):
         # at once, so that what is typed next gets there
         self.screen.set_focus(self)
 
-    def ask_no_more(self) -> None:
+    def close_prompt(self) -> None:
         """Hide; the caller sets the focus."""
         self.asked = None
         self.display = False
@@ -536,14 +538,14 @@ class Prompt(Input):
     def on_input_changed(self, event: Input.Changed) -> None:
         """Pass on what is typed."""
         event.stop()
-        self._tell(event.value)
+        self._pass_on(event.value)
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
         """Pass on what was entered."""
         event.stop()
-        self._tell(event.value)
-        self._done()
+        self._pass_on(event.value)
+        self._finish()
 
-    def _tell(self, text: str) -> None:
+    def _pass_on(self, text: str) -> None:
         if self.asked is not None:
-            self._take(self.asked, text)
+            self._use_text(self.asked, text)

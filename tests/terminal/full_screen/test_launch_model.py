@@ -30,6 +30,8 @@ from support.shown_launch import process
 from support.shown_launch import ShownLaunch
 from support.shown_launch import wrote
 
+SIGNAL = 'died by SIGSEGV (segmentation fault), core dumped'
+
 
 class Clock:
     """A clock that a test sets."""
@@ -52,14 +54,6 @@ def rows_of(model: LaunchModel) -> list[str]:
     return [f'{r.look.sign} {r.title} {r.note}'.strip() for r in model.rows()]
 
 
-def test_a_row_has_the_signal_only() -> None:
-    ending = 'died by SIGSEGV (segmentation fault), core dumped'
-    model = model_of(
-        process('a', phase='ended', condition='failed', ending=ending)
-    )
-    assert rows_of(model) == ['✗ a SIGSEGV, core dumped']
-
-
 def test_rows_say_what_is_going_on() -> None:
     model = model_of(
         process('a', restarts=2),
@@ -67,6 +61,9 @@ def test_rows_say_what_is_going_on() -> None:
         process('b', lifecycle='inactive'),
         process('c', phase='respawn', ending='exited with code 1', pid=None),
         process('d', phase='waiting', pid=None),
+        process(
+            'e', phase='failed', pid=None, condition='failed', ending=SIGNAL
+        ),
         component('talker', 'box', lifecycle='active'),
         component('lost', 'box', phase='failed', ending='no such class'),
         component('remote', None, phase='waiting'),
@@ -80,6 +77,7 @@ def test_rows_say_what_is_going_on() -> None:
         '● b inactive 75%',
         '↻ c respawns (exit 1)',
         '○ d waiting',
+        '✗ e SIGSEGV, core dumped',
         '▢ /far not of this launch',
         '○ remote waiting',
     ]
@@ -194,16 +192,3 @@ def test_each_event_has_its_sentence_or_none() -> None:
     table = page.read_text(encoding='utf-8').partition('what happened | f')[2]
     rows = table.partition('\n\n')[0]
     assert set(re.findall(r'^\| `(\w+)` \|', rows, re.M)) == set(SENTENCES)
-
-
-def test_signs_are_those_of_the_status_block() -> None:
-    looks = {
-        'held': '‖',
-        'running': '●',
-        'starting': '◌',
-        'respawn': '↻',
-        'stopped': '■',
-    }
-    model = model_of(*(process(look, condition=look) for look in looks))
-    signs = {row.title: row.look.sign for row in model.rows()}
-    assert signs == looks
