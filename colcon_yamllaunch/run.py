@@ -195,8 +195,7 @@ class _Launch:
         processes = tuple(whole.processes())
         self._screen = self._display.screen(processes, self.troubles.append)
 
-        # what ends it all, come what may; helpers are told from orphans before
-        # the guard is there, which is a child, too
+        # before the guard starts, which is a child, too, and no orphan
         settings = self._settings(_adopt(context, stack))
         self.guard = self._start_guard(settings.identity, stack)
         self._record = LaunchRecord(settings.identity)
@@ -339,7 +338,7 @@ class _Launch:
         return guard
 
     def _note_folder(self, place: Place) -> None:
-        """Have the folder of parameter files removed, come what may."""
+        """Register the folder of parameter files with guard and record."""
         self.guard.folder(place)
         self._record.note_parameters(place)
 
@@ -419,7 +418,7 @@ class _Launch:
 
 
 def _adopt(context: RunContext, stack: ExitStack) -> Adoption:
-    """Have orphans of the launch become our children, but no helpers."""
+    """Adopt orphans of the launch; helper processes are no orphans."""
     helpers: set[int] = set()
     for participant in context.participants:
         stack.callback(participant.close)

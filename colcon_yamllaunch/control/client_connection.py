@@ -79,7 +79,7 @@ class Client:
 
     @property
     def has_subscribed(self) -> bool:
-        """Whether it is told what happens."""
+        """Whether the client has subscribed."""
         return self._cursor is not None
 
     def show(self, stream: Stream, data: bytes) -> None:  # noqa: ARG002
@@ -154,7 +154,7 @@ class Client:
         return self._label is not None or self._has_room()
 
     def _has_room(self) -> bool:
-        """Tell whether there is room for the answer to a request."""
+        """Return whether there is room for the answer to a request."""
         if self._is_holder:
             # it may have to stop what floods it
             return True
@@ -173,7 +173,7 @@ class Client:
         return self._unanswered < protocol.MAXIMUM_UNANSWERED
 
     def _has_more(self) -> bool:
-        """Tell whether there is more for one that has subscribed."""
+        """Return whether a subscribed client has not received everything."""
         cursor = self._cursor
         return cursor is not None and self._journal.has_more(cursor)
 
@@ -192,7 +192,7 @@ class Client:
             self._service.subscribers.heard(self._cursor)
 
     def _serve(self) -> None:
-        """Do what was asked for, as far as its answers find room."""
+        """Answer requests as long as there is room for their answers."""
         for _ in range(_REQUESTS_PER_TURN):
             has_room = self._label is not None or self._has_room()
             if self._is_waiting or not has_room:
@@ -232,7 +232,7 @@ class Client:
         if not isinstance(number, str | int | None):
             raise ProtocolError("an 'id' is a text or a whole number")
         same = {} if number is None else {'id': number}
-        # others are served meanwhile only if it is told which answer is whose
+        # only with an id does the client know which request an answer is for
         self._is_waiting = number is None
         self._unanswered += 1
         if message.get('request') == 'ping':

@@ -195,7 +195,7 @@ class Journal:
         return cursor
 
     def unsubscribe(self, cursor: Cursor) -> None:
-        """Keep nothing for a cursor any more."""
+        """Drop what only this cursor needs."""
         if cursor in self._cursors:
             self._cursors.remove(cursor)
             self._release()
@@ -226,7 +226,7 @@ class Journal:
         self._waiting.add(wake)
 
     def forget(self, wake: Callable[[], None]) -> None:
-        """Do not call `wake` any more."""
+        """Cancel :meth:`call`."""
         self._waiting.discard(wake)
 
     def read(self, cursor: Cursor, room: int) -> bytes:

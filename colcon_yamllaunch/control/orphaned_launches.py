@@ -4,10 +4,9 @@
 """
 Launches whose launcher was killed, as other terminals see them.
 
-Their processes are found by their mark, which tells who the launcher was. What
-else is worth knowing stands in a record beside the socket, which the launcher
-writes, as it cannot be asked any more. Usually its guard is about to stop the
-processes; if that was killed, too, they run until somebody asks for their end.
+Their processes have a mark that identifies the launcher. The record beside the
+socket, which the launcher wrote, describes them. Usually the guard of the
+launch stops them; if that was killed, too, they run until a user stops them.
 """
 
 from collections.abc import Callable
@@ -108,7 +107,7 @@ class OrphanedLaunch(Targets):
             state.started = min(state.started, process.since)
 
     def close(self) -> None:
-        """Leave it alone."""
+        """Do nothing, as there is no connection."""
 
     def status(self) -> LaunchState:
         """
@@ -212,7 +211,7 @@ class OrphanedLaunch(Targets):
 
 
 class _OneProcess(Targets):
-    """What is left of one process of a launch."""
+    """The orphans of one process of a launch."""
 
     def __init__(self, launch: OrphanedLaunch, number: int) -> None:
         self._launch = launch

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What processes are called, and who is meant by a name."""
+"""The names of processes, and which processes a name matches."""
 
 from collections.abc import Iterator
 from collections.abc import Sequence
@@ -83,7 +83,7 @@ class ProcessNames:
         return (f'{machine}/{label}', label) if separator else ()
 
     def is_called(self, name: str) -> bool:
-        """Tell whether a name means this one only."""
+        """Return whether a name means this process only."""
         return name in (self.label, self.name, *self._shorter)
 
     @property

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What the processes of launches use of the machine."""
+"""The CPU share and memory of the processes of launches."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -16,7 +16,7 @@ from colcon_yamllaunch.common.process_scan import running_processes
 from colcon_yamllaunch.engine import cgroup
 from colcon_yamllaunch.engine.state import ProcessState
 
-#: Seconds between two looks that a share of a processor is computed from.
+#: Seconds between the two measurements of a CPU share.
 INTERVAL = 0.2
 
 _TICKS = os.sysconf('SC_CLK_TCK')
@@ -89,7 +89,7 @@ class Look:
 def look(
     groups: Iterable[int], clock: Callable[[], float] = time.monotonic
 ) -> Look:
-    """Look what process groups have used until now."""
+    """Return what process groups have used until now."""
     now = clock()
     cgroups = {group: cgroup.process_folder(group) for group in groups}
     return Look(now, *_totals(cgroups))

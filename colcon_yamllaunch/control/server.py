@@ -282,7 +282,7 @@ class Server:
         (waiting or self._clients)[0].close()
 
     def _turn_away(self) -> None:
-        """Take a client and send it away, as it would wait for ever."""
+        """Close the connection of a client, as no descriptor is free."""
         os.close(self._spare)
         with suppress(OSError):
             connection, _ = self._listener.accept()

@@ -68,7 +68,7 @@ def folders(environment: Mapping[str, str]) -> tuple[Path, ...]:
 
 
 def has_sockets(environment: Mapping[str, str]) -> bool:
-    """Tell whether launches of the user may run; this takes no time."""
+    """Return whether launches of the user may run, without connecting."""
     for folder in folders(environment):
         with suppress(OSError):
             if any(name.endswith(SUFFIX) for name in os.listdir(folder)):
@@ -200,7 +200,7 @@ def connections(
 
     What a launch left that was killed is removed.
 
-    :param warn: Is told of a folder that others may enter, and that is not
+    :param warn: Is called with a folder that others may enter, and that is not
       used for this reason
     """
     found = []
@@ -223,7 +223,7 @@ def connections(
 
 
 def is_own(connection: socket.socket) -> bool:
-    """Tell whether the other end is a process of this user."""
+    """Return whether the other end is a process of this user."""
     return _credentials(connection)[1] == os.getuid()
 
 

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What users can do about a process that failed, from its last output."""
+"""Advice about a process that failed, from its last output."""
 
 from collections.abc import Callable
 from collections.abc import Iterable

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What failed in a launch, and the closing lines about it."""
+"""Reports of what failed in a launch, and the closing lines about it."""
 
 from collections.abc import Callable
 from collections.abc import Sequence

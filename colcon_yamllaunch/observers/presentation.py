@@ -362,7 +362,7 @@ class TerminalTitle:
                     self._show(_FAILED if self._failed else _DONE)
 
     def restore(self) -> None:
-        """Give the window its former title back."""
+        """Restore the former title of the window."""
         if self._title:
             self._writer.steer(_RESTORE_TITLE)
             self._writer.flush()

@@ -214,7 +214,7 @@ class WatchedKeyboard(Keyboard):
         return self.modes
 
     def release(self) -> None:
-        """Leave the keyboard to others."""
+        """Stop reading keys, and restore the modes of the terminal."""
         if self.modes is not None and self._loop is not None:
             self._loop.remove(self.descriptor)
         super().release()

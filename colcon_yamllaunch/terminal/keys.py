@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What the keys mean that are typed at the terminal of a launch."""
+"""The keys that are typed at the status block, and lines of input."""
 
 from collections.abc import Iterable
 from collections.abc import Iterator
@@ -50,7 +50,7 @@ _BACK = frozenset(('esc', 'q', 'E', '?', 'enter', ' '))
 _ON = frozenset(('?', 'enter', ' '))
 #: The conditions in which nothing can be stopped.
 DOWN = frozenset(('ended', 'stopped', 'failed'))
-# the keys that the block tells of while no process is chosen
+# the keys in the hint while no process is chosen
 _IN_HINT = (
     *('help', 'search', 'level', 'times', 'mute_all'),
     *('errors', 'watch', 'quit'),

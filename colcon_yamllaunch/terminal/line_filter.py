@@ -156,7 +156,7 @@ class LineFilter:
 
     :param color: Whether lines are coloured
     :param is_ascii: Whether there is nothing but ASCII
-    :param form_of: Tells the form that a process gives its lines, see
+    :param form_of: Returns the form of the lines of a process, see
       `log_levels.FORMAT`
     """
 
@@ -250,7 +250,7 @@ class LineFilter:
     def _without_changes(
         self, key: _Key, process: Process, data: bytes
     ) -> bytes:
-        """Keep what is written anew in its line, and return whole lines."""
+        """Keep lines that are rewritten in place, and return whole lines."""
         data = _CARRIAGE_RETURNS.sub(b'\n', data)
         if b'\r' not in data and key not in self._live:
             return data
@@ -327,7 +327,7 @@ class LineFilter:
     def _compared_at_once(
         self, key: _Key, event: events.Output, data: bytes
     ) -> tuple[list[events.Output], bytes]:
-        """Do the same with many lines, which may all be one."""
+        """Do the same with many lines, which are often all the same."""
         first = data[: data.index(b'\n') + 1]
         # most often the next one tells
         is_same = data.startswith(first, len(first))

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""A pager that has the terminal for a while, as another job of a shell."""
+"""A pager that runs in the terminal of a launch as its foreground job."""
 
 from collections import deque
 from collections.abc import Iterator
@@ -75,7 +75,7 @@ class Pager:
             time.sleep(0.01)
 
     def reclaim(self) -> None:
-        """Take the terminal back from the pager."""
+        """Make the launch the foreground job again."""
         self._give(os.getpgrp())
 
     def _give(self, group: int) -> None:
@@ -135,7 +135,7 @@ def command(environment: Mapping[str, str]) -> list[str]:
 
 @contextmanager
 def _undisturbed() -> Iterator[None]:
-    """Let the terminal be changed from the background (tcsetpgrp(3))."""
+    """Block SIGTTOU, so that a background job may call tcsetpgrp(3)."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGTTOU,))
     try:
         yield

@@ -106,7 +106,7 @@ class Row:
 
     @property
     def note(self) -> str:
-        """What there is to say about it in short."""
+        """Its state, restarts and CPU share."""
         return ' '.join(filter(None, (self.state, self.restarts, self.cpu)))
 
 

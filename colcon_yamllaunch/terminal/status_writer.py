@@ -309,7 +309,7 @@ class StatusWriter(Writer):
         self._add(key, memoryview(data)[:-1])
 
     def _end_region(self) -> None:
-        """Take the cursor back to where it rests."""
+        """Scroll the whole screen again, with the cursor at its place."""
         if self._in_region:
             self._in_region = False
             line, column = self._block.cursor or (0, 0)

@@ -4,8 +4,8 @@
 """
 The view of a launch in the terminal that it was started in.
 
-That is the status block below the output, and the keyboard. Both are somebody
-else's while the launch is suspended or in the background.
+It has the status block below the output, and the keyboard. While the launch is
+suspended or in the background, the terminal belongs to another job.
 """
 
 from collections.abc import Callable
@@ -52,18 +52,18 @@ from colcon_yamllaunch.terminal.status_writer import StatusWriter
 if TYPE_CHECKING:
     from colcon_yamllaunch.terminal.pager import PagedOutput
 
-#: Seconds between two looks at what takes much of a processor, and those for
-#: each process where they are many: a look takes some 30 µs for each.
+#: Seconds between two measurements of CPU shares, and those for each process
+#: if there are many.
 LOOK_INTERVAL = 2.0
 LOOK_SHARE = 0.05
-#: Seconds between two looks at whether the terminal is ours again.
+#: Seconds between two checks whether the launch is in the foreground again.
 FOREGROUND_INTERVAL = 0.5
 #: The part of the lines of a terminal that the block takes at most, as one
 #: divided by this.
 PART = 3
-#: Seconds between two looks at whether a process takes lines or keys.
+#: Seconds between two checks whether a process reads lines or keys.
 MODES_INTERVAL = 0.25
-#: Bytes of a line that may change that are looked at.
+#: Bytes that are shown of a line that may still change.
 _SEEN = 4096
 # None for a key that sends no command
 _COMMANDS = {key.name: key.command for key in (*FOR_ONE, *FOR_ALL)}
@@ -98,7 +98,7 @@ class TerminalSession:
         has_keys: bool,
     ) -> None:
         assert isinstance(display.writer, StatusWriter)
-        #: What the block tells.
+        #: What the block shows.
         self.model = StatusModel(state)
         self._writer = display.writer
         self._descriptor = display.writer.descriptor
@@ -175,11 +175,11 @@ class TerminalSession:
             if self._is_active:
                 self._writer.touch()
             else:
-                # there is no place for what may still change
+                # without a block, nothing that may still change is shown
                 self._show_all(self._filter.end())
             return
         if isinstance(event, events.ShuttingDown):
-            # what was told last is in the way now
+            # the note would hide the countdown
             self._keys.show_note('')
         self._attachment.before(event)
         if self.model.version != self._drawn_version:
@@ -205,7 +205,7 @@ class TerminalSession:
             self._writer.begin(self._compose)
 
     def _follow_foreground(self) -> None:
-        """Take the terminal, or leave it to the job that has it now."""
+        """Use the terminal while the launch is in its foreground."""
         if is_in_foreground(self._descriptor) == self._is_active:
             return
         self._is_active = not self._is_active
@@ -337,7 +337,7 @@ class TerminalSession:
     # the pager
 
     def _page(self, log: str) -> None:
-        """Leave the terminal to the pager, with the log of a process."""
+        """Show the log of a process in the pager, which gets the terminal."""
         if self._engine is None:
             return
         # few are looked at

@@ -67,7 +67,7 @@ linux_driver.getincrementaldecoder = (  # type: ignore[attr-defined]
 
 
 class Terminal(Protocol):
-    """What is outside of the screen."""
+    """The terminal and the launch, as far as the screen needs them."""
 
     @property
     def owns_launch(self) -> bool:
@@ -80,7 +80,7 @@ class Terminal(Protocol):
         """Show a file, until the user has seen it."""
 
     def interrupt(self) -> None:
-        """Do to the launch what Ctrl-C does, if it was started for this."""
+        """Interrupt the launch as Ctrl-C does, if the screen owns it."""
 
 
 class LaunchScreen(Screen[None]):
@@ -216,7 +216,7 @@ class LaunchScreen(Screen[None]):
     def after_debug(
         self, command: commands.PartCommand[Any], _: object
     ) -> None:
-        """Say how to go on."""
+        """Show how to type at the debugger."""
         text = 'starts under a debugger: a types at it'
         self.say(f'{command.process}: {text}')
 
@@ -230,7 +230,7 @@ class LaunchScreen(Screen[None]):
         self.app.push_screen(widgets.Reading(one_line(command.process), text))
 
     def after_watch(self, command: commands.Watch, _: object) -> None:
-        """Say whether changes of files have consequences."""
+        """Show whether `--watch` is on."""
         is_off = command.action == 'pause'
         self.say(f'--watch is {"off: w switches it on" if is_off else "on"}')
 
@@ -309,7 +309,7 @@ class LaunchScreen(Screen[None]):
         )
 
     def key_leave(self, _: str = '') -> None:
-        """Leave, and ask what is to become of the launch."""
+        """Leave; if the screen owns the launch, ask whether to stop it."""
         if self.model.ending or not self._terminal.owns_launch:
             self.app.exit()
         else:
@@ -341,7 +341,7 @@ class LaunchScreen(Screen[None]):
         self.changed()
 
     def on_descendant_focus(self) -> None:
-        """Tell what keys mean to who has them now."""
+        """Show the keys of the pane that has the focus."""
         self.changed()
 
     def on_output_pane_followed(self) -> None:
@@ -563,12 +563,12 @@ class _Driver(linux_driver.LinuxDriver):
     _app: LaunchApp
 
     def start_application_mode(self) -> None:
-        """Take the terminal."""
+        """Set the modes of the terminal."""
         super().start_application_mode()  # type: ignore[no-untyped-call]
         self._app.notify_shown(True)
 
     def stop_application_mode(self) -> None:
-        """Give it back as it was."""
+        """Restore the modes of the terminal."""
         super().stop_application_mode()
         self._app.notify_shown(False)
 
@@ -581,7 +581,7 @@ class _Driver(linux_driver.LinuxDriver):
 
     def _sigcont_application(self, *_: object) -> None:
         # a process, or the pager, may have the terminal; or it is gone, which
-        # is told by this signal, too
+        # sends this signal, too
         if not (self._auto_restart and os.isatty(self.fileno)):
             return
         if not is_in_foreground(self.fileno):

@@ -146,7 +146,7 @@ class OutputStore:
         return line
 
     def alter(self, line: Line, text: str) -> None:
-        """Let a line, about a process or of one, be another."""
+        """Replace the text of a line."""
         kept = self._of(line.label)
         self._grow(kept, len(text) - len(line.text))
         line.text = text
@@ -237,7 +237,7 @@ class OutputStore:
         self._size += size
 
     def _shrink(self) -> None:
-        """Leave out the oldest lines of whoever has most."""
+        """Drop the oldest lines of the process with the most characters."""
         while self._size > self._characters:
             biggest = max(self._kept.values(), key=attrgetter('size'))
             for _ in range((len(biggest.lines) + 1) // 2):
