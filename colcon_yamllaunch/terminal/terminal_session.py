@@ -10,7 +10,6 @@ suspended or in the background, the terminal belongs to another job.
 
 from collections.abc import Callable
 from collections.abc import Iterable
-from collections.abc import Mapping
 from collections.abc import Sequence
 import math
 import os
@@ -130,7 +129,6 @@ class TerminalSession:
         self._guard = guard
         self._conditions = conditions
         self._clock = clock
-        self._engine: Engine | None = None
         self._shares = CpuShares()
         self._next_look = clock() + LOOK_INTERVAL
         self._drawn_version = (-1, 0)
@@ -140,7 +138,7 @@ class TerminalSession:
 
     def connect(self, engine: Engine) -> None:
         """Use an engine, before it runs."""
-        self._engine = engine
+        self._engine: Engine = engine
         self._attachment.connect(engine)
         if self._keyboard is not None:
             self._keyboard.connect(engine.loop)
@@ -151,13 +149,11 @@ class TerminalSession:
     def close(self) -> None:
         """Restore the terminal."""
         self._attachment.close()
-        paged, engine = self._paged, self._engine
-        if paged is not None and engine is not None:
-            engine.loop.remove_child(paged.pager.pid)
-            paged.pager.end()
+        if self._paged is not None:
+            self._engine.loop.remove_child(self._paged.pager.pid)
+            self._paged.pager.end()
             self._end_pager()
         self._end()
-        self._engine = None
 
     def handle(self, event: events.Event) -> None:
         """Show an event above the block."""
@@ -251,8 +247,8 @@ class TerminalSession:
     def _press(self, name: str, label: str | None) -> None:
         """Send the command of a key, or call its method."""
         command_of = _COMMANDS.get(name)
-        engine, state = self._engine, self.model.state
-        if command_of is None or engine is None:
+        state = self.model.state
+        if command_of is None:
             getattr(self, f'key_{name}')(label)
             return
         part = self.model.part(label)
@@ -267,7 +263,7 @@ class TerminalSession:
             elif after := getattr(self, f'after_{name}', None):
                 after(command, response)
 
-        engine.ask(command, reply)
+        self._engine.ask(command, reply)
 
     def after_debug(self, command: commands.Debug, _: object) -> None:
         """Type at a process as soon as its debugger runs."""
@@ -338,8 +334,6 @@ class TerminalSession:
 
     def _page(self, log: str) -> None:
         """Show the log of a process in the pager, which gets the terminal."""
-        if self._engine is None:
-            return
         # few are looked at
         from colcon_yamllaunch.terminal.pager import PagedOutput
         from colcon_yamllaunch.terminal.pager import Pager
@@ -400,7 +394,7 @@ class TerminalSession:
             pause = max(LOOK_INTERVAL, LOOK_SHARE * len(groups))
             self._next_look = now + pause
             shares = self._shares.look(groups, now)
-            model.measure({**self._shares_elsewhere(), **shares})
+            model.measure({**self._engine.cpu_shares(), **shares})
         self._drawn_version = model.version
         size = size_of(self._descriptor)
         style = status_block.Style(
@@ -435,9 +429,7 @@ class TerminalSession:
 
     def _pending(self, now: float) -> tuple[str, float | None]:
         """Return what the launch waits for, and until when that is right."""
-        engine, state = self._engine, self.model.state
-        if engine is None:
-            return '', None
+        state = self.model.state
         texts = []
         times = []
         seen = [f"'{text}'" for text in self._conditions.waited_for()]
@@ -448,7 +440,7 @@ class TerminalSession:
             texts.append(f'{_seconds(due - now)} left')
             times.append(status_block.next_second(due, now))
         if not state.stopping:
-            due = engine.supervisor.next_timer()
+            due = self._engine.supervisor.next_timer()
             if due is not None and due > now:
                 texts.append(f'timer in {_seconds(due - now)}')
                 times.append(status_block.next_second(due, now))
@@ -459,10 +451,6 @@ class TerminalSession:
             ):
                 texts.append('waits for a change')
         return ', '.join(texts), min(times, default=None)
-
-    def _shares_elsewhere(self) -> Mapping[str, float]:
-        """Return what processes on other machines take of a processor."""
-        return {} if self._engine is None else self._engine.cpu_shares()
 
     def _live(self) -> tuple[str, ...]:
         """Return the lines of output that may still change."""

@@ -36,24 +36,50 @@ from textual.strip import Strip
 from textual.widgets import Input
 from textual.widgets import Static
 
-#: The keys that scroll a pane.
-SCROLLING: list[BindingType] = [
-    Binding(key, action, show=False)
-    for key, action in (
-        ('up', 'move(-1)'),
-        ('down', 'move(1)'),
-        ('pageup', 'page(-1)'),
-        ('pagedown', 'page(1)'),
-        ('home', 'begin'),
-        ('end', 'end'),
-    )
-]
+
+class Pane(ScrollView, can_focus=True):
+    """A pane that the keyboard scrolls."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding(key, action, show=False)
+        for key, action in (
+            ('up', 'move(-1)'),
+            ('down', 'move(1)'),
+            ('pageup', 'page(-1)'),
+            ('pagedown', 'page(1)'),
+            ('home', 'begin'),
+            ('end', 'end'),
+        )
+    ]
+
+    def action_move(self, rows: int) -> None:
+        """Go some rows up or down."""
+        self._go(self._place + rows)
+
+    def action_page(self, pages: int) -> None:
+        """Go a screen up or down."""
+        self.action_move(pages * max(1, self.size.height - 1))
+
+    def action_begin(self) -> None:
+        """Go to the first row."""
+        self._go(0)
+
+    def action_end(self) -> None:
+        """Go to the last row."""
+        self._go(int(self.virtual_size.height))
+
+    @property
+    def _place(self) -> int:
+        """The row that the keys move."""
+        raise NotImplementedError
+
+    def _go(self, row: int) -> None:
+        """Go to a row, or to the nearest that there is."""
+        raise NotImplementedError
 
 
-class PartList(ScrollView, can_focus=True):
+class PartList(Pane):
     """Rows with a cursor, which stays with its process."""
-
-    BINDINGS: ClassVar[list[BindingType]] = SCROLLING
 
     class Moved(Message):
         """The cursor is on another row."""
@@ -93,46 +119,17 @@ class PartList(ScrollView, can_focus=True):
         self.refresh()
 
     def go_to(self, label: str) -> bool:
-        """Put the cursor on a process; tell whether it is there."""
-        for number, row in enumerate(self._rows):
-            if row.label == label:
-                self._go(number)
-                return True
-        return False
+        """Put the cursor on a process; return whether it is there."""
+        return self._go_to(lambda row: row.label == label)
 
     def find(self, name: str) -> bool:
         """Put the cursor on the first row with a part of a name."""
-        for number, row in enumerate(self._rows):
-            if row.label is not None and name.lower() in row.label.lower():
-                self._go(number)
-                return True
-        return False
+        part = name.lower()
+        return self._go_to(lambda row: part in (row.label or '').lower())
 
     def next_of(self, labels: Collection[str]) -> bool:
         """Put the cursor on the next row with one of some labels."""
-        count = len(self._rows)
-        for step in range(1, count + 1):
-            number = (self._cursor + step) % count
-            if self._rows[number].label in labels:
-                self._go(number)
-                return True
-        return False
-
-    def action_move(self, rows: int) -> None:
-        """Go up or down."""
-        self._go(self._cursor + rows)
-
-    def action_page(self, pages: int) -> None:
-        """Go a screen up or down."""
-        self._go(self._cursor + pages * max(1, self.size.height - 1))
-
-    def action_begin(self) -> None:
-        """Go to the first row."""
-        self._go(0)
-
-    def action_end(self) -> None:
-        """Go to the last row."""
-        self._go(len(self._rows))
+        return self._go_to(lambda row: row.label in labels, self._cursor + 1)
 
     def on_click(self, event: Click) -> None:
         """Go where the mouse is."""
@@ -160,8 +157,20 @@ class PartList(ScrollView, can_focus=True):
         strip = Strip(text.render(self.app.console), text.cell_len)
         return strip.crop_extend(0, width, style)
 
-    def _go(self, number: int) -> None:
-        cursor = max(0, min(number, len(self._rows) - 1))
+    @property
+    def _place(self) -> int:
+        return self._cursor
+
+    def _go_to(self, fits: Callable[[Row], bool], start: int = 0) -> bool:
+        """Put the cursor on the first row that fits, if there is one."""
+        rows = [*self._rows[start:], *self._rows[:start]]
+        found = next((n for n, row in enumerate(rows) if fits(row)), None)
+        if found is not None:
+            self._go((start + found) % len(rows))
+        return found is not None
+
+    def _go(self, row: int) -> None:
+        cursor = max(0, min(row, len(self._rows) - 1))
         if cursor != self._cursor:
             self._cursor = cursor
             self._keep_in_sight()
@@ -213,15 +222,13 @@ _FOUND = Style(reverse=True, bold=True)
 _TABS = 8
 
 
-class OutputPane(ScrollView, can_focus=True):
+class OutputPane(Pane):
     """
     The output, of which only the visible lines are drawn.
 
     A long line takes several rows, as on any terminal. The pane follows the
     end until the user scrolls up; then it stays where the user looks.
     """
-
-    BINDINGS: ClassVar[list[BindingType]] = SCROLLING
 
     class Followed(Message):
         """The end of the output came into sight or left it."""
@@ -287,23 +294,6 @@ class OutputPane(ScrollView, can_focus=True):
             self.follows = follows
             self.post_message(self.Followed())
 
-    def action_move(self, rows: int) -> None:
-        """Go a bit."""
-        self.scroll_to(y=self.scroll_offset.y + rows, animate=False)
-
-    def action_page(self, pages: int) -> None:
-        """Go a screen up or down."""
-        rows = pages * max(1, self.size.height - 1)
-        self.scroll_to(y=self.scroll_offset.y + rows, animate=False)
-
-    def action_begin(self) -> None:
-        """Go to the first line."""
-        self.scroll_to(y=0, animate=False)
-
-    def action_end(self) -> None:
-        """Go to the last line, and stay there."""
-        self._go(self.max_scroll_y)
-
     def render_line(self, y: int) -> Strip:
         """Draw a row of the screen."""
         width = self._columns
@@ -327,6 +317,10 @@ class OutputPane(ScrollView, can_focus=True):
     def _names(self) -> bool:
         """Whether lines say whose they are."""
         return len(self._view.filtering.only) != 1
+
+    @property
+    def _place(self) -> int:
+        return self.scroll_offset.y
 
     def _go(self, row: int) -> None:
         self.scroll_to(y=row, animate=False, force=True)
