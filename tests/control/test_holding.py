@@ -112,15 +112,6 @@ def test_a_launch_whose_lease_expires_is_stopped(controlled, sh):
     assert 'SIGTERM received' in c.one.screen
 
 
-def test_a_launch_that_is_kept_has_no_lease(controlled, sh):
-    c = controlled(sh('a', 'sleep 99'))
-    c.becomes('a', 'running')
-    c.connect().subscribe(holder='test', lease=0.2)
-    c.connect().subscribe(holder='test')
-    time.sleep(0.6)
-    assert c.process('a').phase == 'running'
-
-
 @pytest.mark.full
 def test_a_launcher_that_hangs_does_not_outlive_its_lease(
     controlled, sh, wait_until

@@ -257,20 +257,6 @@ def test_without_clients_nothing_is_written(told, monkeypatch):
     assert opened_files() == files
 
 
-def test_a_journal_that_cannot_be_written_loses_output_only(told, monkeypatch):
-    monkeypatch.setattr(limits, 'OUTPUT_BACKLOG', 8)
-    monkeypatch.setattr(told.journal, '_folder', '/nowhere')
-    cursor = told.cursor()
-    told.writes(b'one\n')
-    told.says('first')
-    told.writes(b'2 and 3\n')
-    assert told.read(cursor) == [
-        {'events': 0, 'bytes': 4},
-        'first',
-        b'2 and 3\n',
-    ]
-
-
 def test_events_have_room_of_their_own(told, monkeypatch):
     monkeypatch.setattr(limits, 'EVENT_BACKLOG', 150)
     told.says('first', 'second', 'third')

@@ -40,12 +40,6 @@ def test_names_of_a_process(pattern, fits):
         assert meant_by(pattern, [names]) == ([0] if fits else [])
 
 
-def test_a_process_without_a_node_has_fewer_names():
-    names = ProcessNames('sh-2', 'sh-2', 'sh', None)
-    assert meant_by('sh', [names]) == [0]
-    assert meant_by('/*', [names]) == []
-
-
 @pytest.mark.parametrize(
     ('pattern', 'meant'),
     [

@@ -211,13 +211,6 @@ def test_a_node_that_was_activated_after_all_is_no_failure(process):
     assert 'exited with code 3' in report.text
 
 
-def test_that_nobody_speaks_with_ros_is_a_failure_of_the_launch():
-    failures = heard(RosLost('it died'))
-    assert exit_code(failures) == 1
-    assert failures.summary() == ('failed: it died',)
-    assert [r.process for r in failures.reports()] == [None]
-
-
 def test_what_is_no_part_of_the_launch_any_more_did_not_fail(process):
     a = process('a')
     failures = heard(exited(a, code=3), Dropped(a))
@@ -256,18 +249,20 @@ def test_no_core_dump_is_looked_for_on_another_machine(
     assert exit_code(failures) == 1
 
 
-def test_launch_files_in_python_fail(process):
+def test_failed_helper_processes_are_failures_of_the_launch(process):
     failures = heard(
         exited(process('a'), code=3),
         PlanFailed(('a.launch.py:7: error: no', '  return no')),
         WorkerLost('died by SIGKILL (killed)'),
+        RosLost('the ROS client died'),
     )
     assert exit_code(failures) == 1
     assert failures.summary()[1:] == (
         'failed: a.launch.py:7: error: no',
         'failed: the host of launch files in Python died by SIGKILL (killed)',
+        'failed: the ROS client died',
     )
-    assert [r.process for r in failures.reports()[1:]] == [None, None]
+    assert [r.process for r in failures.reports()[1:]] == [None] * 3
 
 
 def test_machine_that_is_back_is_no_failure(process):

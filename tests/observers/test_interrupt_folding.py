@@ -40,14 +40,17 @@ def test_a_traceback_that_ends_in_keyboard_interrupt_is_one_line(folding):
     )
 
 
-def test_it_may_come_line_by_line(folding):
-    lines = INTERRUPTED.splitlines(keepends=True)
-    assert folded(folding, *lines).count(b'\n') == 1
-
-
-def test_one_that_follows_from_it_is_folded_too(folding):
-    shown = folded(folding, INTERRUPTED + LINK + INTERRUPTED)
-    assert shown.count(b'\n') == 2
+@pytest.mark.parametrize(
+    ('chunks', 'count'),
+    [
+        (INTERRUPTED.splitlines(keepends=True), 1),
+        ([INTERRUPTED + LINK + INTERRUPTED], 2),
+        ([START + BODY + b'rclpy.executors.ExternalShutdownException\n'], 1),
+    ],
+)
+def test_each_traceback_of_a_stop_is_one_line(folding, chunks, count):
+    shown = folded(folding, *chunks)
+    assert shown.count(b'\n') == count
     assert b'File' not in shown
 
 
@@ -56,11 +59,6 @@ def test_another_error_is_shown_whole(folding):
     assert folded(folding, other) == other
     shown = folded(folding, INTERRUPTED + LINK + other)
     assert shown.endswith(LINK + other)
-
-
-def test_the_end_of_the_context_counts_as_well(folding):
-    end = b'rclpy.executors.ExternalShutdownException\n'
-    assert folded(folding, START + BODY + end).count(b'\n') == 1
 
 
 def test_endless_tracebacks_are_not_held_back(folding):

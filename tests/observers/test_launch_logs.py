@@ -93,34 +93,23 @@ def test_the_output_mode_says_what_is_logged(
 
 def test_events_are_json_objects(logged, process):
     counter = process('counter', name='talker-1')
-    folder = logged(
-        Started(counter, 12),
-        Exited(counter, 12, Outcome(signal=11), 0.5, False, True, 2.0),
-    )
-    lines = (folder / 'events.jsonl').read_text().splitlines()
-    assert [json.loads(line) for line in lines] == [
-        {
-            'time': 1732000000.25,
-            'event': 'started',
-            'label': 'counter',
-            'name': 'talker-1',
-            'pid': 12,
-        },
-        {
-            'time': 1732000000.25,
-            'event': 'exited',
-            'label': 'counter',
-            'name': 'talker-1',
-            'pid': 12,
-            'exit_code': None,
-            'signal': 'SIGSEGV',
-            'core_dumped': False,
-            'seconds': 0.5,
-            'asked': False,
-            'failed': True,
-            'respawn_delay': 2.0,
-        },
-    ]
+    crash = Exited(counter, 12, Outcome(signal=11), 0.5, False, True, 2.0)
+    folder = logged(Started(counter, 12), crash)
+    _, line = (folder / 'events.jsonl').read_text().splitlines()
+    assert json.loads(line) == {
+        'time': 1732000000.25,
+        'event': 'exited',
+        'label': 'counter',
+        'name': 'talker-1',
+        'pid': 12,
+        'exit_code': None,
+        'signal': 'SIGSEGV',
+        'core_dumped': False,
+        'seconds': 0.5,
+        'asked': False,
+        'failed': True,
+        'respawn_delay': 2.0,
+    }
 
 
 def test_pieces_of_a_line_are_logged_at_once(process, tmp_path):

@@ -58,10 +58,6 @@ def lines(board, columns=80, view=None, waits_for='', now=100.0, **style):
     return list(block.lines)
 
 
-def test_few_processes_take_one_line(board):
-    assert lines(board('counter', 'doubler')) == [' 1 ● counter  2 ● doubler']
-
-
 def test_the_state_of_each(board, process, fails):
     one = board('a', 'b', 'c', 'd')
     fails(one, 'b')
