@@ -333,8 +333,7 @@ def _state(
     """Describe what runs of a process of the plan."""
     leader = min(found, key=lambda o: (o.pid != o.group, o.birth))
     name = _name(leader.pid)
-    with open('/proc/uptime', encoding='ascii') as file:
-        uptime = float(file.read().split()[0])
+    uptime = time.clock_gettime(time.CLOCK_BOOTTIME)
     seconds = max(0.0, round(uptime - leader.birth / _TICKS, 3))
     return ProcessState(
         label=record.get('label', f'{name}-{number + 1}'),

@@ -2,10 +2,10 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-The private folders with the sockets of a user's running launches.
+The sockets of a user's running launches, in private folders.
 
-The first usable one has the socket of a launch, and all are looked at for
-those of others, as another terminal may have other variables:
+A launch has its socket in the first usable folder. Clients look in all of
+them, as another terminal may have other variables:
 
 - `colcon-launch` in `XDG_RUNTIME_DIR` (XDG Base Directory Specification)
   where that is a folder of the user's own that nobody else may write to; else

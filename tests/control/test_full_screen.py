@@ -3,16 +3,15 @@
 
 """A real launch on the full screen."""
 
-import asyncio
 import os
 import signal
-import time
 
 from colcon_yamllaunch.control.subscription import BEGINNING
 from colcon_yamllaunch.terminal.full_screen.launch_screen import LaunchApp
 import pytest
+from support.shown_screen import Around
+from support.shown_screen import run_app
 
-DEADLINE = 60.0
 #: Writes as fast as it can, until a file is there.
 FLOOD = (
     'import os, sys\n'
@@ -21,26 +20,6 @@ FLOOD = (
     'os.write(1, b"dry\\n")\n'
     'import time; time.sleep(99)\n'
 )
-
-
-class Around:
-    owns_launch = False
-
-
-def play(app, act):
-    async def until(condition):
-        deadline = time.monotonic() + DEADLINE
-        while not condition():
-            assert time.monotonic() < deadline, 'it did not happen'
-            await asyncio.sleep(0.02)
-
-    async def run():
-        async with app.run_test(size=(100, 24)) as pilot:
-            await act(pilot, until)
-            app.panes.close()
-
-    asyncio.run(run())
-    assert app.error is None, app.error
 
 
 @pytest.mark.full
@@ -57,18 +36,20 @@ def test_a_launch_is_shown_from_its_beginning_to_its_end(controlled, sh):
     def lines():
         return [(line.label, line.text) for line in model.view.lines]
 
-    async def act(pilot, until):
-        await until(lambda: ('a', 'one') in lines() and model.tree)
+    async def act(shown):
+        await shown.until(lambda: ('a', 'one') in lines() and model.tree)
         assert model.failed == {'b'}
-        await until(lambda: model.usage.get('a'))
+        await shown.until(lambda: model.usage.get('a'))
         pid = model.part('a').pid
-        await pilot.press('r')
-        await until(lambda: model.part('a').pid not in (None, pid))
-        await pilot.press('s')
-        await until(lambda: model.state.exit_code is not None and model.ending)
+        await shown.types('r')
+        await shown.until(lambda: model.part('a').pid not in (None, pid))
+        await shown.types('s')
+        await shown.until(
+            lambda: model.state.exit_code is not None and model.ending
+        )
         assert ('b', 'two') in lines()
 
-    play(app, act)
+    run_app(app, act)
     assert c.one.ends() == 1
     other.close()
 
@@ -86,16 +67,16 @@ def test_a_flood_drowns_neither_the_screen_nor_the_launch(
     app = LaunchApp(c.client, Around())
     model = app.panes.model
 
-    async def act(pilot, until):
-        await until(lambda: model.missed_bytes > 1 << 20)
+    async def act(shown):
+        await shown.until(lambda: model.missed_bytes > 1 << 20)
         assert model.store.size < 1 << 24
-        await pilot.press('L', 'L')
-        await until(lambda: 'level WARN' in model.view.filtering.text)
+        await shown.types('L', 'L')
+        await shown.until(lambda: 'level WARN' in model.view.filtering.text)
         dry.touch()
-        await pilot.press('escape')
-        await until(lambda: model.view.lines[-1].text == 'dry')
+        await shown.types('escape')
+        await shown.until(lambda: model.view.lines[-1].text == 'dry')
         os.kill(c.one.popen.pid, signal.SIGKILL)
-        await until(lambda: model.ending)
+        await shown.until(lambda: model.ending)
         assert 'launcher is gone' in model.ending
 
-    play(app, act)
+    run_app(app, act)
