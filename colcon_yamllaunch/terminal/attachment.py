@@ -61,7 +61,7 @@ class Attachment:
             label = event.process.label
             self._started[label] = event
             if label == self._wanted:
-                self.attach(label)
+                self._attach_started(label)
 
     def attach(self, label: str) -> bool:
         """Connect a process, and return whether that is possible."""
@@ -85,6 +85,10 @@ class Attachment:
         started = self._started.get(label)
         if started is not None and self._engine is not None:
             self._engine.tell(events.Detached(started.process))
+
+    def _attach_started(self, label: str) -> None:
+        """Connect the process that was waited for, as it has started."""
+        self.attach(label)
 
     def _end(self) -> None:
         label, self._attached = self._attached, None
@@ -151,6 +155,11 @@ class KeysAttachment(Attachment):
                 is_raw=not local & termios.ICANON,
                 is_secret=not local & termios.ECHO,
             )
+
+    def _attach_started(self, label: str) -> None:
+        # without a terminal this time, it is not waited for again
+        self._wanted = None
+        super()._attach_started(label)
 
     def _begin(self, label: str) -> bool:
         self._end()

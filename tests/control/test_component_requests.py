@@ -175,7 +175,7 @@ def test_the_status_has_components_and_lifecycles(controlled, process):
     assert (a.phase, a.lifecycle, a.seconds) == ('loaded', 'active', 7.0)
 
 
-def test_a_component_is_unloaded_and_loaded_anew(controlled):
+def test_component_is_unloaded_and_loaded_again(controlled):
     c = controlled(component('a'))
     c.answered('load', full_name='/ns/a', unique_id=1)
     c.ask(('stop', {'process': 'a'}))
@@ -192,7 +192,7 @@ def test_a_component_is_unloaded_and_loaded_anew(controlled):
     assert (a.phase, a.ending) == ('failed', 'no such class')
 
 
-def test_a_transition_is_answered_when_it_is_made(controlled):
+def test_transition_is_answered_when_done(controlled):
     c = controlled(component('a', is_lifecycle=True))
     c.answered('load', full_name='/ns/a', unique_id=1)
     change = {'process': 'a', 'transition': 'configure'}
@@ -208,7 +208,7 @@ def test_a_transition_is_answered_when_it_is_made(controlled):
     assert not status['launch']['stopping']
 
 
-def test_a_transition_that_fails_has_its_reason(controlled):
+def test_failed_transition_has_its_reason(controlled):
     c = controlled(component('a', is_lifecycle=True), component('b'))
     c.answered('load', full_name='/ns/b', unique_id=2)
     change = {'process': 'a', 'transition': 'configure'}
@@ -232,7 +232,7 @@ def test_a_transition_that_fails_has_its_reason(controlled):
     assert c.left
 
 
-def test_who_leaves_is_not_waited_for(controlled):
+def test_client_that_leaves_is_forgotten(controlled):
     c = controlled(component('a', is_lifecycle=True))
     c.answered('load', full_name='/ns/a', unique_id=1)
     change = {'process': 'a', 'transition': 'configure'}
@@ -244,7 +244,7 @@ def test_who_leaves_is_not_waited_for(controlled):
     c.answered('change_state')
 
 
-def test_who_has_no_more_to_say_gets_the_answer(controlled):
+def test_half_closed_client_gets_the_answer(controlled):
     c = controlled(component('a', is_lifecycle=True))
     c.answered('load', full_name='/ns/a', unique_id=1)
     change = {'process': 'a', 'transition': 'configure'}
@@ -259,7 +259,7 @@ def test_who_has_no_more_to_say_gets_the_answer(controlled):
     assert c.left
 
 
-def test_a_component_is_described_and_stands_in_its_container(controlled):
+def test_component_is_described_with_its_container(controlled):
     value = SetParameter('rate', '2', POSITION, (Position('/ws/a', 1, 1),))
     c = controlled(
         component('talker', parameters=(value,), remaps=('a:=b',), block=1),
@@ -307,7 +307,7 @@ def test_a_component_is_described_and_stands_in_its_container(controlled):
     assert [b['title'] for b in file['children']] == ['far', '/ns']
 
 
-def test_a_component_is_neither_killed_nor_debugged_alone(controlled):
+def test_component_cannot_be_killed_or_debugged(controlled):
     c = controlled(component('talker'), component('far', container='/else'))
     c.ask(
         ('kill', {'process': 'talker'}),
@@ -338,7 +338,7 @@ def test_requests_with_an_id_do_not_wait_for_one_another(controlled):
     assert c.left
 
 
-def test_only_so_many_requests_wait_for_an_answer(controlled, monkeypatch):
+def test_number_of_unanswered_requests_is_limited(controlled, monkeypatch):
     monkeypatch.setattr(protocol, 'MAXIMUM_UNANSWERED', 1)
     c = controlled(component('a', is_lifecycle=True))
     c.answered('load', full_name='/ns/a', unique_id=1)

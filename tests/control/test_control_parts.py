@@ -41,7 +41,7 @@ def place(tmp_path):
     return {'XDG_RUNTIME_DIR': str(runtime), 'TMPDIR': str(tmp_path)}
 
 
-def test_the_runtime_folder_comes_first(place, tmp_path):
+def test_runtime_folder_comes_first(place, tmp_path):
     fallback = tmp_path / f'colcon-launch-{os.getuid()}'
     first = Path(place['XDG_RUNTIME_DIR']) / 'colcon-launch'
     assert folders(place) == (first, fallback)
@@ -107,19 +107,17 @@ def test_a_bad_folder_does_not_block_the_others(place, tmp_path, way):
 
 
 @pytest.mark.parametrize('runtime', ['', 'relative', '/does/not/exist'])
-def test_a_runtime_folder_that_is_none_is_not_used(runtime, tmp_path):
+def test_invalid_runtime_folder_is_not_used(runtime, tmp_path):
     place = {'XDG_RUNTIME_DIR': runtime, 'TMPDIR': str(tmp_path)}
     assert [f.parent for f in folders(place)] == [tmp_path]
 
 
-def test_a_runtime_folder_that_others_may_write_to_is_not_used(
-    place, tmp_path
-):
+def test_shared_runtime_folder_is_not_used(place, tmp_path):
     Path(place['XDG_RUNTIME_DIR']).chmod(0o777)
     assert [f.parent for f in folders(place)] == [tmp_path]
 
 
-def test_a_folder_that_others_may_enter_is_not_used(tmp_path):
+def test_folder_that_others_may_enter_is_refused(tmp_path):
     folder = tmp_path / 'open'
     folder.mkdir()
     folder.chmod(0o755)
@@ -127,7 +125,7 @@ def test_a_folder_that_others_may_enter_is_not_used(tmp_path):
         open_folder(folder, make=True)
 
 
-def test_a_link_is_not_followed(tmp_path):
+def test_link_is_not_followed(tmp_path):
     (tmp_path / 'elsewhere').mkdir(mode=0o700)
     (tmp_path / 'link').symlink_to(tmp_path / 'elsewhere')
     with pytest.raises(FolderError, match='link'):
@@ -135,7 +133,7 @@ def test_a_link_is_not_followed(tmp_path):
 
 
 @pytest.mark.skipif(os.getuid() != 0, reason='needs root to give files away')
-def test_a_folder_of_somebody_else_is_not_used(tmp_path):
+def test_folder_of_another_user_is_refused(tmp_path):
     folder = tmp_path / 'theirs'
     folder.mkdir(mode=0o700)
     os.chown(folder, 12345, 12345)
@@ -143,7 +141,7 @@ def test_a_folder_of_somebody_else_is_not_used(tmp_path):
         open_folder(folder, make=True)
 
 
-def test_a_socket_is_the_users_alone_and_goes(place):
+def test_socket_is_private_and_removed(place):
     address = Address(place)
     mode = address.path.stat().st_mode
     assert (mode & 0o777, address.path.is_socket()) == (0o600, True)
@@ -188,7 +186,7 @@ def _connect_as(user, reachable, address):
     return code
 
 
-def test_a_socket_in_a_folder_with_a_long_path(tmp_path):
+def test_socket_in_a_folder_with_a_long_path_is_found(tmp_path):
     deep = tmp_path / ('x' * 120)
     deep.mkdir(mode=0o700)
     place = {'XDG_RUNTIME_DIR': str(deep), 'TMPDIR': str(tmp_path)}
@@ -198,7 +196,7 @@ def test_a_socket_in_a_folder_with_a_long_path(tmp_path):
     address.close()
 
 
-def test_stale_sockets_are_removed_and_other_files_are_not(place, monkeypatch):
+def test_stale_sockets_are_removed_and_other_files_stay(place, monkeypatch):
     folder = Path(place['XDG_RUNTIME_DIR']) / 'colcon-launch'
     folder.mkdir(mode=0o700)
     # a whole path may be too long for a socket
@@ -214,13 +212,13 @@ def test_stale_sockets_are_removed_and_other_files_are_not(place, monkeypatch):
 
 
 @given(strategies.binary())
-def test_no_line_breaks_the_protocol(line):
+def test_any_line_is_decoded_or_refused(line):
     with suppress(ProtocolError):
         assert isinstance(protocol.decode(line), dict)
 
 
 @given(strategies.binary())
-def test_every_byte_passes_the_protocol(data):
+def test_every_byte_survives_the_protocol(data):
     message = {'output': protocol.text_of(data)}
     line = protocol.encode(message)
     assert line.count(b'\n') == 1
@@ -228,7 +226,7 @@ def test_every_byte_passes_the_protocol(data):
 
 
 @pytest.mark.parametrize('text', [7, None, '€'])
-def test_what_is_no_byte_is_refused(text):
+def test_text_that_is_not_bytes_is_refused(text):
     with pytest.raises(ProtocolError):
         protocol.bytes_of(text)
 
@@ -246,13 +244,13 @@ def read(data):
     return to_json(from_json(data, lambda: 5.0))
 
 
-def test_a_launch_becomes_json_and_back():
+def test_state_survives_json():
     data = to_json(a_launch())
     sent = protocol.decode(protocol.encode(data))
     assert read({**sent, 'later': 'addition'}) == data
 
 
-def test_an_older_launch_does_not_know_all_names():
+def test_state_of_an_older_launch_lacks_names():
     data = to_json(a_launch())
     assert data['processes'][0].pop('name') is None
     del data['processes'][0]['condition']
@@ -261,7 +259,7 @@ def test_an_older_launch_does_not_know_all_names():
     assert (state.name, state.condition) == (None, 'running')
 
 
-def test_a_launch_of_an_earlier_version_has_no_components():
+def test_state_without_components_is_read():
     data = to_json(a_launch())
     del data['components'], data['processes'][0]['lifecycle']
     state = from_json(data)
@@ -269,7 +267,7 @@ def test_a_launch_of_an_earlier_version_has_no_components():
 
 
 @pytest.mark.parametrize('missing', ['pid', 'processes', 'phase', 'plugin'])
-def test_a_launch_that_lacks_something_is_refused(missing):
+def test_incomplete_state_is_refused(missing):
     data = to_json(a_launch())
     data['processes'][0].pop(missing, None)
     data['components'][0].pop(missing, None)

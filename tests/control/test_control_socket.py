@@ -34,7 +34,7 @@ def stat_of(path):
     return status.st_mode & 0o777, status.st_uid
 
 
-def test_the_socket_is_private_and_goes_at_the_end(controlled, sleep):
+def test_socket_is_private_and_removed_at_the_end(controlled, sleep):
     c = controlled(sleep('a'))
     record, path = sorted(c.folder.iterdir())
     assert (record.suffix, path.suffix) == ('.json', '.sock')
@@ -87,7 +87,7 @@ def test_a_process_is_stopped_and_restarted(controlled, sh, is_running):
     assert actions == ['stop', 'restart']
 
 
-def test_a_refusal_says_why(idle):
+def test_refused_command_has_a_reason(idle):
     with pytest.raises(ControlError, match="no process 'x'"):
         idle.client.do(commands.Stop('x'))
     with pytest.raises(ControlError, match='emulate_tty'):
@@ -103,7 +103,7 @@ def test_a_shutdown_ends_the_launch(controlled, sleep):
     assert running_launches(c.place, pytest.fail) == []
 
 
-def test_the_oldest_client_makes_room_for_one_too_many(controlled, sleep):
+def test_oldest_client_is_closed_above_the_limit(controlled, sleep):
     c = controlled(sleep('a'))
     for _ in range(protocol.MAXIMUM_CLIENTS):
         last = c.connect()
@@ -126,7 +126,7 @@ def test_the_oldest_client_makes_room_for_one_too_many(controlled, sleep):
         b'[' * 60_000 + b'\n',
     ],
 )
-def test_nonsense_gets_an_error_and_the_launch_goes_on(idle, line):
+def test_malformed_request_gets_an_error(idle, line):
     client = idle.connect()
     client.connection.sendall(line)
     assert client.receive()['ok'] is False
@@ -135,7 +135,7 @@ def test_nonsense_gets_an_error_and_the_launch_goes_on(idle, line):
     assert idle.process('a').phase == 'running'
 
 
-def test_a_request_in_pieces_is_put_together(idle):
+def test_request_in_pieces_is_answered(idle):
     client = idle.connect()
     for byte in protocol.encode(protocol.request('status')):
         client.connection.sendall(bytes([byte]))
@@ -143,9 +143,7 @@ def test_a_request_in_pieces_is_put_together(idle):
 
 
 @pytest.mark.full
-def test_a_client_that_never_reads_costs_neither_time_nor_memory(
-    controlled, sleep
-):
+def test_client_that_never_reads_costs_no_time_and_memory(controlled, sleep):
     c = controlled(sleep('a' * 1000))
     before = memory_of(c.one.popen.pid)
     deaf = c.raw()
@@ -161,7 +159,7 @@ def test_a_client_that_never_reads_costs_neither_time_nor_memory(
 
 
 @pytest.mark.full
-def test_a_client_that_vanishes_is_forgotten(controlled, sleep, wait_until):
+def test_vanished_client_is_forgotten(controlled, sleep, wait_until):
     c = controlled(sleep('a'))
     c.becomes('a', 'running')
     # by then it has also closed what that took
@@ -176,7 +174,7 @@ def test_a_client_that_vanishes_is_forgotten(controlled, sleep, wait_until):
 
 
 @pytest.mark.full
-def test_the_launch_goes_on_without_descriptors_for_clients(controlled, sleep):
+def test_launch_continues_without_free_descriptors(controlled, sleep):
     c = controlled(sleep('a'))
     c.becomes('a', 'running')
     pid = c.one.popen.pid
@@ -222,9 +220,7 @@ def test_a_launcher_without_a_guard_leaves_a_socket_for_the_next_look(
     assert list(c.folder.iterdir()) == []
 
 
-def test_a_launch_that_is_suspended_does_not_answer(
-    controlled, sleep, monkeypatch
-):
+def test_suspended_launch_does_not_answer(controlled, sleep, monkeypatch):
     c = controlled(sleep('a'))
     c.one.sends(signal.SIGSTOP)
     c.client.connection.settimeout(0.2)
@@ -233,9 +229,7 @@ def test_a_launch_that_is_suspended_does_not_answer(
     c.one.sends(signal.SIGCONT)
 
 
-def test_a_launch_without_a_place_for_a_socket_runs_all_the_same(
-    launch, sleep, tmp_path
-):
+def test_launch_without_socket_runs(launch, sleep, tmp_path):
     (tmp_path / f'colcon-launch-{os.getuid()}').write_text('in the way')
     one = launch(
         sleep('a'), about=ABOUT, environment={'TMPDIR': str(tmp_path)}
@@ -262,7 +256,7 @@ def test_keys_go_to_an_attached_process_and_output_comes_back(
     c.one.shows('a: detached')
 
 
-def test_an_attached_client_is_told_of_the_end(controlled, python):
+def test_attached_client_learns_how_the_process_ended(controlled, python):
     c = controlled(
         python('a', ECHO, emulate_tty=True, respawn=True, respawn_delay=0.1),
         python('b', ECHO, emulate_tty=True),
@@ -276,7 +270,7 @@ def test_an_attached_client_is_told_of_the_end(controlled, python):
     assert told(c.client, 'ended')['again'] is False
 
 
-def test_a_prompt_is_seen_on_attaching(controlled, python):
+def test_prompt_is_shown_on_attaching(controlled, python):
     script = 'import time; print("Name: ", end="", flush=True); time.sleep(9)'
     c = controlled(python('a', script, emulate_tty=True))
     for _ in range(2):
@@ -286,7 +280,7 @@ def test_a_prompt_is_seen_on_attaching(controlled, python):
 
 
 @pytest.mark.full
-def test_a_slow_client_that_is_attached_misses_output(controlled, python):
+def test_slow_attached_client_skips_output(controlled, python):
     script = (
         'import os, sys\n'
         'sys.stdin.readline()\n'
@@ -315,7 +309,7 @@ def test_a_slow_client_that_is_attached_misses_output(controlled, python):
 
 
 @pytest.mark.full
-def test_keys_that_nobody_reads_do_not_pile_up(controlled, sleep):
+def test_unread_keys_use_no_memory(controlled, sleep):
     c = controlled(sleep('a', emulate_tty=True))
     c.becomes('a', 'running')
     before = memory_of(c.one.popen.pid)

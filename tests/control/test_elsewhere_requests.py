@@ -95,7 +95,7 @@ def asked() -> Asked:
     return Asked()
 
 
-def test_the_state_has_all_in_the_order_of_the_plan(asked: Asked) -> None:
+def test_state_has_processes_of_machines_in_order(asked: Asked) -> None:
     asked.link.tells(events.Started(LAST, 77))
     asked.asks('status')
     # what it uses is asked for first
@@ -113,7 +113,7 @@ def test_the_state_has_all_in_the_order_of_the_plan(asked: Asked) -> None:
     ]
 
 
-def test_the_machine_describes_what_runs_there(asked: Asked) -> None:
+def test_machine_describes_its_process(asked: Asked) -> None:
     asked.asks('describe', process='arm│last')
     asked.link.answers(
         'describe',
@@ -135,7 +135,7 @@ def test_the_machine_describes_what_runs_there(asked: Asked) -> None:
     assert not asked.answers[-1]['ok']
 
 
-def test_who_attaches_is_shown_what_is_there(asked: Asked) -> None:
+def test_attaching_shows_a_process_on_a_machine(asked: Asked) -> None:
     assert asked.asks('attach', process='arm│last') is None
     assert 'has no keyboard' in asked.answers[-1]['error']
     asked.link.tells(events.Started(FIRST, 78))

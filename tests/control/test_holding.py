@@ -38,7 +38,7 @@ TALKER = (
 )
 
 
-def test_a_holder_gets_everything_once_over_many_connections(
+def test_holder_receives_everything_once_over_many_connections(
     controlled, python, tmp_path
 ):
     ready = tmp_path / 'ready'
@@ -95,7 +95,7 @@ def _holder(controlled, holder, **more):
     return client
 
 
-def test_a_launch_whose_lease_expires_is_stopped(controlled, sh):
+def test_expired_lease_stops_the_launch(controlled, sh):
     c = controlled(sh('a', 'sleep 99'), sh('b', 'setsid sleep 99'))
     c.becomes('a', 'running')
     news = _holder(c, 'test', lease=0.4)
@@ -113,7 +113,7 @@ def test_a_launch_whose_lease_expires_is_stopped(controlled, sh):
 
 
 @pytest.mark.full
-def test_a_launcher_that_hangs_does_not_outlive_its_lease(
+def test_hanging_launcher_is_killed_when_its_lease_expires(
     controlled, sh, wait_until
 ):
     c = controlled(
@@ -127,7 +127,7 @@ def test_a_launcher_that_hangs_does_not_outlive_its_lease(
     wait_until(lambda: not os.listdir(c.folder))
 
 
-def test_what_a_holder_has_not_acknowledged_is_kept(
+def test_unacknowledged_events_and_output_are_kept(
     process, tmp_path, monkeypatch
 ):
     monkeypatch.setattr(limits, 'OUTPUT_BACKLOG', 8)
@@ -199,7 +199,7 @@ def test_raw_output_follows_its_line(process):
     assert data == b'\xff\nb\n'
 
 
-def test_a_lease_is_renewed_by_its_holder_now_and_then():
+def test_lease_is_renewed_by_its_holder_only():
     renewed, now = [], [0.0]
     subscribers = Subscribers(Journal(), renewed.append, clock=lambda: now[0])
     other = subscribers.subscribe({}, None)
@@ -229,7 +229,7 @@ def test_a_lease_is_renewed_by_its_holder_now_and_then():
         ({'holder': 'b'}, RefusedError),
     ],
 )
-def test_a_subscription_of_a_wrong_form_changes_nothing(message, error):
+def test_malformed_subscription_changes_nothing(message, error):
     journal = Journal()
     subscribers = Subscribers(journal)
     holder = subscribers.subscribe({'holder': 'a'}, None)

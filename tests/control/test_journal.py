@@ -64,7 +64,7 @@ def told(process, tmp_path, monkeypatch):
     return Told(process, tmp_path)
 
 
-def test_all_is_told_in_its_order(told):
+def test_events_and_output_are_read_in_order(told):
     told.writes(b'one\n')
     told.says('first')
     cursor = told.cursor()
@@ -77,7 +77,7 @@ def test_all_is_told_in_its_order(told):
     assert told.journal.point == {'events': 2, 'bytes': 10}
 
 
-def test_each_message_has_all_of_it(told):
+def test_messages_have_all_fields(told):
     told.says('first')
     told.writes(b'one\n')
     event, output = map(
@@ -98,12 +98,12 @@ def test_each_message_has_all_of_it(told):
     }
 
 
-def test_what_is_not_in_the_log_of_events_is_no_event(told):
+def test_unrecorded_event_is_not_kept(told):
     told.journal.handle(StillRunning(('a',), 0, 2))
     assert told.journal.point == BEGINNING
 
 
-def test_a_client_begins_where_it_likes(told):
+def test_cursor_begins_at_any_point(told):
     told.says('first', 'second')
     told.writes(b'one\n', b'two\n')
     assert told.read(told.cursor(None)) == []
@@ -111,7 +111,7 @@ def test_a_client_begins_where_it_likes(told):
     assert told.read(told.cursor(since)) == ['second', b'o\n']
 
 
-def test_a_client_is_told_only_what_it_wants(told):
+def test_cursor_without_output_or_events_skips_them(told):
     told.says('first')
     told.writes(b'one\n')
     for kind, expected in (('events', [b'one\n']), ('output', ['first'])):
@@ -120,9 +120,7 @@ def test_a_client_is_told_only_what_it_wants(told):
         assert not told.journal.has_more(cursor)
 
 
-def test_a_client_may_want_the_output_of_some_processes_only(
-    told, process, monkeypatch
-):
+def test_cursor_with_labels_skips_other_output(told, process, monkeypatch):
     monkeypatch.setattr(limits, 'OUTPUT_BACKLOG', 8)
     quiet = process('quiet')
     cursor = told.cursor(labels={'quiet'})
@@ -145,7 +143,7 @@ def test_a_client_may_want_the_output_of_some_processes_only(
     assert told.read(again) == [b'B\n']
 
 
-def test_what_is_missed_is_counted_exactly(told, monkeypatch):
+def test_lost_output_is_counted_exactly(told, monkeypatch):
     monkeypatch.setattr(limits, 'OUTPUT_BACKLOG', 8)
     cursor, deaf = told.cursor(behind=0), told.cursor(output=False)
     told.writes(b'one\n')
@@ -170,7 +168,7 @@ def test_what_is_missed_is_counted_exactly(told, monkeypatch):
     assert not told.journal.has_more(cursor)
 
 
-def test_a_client_that_is_behind_misses_nothing(told, process, monkeypatch):
+def test_lagging_cursor_reads_output_from_files(told, process, monkeypatch):
     monkeypatch.setattr(limits, 'OUTPUT_BACKLOG', 8)
     monkeypatch.setattr(limits, 'EVENT_BACKLOG', 150)
     monkeypatch.setattr(limits, 'JOURNAL_FILE', 100)
@@ -204,9 +202,7 @@ def test_a_client_that_is_behind_misses_nothing(told, process, monkeypatch):
     assert opened_files() == files
 
 
-def test_a_client_that_is_too_far_behind_goes_on_with_the_latest(
-    told, monkeypatch
-):
+def test_cursor_too_far_behind_continues_with_latest_output(told, monkeypatch):
     monkeypatch.setattr(limits, 'OUTPUT_BACKLOG', 8)
     files = opened_files()
     cursor, other = told.cursor(behind=21), told.cursor(behind=60)
@@ -232,9 +228,7 @@ def test_a_client_that_is_too_far_behind_goes_on_with_the_latest(
     assert opened_files() == files
 
 
-def test_pieces_of_a_stream_that_come_together_are_one(
-    told, process, monkeypatch
-):
+def test_output_that_comes_together_is_merged(told, process, monkeypatch):
     monkeypatch.setattr(limits, 'JOURNAL_MERGE_SECONDS', 0.005)
     monkeypatch.setattr(protocol, 'MAXIMUM_OUTPUT', 10)
     told.writes(b'one\n', b'two\n')
@@ -249,7 +243,7 @@ def test_pieces_of_a_stream_that_come_together_are_one(
     assert told.read(cursor) == [b'5\n', b'6\n', 'first', b'7\n']
 
 
-def test_without_clients_nothing_is_written(told, monkeypatch):
+def test_journal_without_cursors_writes_no_file(told, monkeypatch):
     monkeypatch.setattr(limits, 'OUTPUT_BACKLOG', 8)
     files = opened_files()
     told.cursor(output=False)
@@ -257,7 +251,7 @@ def test_without_clients_nothing_is_written(told, monkeypatch):
     assert opened_files() == files
 
 
-def test_events_have_room_of_their_own(told, monkeypatch):
+def test_output_does_not_displace_events(told, monkeypatch):
     monkeypatch.setattr(limits, 'EVENT_BACKLOG', 150)
     told.says('first', 'second', 'third')
     monkeypatch.setattr(limits, 'OUTPUT_PIECES', 1)
@@ -270,7 +264,7 @@ def test_events_have_room_of_their_own(told, monkeypatch):
     ]
 
 
-def test_long_output_comes_in_pieces_that_end_with_lines(told, monkeypatch):
+def test_long_output_is_split_at_line_ends(told, monkeypatch):
     monkeypatch.setattr(protocol, 'MAXIMUM_OUTPUT', 8)
     told.writes(b'one\ntwo\nthree\n', b'0123456789')
     assert told.read(told.cursor()) == [
@@ -281,7 +275,7 @@ def test_long_output_comes_in_pieces_that_end_with_lines(told, monkeypatch):
     ]
 
 
-def test_who_has_come_to_the_end_is_called_once(told):
+def test_callback_is_called_once(told):
     called = []
     told.journal.call(lambda: called.append(1))
     told.says('first')
@@ -303,6 +297,6 @@ def test_who_has_come_to_the_end_is_called_once(told):
         {'events': 0, 'bytes': 0.0},
     ],
 )
-def test_a_point_that_is_none_is_refused(told, since):
+def test_invalid_point_is_refused(told, since):
     with pytest.raises(protocol.ProtocolError, match="'since' is"):
         told.cursor(since)

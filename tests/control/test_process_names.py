@@ -33,7 +33,7 @@ from support.launch_states import process_state
         ('Counter*', False),
     ],
 )
-def test_names_of_a_process(pattern, fits):
+def test_pattern_matches_the_names_of_a_process(pattern, fits):
     node = '/demo/inner/my_counter'
     for label in ('my_counter', 'counter.py-1'):
         names = ProcessNames(label, 'counter.py-1', 'python3', node)
@@ -52,7 +52,7 @@ def test_names_of_a_process(pattern, fits):
         ('*camera', [0, 1]),
     ],
 )
-def test_a_label_means_one_process_only(pattern, meant):
+def test_label_matches_one_process_only(pattern, meant):
     known = [
         ProcessNames('camera', 'driver-1', 'driver', '/camera'),
         ProcessNames('left/camera', 'driver-2', 'driver', '/left/camera'),
@@ -73,7 +73,7 @@ def test_a_label_means_one_process_only(pattern, meant):
         ('planner', [1]),
     ],
 )
-def test_processes_on_machines_are_known_with_them_and_without(pattern, meant):
+def test_names_match_with_and_without_machine(pattern, meant):
     known = [
         ProcessNames('arm│driver', 'cam.py-1', 'cam.py', None),
         ProcessNames('gpu│planner', 'planner-2', 'planner', None),
@@ -82,7 +82,7 @@ def test_processes_on_machines_are_known_with_them_and_without(pattern, meant):
     assert meant_by(pattern, known) == meant
 
 
-def test_a_state_has_the_names_of_its_part():
+def test_state_has_the_names_of_its_part():
     process = process_state(
         'driver', name='cam.py-2', executable='cam', node='/a/cam'
     )

@@ -70,7 +70,7 @@ def size_of(news):
     )
 
 
-def test_a_client_is_told_all_from_the_beginning_to_the_end(controlled, sh):
+def test_subscriber_receives_everything_to_the_end(controlled, sh):
     c = controlled(
         sh('a', 'printf "one\\ntwo"; echo three >&2; exit 3'),
         sh('b', 'trap "" INT; echo up; sleep 99'),
@@ -115,7 +115,7 @@ def untimed(record):
     return {**record, 'time': 0}
 
 
-def test_a_client_that_has_subscribed_asks_all_the_same(idle):
+def test_subscriber_can_send_requests(idle):
     news = subscribed(idle.connect(), events=False)
     answer = answer_to(news, 'stop', process='x')
     assert answer['error'] == "there is no process 'x'"
@@ -153,7 +153,7 @@ def test_a_client_that_has_subscribed_asks_all_the_same(idle):
         {'request': 'kill'},
     ],
 )
-def test_nonsense_ends_a_subscription_and_not_the_launch(idle, message):
+def test_malformed_request_ends_only_the_subscription(idle, message):
     client = idle.connect()
     client.subscribe()
     client.send({'version': protocol.VERSION, **message})
@@ -163,7 +163,7 @@ def test_nonsense_ends_a_subscription_and_not_the_launch(idle, message):
     assert idle.process('a').phase == 'running'
 
 
-def test_who_says_no_more_is_told_on(controlled, sh):
+def test_half_closed_subscriber_still_receives_events(controlled, sh):
     c = controlled(sh('a', 'sleep 99'))
     c.becomes('a', 'running')
     c.client.subscribe()
@@ -191,7 +191,9 @@ def test_state_of_a_client_follows_the_events(controlled, sh):
 
 
 @pytest.mark.full
-def test_no_client_makes_a_launch_wait_or_grow(controlled, python, tmp_path):
+def test_slow_subscribers_cost_no_time_and_memory(
+    controlled, python, tmp_path
+):
     ready = tmp_path / 'ready'
     talker = python('a', TALKER, output='own_log')
     talker['argv'].append(str(ready))

@@ -35,17 +35,19 @@ def terminals():
         ({}, False),
     ],
 )
-def test_what_the_environment_says(terminals, environment, expected):
+def test_environment_decides_about_the_status_block(
+    terminals, environment, expected
+):
     assert can_have_status(terminals[0], environment) is expected
 
 
-def test_a_file_is_no_terminal(tmp_path):
+def test_file_has_no_status_block(tmp_path):
     with (tmp_path / 'screen').open('w') as stream:
         assert not can_have_status(stream, {'TERM': 'xterm'})
         assert not is_same_terminal(stream, stream.fileno())
 
 
-def test_the_keyboard_of_another_terminal(terminals):
+def test_keyboard_of_another_terminal_is_not_used(terminals):
     one, other = terminals
     assert is_same_terminal(one, one.fileno())
     assert not is_same_terminal(one, other.fileno())
@@ -56,7 +58,7 @@ def test_the_keyboard_of_another_terminal(terminals):
     ('terminal', 'expected'),
     [('xterm', False), ('vte', False), ('linux', True), ('vt220', True)],
 )
-def test_who_has_only_ascii(terminals, terminal, expected):
+def test_term_decides_about_ascii(terminals, terminal, expected):
     display = Display(terminals[0], None, {'TERM': terminal})
     display.writer.close()
     assert display.is_ascii is expected

@@ -43,7 +43,7 @@ def advice(machine, process):
     return advise
 
 
-def test_most_failures_have_none(advice):
+def test_other_failures_have_no_advice(advice):
     assert advice('Traceback:', 'ValueError: 5') is None
     assert advice('EOFError: EOF when reading a line', code=0) is not None
     assert advice(f'nothing like {MISSING}') is None
@@ -56,11 +56,11 @@ def test_most_failures_have_none(advice):
         "termios.error: (25, 'Inappropriate ioctl for device')",
     ],
 )
-def test_a_node_that_reads_the_keyboard(advice, line):
+def test_keyboard_error_advises_attach(advice, line):
     assert advice(line, 'bye').endswith('by --attach node.py-1')
 
 
-def test_a_module_that_another_interpreter_has(advice, machine):
+def test_module_of_another_interpreter_advises_its_use(advice, machine):
     library = machine / 'venv/lib/python3.12/site-packages'
     (library / 'mission').mkdir(parents=True)
     text = advice(MISSING)
@@ -70,7 +70,7 @@ def test_a_module_that_another_interpreter_has(advice, machine):
     assert text.endswith(f'{machine}/node.py be #!/usr/bin/env python3')
 
 
-def test_the_file_to_edit_is_the_source_that_is_linked(advice, machine):
+def test_advice_names_the_linked_source(advice, machine):
     library = machine / 'venv/lib/python3.12/site-packages'
     (library / 'mission').mkdir(parents=True)
     (machine / 'installed.py').symlink_to(machine / 'node.py')
@@ -78,24 +78,24 @@ def test_the_file_to_edit_is_the_source_that_is_linked(advice, machine):
     assert f'let the first line of {machine}/node.py be ' in text
 
 
-def test_a_module_that_nobody_has(advice):
+def test_missing_module_advises_installation(advice):
     assert 'install it there, or source the setup.bash' in advice(MISSING)
 
 
-def test_a_module_whose_name_is_misspelt(advice, machine):
+def test_misspelt_module_suggests_the_name(advice, machine):
     library = machine / 'old/lib/python3/dist-packages'
     (library / 'missions').mkdir(parents=True)
     text = advice(MISSING)
     assert text.endswith("has no module 'mission'; did you mean 'missions'?")
 
 
-def test_a_module_of_a_package_that_is_not_declared(advice):
+def test_undeclared_package_advises_exec_depend(advice):
     text = advice(MISSING, owner='mission_planner')
     assert '<exec_depend>mission_planner</exec_depend>' in text
 
 
 @pytest.mark.parametrize('program', ['driver', 'node.py'])
-def test_a_crash_is_for_the_debugger(advice, machine, program):
+def test_crash_advises_a_debugger(advice, machine, program):
     text = advice(program=program, signal=int(signal.SIGSEGV))
     # a debugger cannot read a script
     is_script = program.endswith('.py')
@@ -106,7 +106,7 @@ def test_a_crash_is_for_the_debugger(advice, machine, program):
     assert advice(program=program, signal=int(signal.SIGKILL)) is None
 
 
-def test_a_program_behind_a_prefix_is_the_one_to_look_at(machine, process):
+def test_advice_is_about_the_program_behind_a_prefix(machine, process):
     (machine / 'lib/cpp').mkdir(parents=True)
     program = machine / 'lib/cpp/driver'
     (machine / 'driver').rename(program)
@@ -118,7 +118,7 @@ def test_a_program_behind_a_prefix_is_the_one_to_look_at(machine, process):
     assert text.endswith('--launch-prefix-filter driver')
 
 
-def test_what_a_crash_may_have_lost(machine, process):
+def test_crash_with_buffered_output_advises_tty(machine, process):
     advisor = Advisor({}, lambda _module, _user: None, lambda _process: True)
     node = process('a', f'{machine}/driver')
     outcome = Outcome(signal=int(signal.SIGSEGV))
@@ -126,14 +126,14 @@ def test_what_a_crash_may_have_lost(machine, process):
     assert '--tty prevents; to see where: ' in advisor.advise(event, ())
 
 
-def test_a_sanitizer_that_wants_to_be_first(advice):
+def test_sanitizer_error_advises_no_line_buffering(advice):
     text = advice(
         '==7==ASan runtime does not come first in initial library list; you'
     )
     assert text == 'let it start with COLCON_LAUNCH_LINE_BUFFERED=0'
 
 
-def test_a_refused_parameter_counts_more_than_the_crash(machine, process):
+def test_refused_parameter_comes_before_the_crash(machine, process):
     place = Position('/ws/a.yaml', 7, 9)
     advisor = Advisor(
         {},

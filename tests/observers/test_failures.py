@@ -78,7 +78,7 @@ def test_last_run_decides_the_exit_code(process, happened, expected):
         assert failures.summary() == ()
 
 
-def test_the_first_failure_is_told_at_length_and_others_briefly(process):
+def test_first_failure_has_details_and_others_a_line(process):
     first, second = process('first'), process('second')
     failures = heard(
         Started(first, 8),
@@ -105,7 +105,7 @@ def test_the_first_failure_is_told_at_length_and_others_briefly(process):
     )
 
 
-def test_a_file_below_the_current_folder_is_named_briefly(
+def test_file_below_current_folder_has_a_relative_path(
     process, tmp_path, monkeypatch
 ):
     monkeypatch.chdir(tmp_path)
@@ -114,7 +114,7 @@ def test_a_file_below_the_current_folder_is_named_briefly(
     assert '(from launch/demo.yaml:3:5)' in failures.summary()[0]
 
 
-def test_only_the_last_ten_lines_are_told(process):
+def test_summary_has_the_last_ten_lines(process):
     lines = [f'line {n}' for n in range(5000)]
     failures = heard(
         *(Output(process(), 'stdout', f'{t}\n'.encode()) for t in lines),
@@ -125,7 +125,7 @@ def test_only_the_last_ten_lines_are_told(process):
     assert told == [f'  | {t}' for t in lines[-10:]]
 
 
-def test_a_huge_line_is_told_in_part(process):
+def test_huge_line_is_cut_in_the_summary(process):
     failures = heard(
         Output(process(), 'stdout', b'x' * 10_000_000),
         exited(process(), code=3),
@@ -133,7 +133,7 @@ def test_a_huge_line_is_told_in_part(process):
     assert sum(map(len, failures.summary())) < 10_000
 
 
-def test_a_process_that_did_not_start_failed(process):
+def test_start_failure_is_reported(process):
     failed = StartFailed(process('bad'), 'there is no such thing')
     other = Output(process('other'), 'stdout', b'something else\n')
     failures = heard(failed, other)
@@ -144,7 +144,7 @@ def test_a_process_that_did_not_start_failed(process):
     )
 
 
-def test_what_stands_right_above_is_not_shown_again(process):
+def test_output_right_above_is_not_repeated(process):
     first, second = process('first'), process('second')
     told = [Output(first, 'stderr', b'one\n'), exited(first, code=3)]
     assert '  | one' not in heard(*told).summary()
@@ -155,7 +155,7 @@ def test_what_stands_right_above_is_not_shown_again(process):
     assert '  | one' in heard(*told).summary()
 
 
-def test_a_reason_that_stands_right_above_is_not_told_again(process):
+def test_reason_right_above_is_not_repeated(process):
     first = StartFailed(process('first'), 'no: such thing')
     second = StartFailed(process('second'), 'no: such thing')
     assert heard(first, second).summary() == (
@@ -169,7 +169,7 @@ def test_a_reason_that_stands_right_above_is_not_told_again(process):
     assert line.startswith('failed: first could not be started: no: such ')
 
 
-def test_what_was_not_shown_or_is_far_above_is_told(process):
+def test_output_hidden_or_far_above_is_repeated(process):
     quiet = process('quiet', output='own_log')
     told = [Output(quiet, 'stderr', b'one\n'), exited(quiet, code=3)]
     assert '  | one' in heard(*told).summary()
@@ -179,7 +179,7 @@ def test_what_was_not_shown_or_is_far_above_is_told(process):
     assert '  | one' in heard(*told).summary()
 
 
-def test_a_component_that_was_loaded_after_all_is_no_failure(process):
+def test_component_loaded_later_is_no_failure(process):
     position = Position('/ws/demo.yaml', 7, 9)
     component = Component('a', 'demo', 'demo::A', '/box', position)
     refused = LoadFailed(component, 'no such plugin')
@@ -196,7 +196,7 @@ def test_a_component_that_was_loaded_after_all_is_no_failure(process):
     assert exit_code(failures) == 0
 
 
-def test_a_node_that_was_activated_after_all_is_no_failure(process):
+def test_node_activated_later_is_no_failure(process):
     node = process('lc-1')
     failed = TransitionFailed(node, '/lc', 'configure', 'it would not')
     said = Output(process('other'), 'stdout', b'something else\n')
@@ -211,14 +211,14 @@ def test_a_node_that_was_activated_after_all_is_no_failure(process):
     assert 'exited with code 3' in report.text
 
 
-def test_what_is_no_part_of_the_launch_any_more_did_not_fail(process):
+def test_dropped_process_is_no_failure(process):
     a = process('a')
     failures = heard(exited(a, code=3), Dropped(a))
     assert exit_code(failures) == 0
     assert failures.summary() == ()
 
 
-def test_a_machine_that_is_gone_is_one_failure(process):
+def test_lost_machine_is_one_failure(process):
     lost = [process('arm│a'), process('arm│b')]
     failures = heard(
         MachineGone('arm', 'it was started anew', ('arm│a', 'arm│b')),

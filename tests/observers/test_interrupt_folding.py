@@ -33,7 +33,7 @@ def folded(folding, *chunks, label='a'):
     return shown + b''.join(data for _, data in folding.rest(label))
 
 
-def test_a_traceback_that_ends_in_keyboard_interrupt_is_one_line(folding):
+def test_traceback_of_keyboard_interrupt_is_one_line(folding):
     shown = folded(folding, b'bye\n' + INTERRUPTED + b'gone\n')
     assert shown == (
         b'bye\nKeyboardInterrupt (after a traceback of 4 lines)\ngone\n'
@@ -54,14 +54,14 @@ def test_each_traceback_of_a_stop_is_one_line(folding, chunks, count):
     assert b'File' not in shown
 
 
-def test_another_error_is_shown_whole(folding):
+def test_traceback_of_another_error_is_shown(folding):
     other = START + BODY + b'ValueError: 5\n'
     assert folded(folding, other) == other
     shown = folded(folding, INTERRUPTED + LINK + other)
     assert shown.endswith(LINK + other)
 
 
-def test_endless_tracebacks_are_not_held_back(folding):
+def test_endless_traceback_is_not_held_back(folding):
     endless = START + b'  x\n' * LONGEST
     assert folding.fold('a', 'stderr', endless) == endless
 
@@ -82,5 +82,5 @@ def test_nothing_is_folded_before_the_stop(folding, process):
         LINK + b'\n' + START + LINK + b'ValueError\n\n',
     ],
 )
-def test_nothing_else_is_lost(folding, data):
+def test_incomplete_tracebacks_are_shown(folding, data):
     assert folded(folding, data) == data

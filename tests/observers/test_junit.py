@@ -88,7 +88,7 @@ def exited(process, seconds=1.25):
     return Exited(process, 9, Outcome(code=0), seconds, False, False)
 
 
-def test_one_case_a_process(report, process):
+def test_each_process_is_a_case(report, process):
     good, bad, late = process('good'), process('bad'), process('late')
     failure = FailureReport(
         bad,
@@ -129,7 +129,7 @@ def test_one_case_a_process(report, process):
     assert third[0].tag == 'skipped'
 
 
-def test_what_was_to_be_achieved_is_a_case(report):
+def test_each_exit_condition_is_a_case(report):
     verdicts = (
         Verdict('--until a', 1.0),
         Verdict('--until b', 2.0, "'b' was not seen"),
@@ -140,19 +140,19 @@ def test_what_was_to_be_achieved_is_a_case(report):
     assert second[0].get('message') == "'b' was not seen"
 
 
-def test_a_launch_that_came_to_nothing_is_an_error(report, process):
+def test_launch_that_never_ended_is_an_error(report, process):
     suite = report(processes=(process('a'),))
     assert suite.get('errors') == '1'
 
 
-def test_runs_add_up(report, process):
+def test_time_of_a_case_is_the_sum_of_runs(report, process):
     a = process('a')
     events = (Started(a, 8), exited(a), Started(a, 9), exited(a), Ended(0))
     suite = report(*events, processes=(a,))
     assert next(suite.iter('testcase')).get('time') == '2.500'
 
 
-def test_what_xml_cannot_say_is_left_out(report, process):
+def test_characters_invalid_in_xml_are_removed(report, process):
     odd = process('od\x00d\x1b\ud800')
     failure = FailureReport(odd, 'a\x01b', ('<c> & \x07"d"\uffff',))
     suite = report(
@@ -165,7 +165,7 @@ def test_what_xml_cannot_say_is_left_out(report, process):
     assert '<c> & "d"\n' in case[0].text + '\n'
 
 
-def test_one_case_a_component(report):
+def test_each_component_is_a_case(report):
     good, bad, late = (
         Component(label, 'demo', 'It', '/box', Position('/ws/a.yaml', 1, 1))
         for label in ('good', 'bad', 'late')
@@ -191,7 +191,7 @@ def test_one_case_a_component(report):
     assert cases['launch'][0].get('message') == 'ROS is lost'
 
 
-def test_what_came_while_the_launch_ran(report, process):
+def test_processes_planned_later_are_cases(report, process):
     a, b, c = process('a'), process('b'), process('c')
     suite = report(
         Started(a, 9),

@@ -50,7 +50,7 @@ def output_of(process):
     )
 
 
-def test_own_logs_hold_exactly_what_was_written(logged, process):
+def test_process_logs_have_exact_bytes(logged, process):
     folder = logged(*output_of(process('counter'))) / 'counter'
     assert (folder / 'stdout.log').read_bytes() == b'one\r\n\xff\npartial'
     assert (folder / 'stderr.log').read_bytes() == b'two\n'
@@ -59,7 +59,7 @@ def test_own_logs_hold_exactly_what_was_written(logged, process):
     )
 
 
-def test_the_common_log_has_a_time_and_a_label_in_each_line(logged, process):
+def test_common_log_has_time_and_label_in_each_line(logged, process):
     folder = logged(*output_of(process('counter')), Said('INFO', 'hello'))
     assert (folder / 'launch.log').read_bytes().splitlines() == [
         b'1732000000.250000 [launch] counter: started, pid 12',
@@ -81,9 +81,7 @@ def test_the_common_log_has_a_time_and_a_label_in_each_line(logged, process):
         ('screen', False, False),
     ],
 )
-def test_the_output_mode_says_what_is_logged(
-    logged, process, mode, own, common
-):
+def test_output_mode_selects_logs(logged, process, mode, own, common):
     folder = logged(*output_of(process('counter', output=mode)), output=mode)
     assert (folder / 'counter').exists() is own
     text = (folder / 'launch.log').read_bytes()
@@ -112,7 +110,7 @@ def test_events_are_json_objects(logged, process):
     }
 
 
-def test_pieces_of_a_line_are_logged_at_once(process, tmp_path):
+def test_partial_lines_are_logged_at_once(process, tmp_path):
     one = process('one')
     logs = Logs(tmp_path, [one], pytest.fail)
     folder = tmp_path / 'one'
@@ -137,7 +135,7 @@ def test_pieces_of_a_line_are_logged_at_once(process, tmp_path):
         logs.close()
 
 
-def test_files_are_opened_when_there_is_time_or_output(process, tmp_path):
+def test_log_files_are_opened_with_output_or_on_flush(process, tmp_path):
     quiet, loud = process('quiet'), process('loud')
     logs = Logs(tmp_path, [quiet, loud], pytest.fail)
     try:
@@ -152,9 +150,7 @@ def test_files_are_opened_when_there_is_time_or_output(process, tmp_path):
         logs.close()
 
 
-def test_the_files_of_many_processes_are_opened_some_at_a_time(
-    process, tmp_path
-):
+def test_log_files_of_many_processes_are_opened_in_turns(process, tmp_path):
     many = [process(f'p{n}') for n in range(3 * limits.OPENED_PER_TURN)]
     logs = Logs(tmp_path, many, pytest.fail)
     try:
@@ -170,7 +166,7 @@ def test_the_files_of_many_processes_are_opened_some_at_a_time(
     assert len(list(tmp_path.iterdir())) == 2 + len(many)
 
 
-def test_a_folder_that_cannot_be_made_is_said_once(logged, process, tmp_path):
+def test_folder_that_cannot_be_made_warns_once(logged, process, tmp_path):
     (tmp_path / 'log').write_text('in the way')
     complaints = []
     logged(*output_of(process('counter')), complaints=complaints)
@@ -200,7 +196,7 @@ def test_a_folder_that_was_deleted_is_locked_again(process, tmp_path):
     os.close(descriptor)
 
 
-def test_any_label_gets_a_folder_of_its_own(process):
+def test_any_label_has_a_valid_unique_folder(process):
     labels = ['a/b', 'a_b', '.', '..', 'launch.log', 'ä ö', 'x' * 400]
     labels += ['y' * 300 + '1', 'y' * 300 + '2', 'line\nend', '']
     names = folder_names(map(process, labels))
@@ -213,7 +209,7 @@ def test_any_label_gets_a_folder_of_its_own(process):
     assert names['ä ö'] == 'ä ö'
 
 
-def test_the_folder_of_a_node_is_none_of_a_package(process):
+def test_folder_name_has_the_number_of_the_process(process):
     nodes = [
         process('talker', name='talker-1'),
         process('left/camera', name='driver.py-2'),
@@ -226,7 +222,7 @@ def test_the_folder_of_a_node_is_none_of_a_package(process):
     }
 
 
-def test_what_comes_later_has_files_of_its_own(logged, process):
+def test_processes_planned_later_have_logs(logged, process):
     later = process('talker', name='talker-2')
     other = process('talker.2', name='talker.2')
     unlogged = process('counter', output='screen')

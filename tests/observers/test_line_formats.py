@@ -33,18 +33,18 @@ def laid_out(value):
         ('%s {message}', '%s hello'),
     ],
 )
-def test_a_format_has_the_fields_of_a_log_record(text, line):
+def test_format_has_the_fields_of_a_log_record(text, line):
     layout = Layout(text, now=lambda: 1732000000.25)
     assert layout('launch', 'INFO', 'hello') == line
 
 
-def test_backslashes_stand_for_characters():
+def test_backslash_escapes_are_replaced():
     layout, complaints = laid_out(r'\x1b[1m{message}\033[0m\t\u2192 ä→')
     assert complaints == []
     assert layout('n', 'INFO', 'm') == '\x1b[1mm\x1b[0m\t→ ä→'
 
 
-def test_a_time_stamp_has_an_alias():
+def test_alias_has_a_time_stamp():
     layout, complaints = laid_out('default_with_timestamp')
     assert complaints == []
     stamp, _, rest = layout('launch', 'ERROR', 'text').partition(' ')
@@ -53,7 +53,7 @@ def test_a_time_stamp_has_an_alias():
 
 
 @pytest.mark.parametrize('value', ['', 'default', None])
-def test_the_usual_form_needs_no_layout(value):
+def test_default_needs_no_layout(value):
     assert laid_out(value) == (None, [])
 
 
@@ -73,7 +73,7 @@ def test_the_usual_form_needs_no_layout(value):
         '\\xZZ {message}',
     ],
 )
-def test_what_is_no_format_is_said_and_ignored(value):
+def test_invalid_format_is_ignored_with_warning(value):
     layout, (complaint,) = laid_out(value)
     assert layout is None
     assert SCREEN_FORMAT in complaint
@@ -85,7 +85,7 @@ PIECES = ['{message}', '{name}', '{', '}', '{{', '{msecs:', '!r', ':>9', '[0]']
 
 
 @given(st.lists(st.sampled_from([*PIECES, '.a', 'ä', '%s', '\\', 'x41', ' '])))
-def test_any_text_makes_a_layout_or_a_complaint(pieces):
+def test_any_text_makes_a_layout_or_a_warning(pieces):
     text = ''.join(pieces)
     layout, complaints = laid_out(text)
     if text:
@@ -97,7 +97,7 @@ def test_any_text_makes_a_layout_or_a_complaint(pieces):
 @pytest.mark.parametrize(
     ('layout', 'name'), [(None, 'kitchen'), (Layout('{message}'), 'talker-1')]
 )
-def test_lines_of_ros_2_begin_with_its_names(process, tmp_path, layout, name):
+def test_layout_uses_the_names_of_ros_2(process, tmp_path, layout, name):
     kitchen = process('kitchen', name='talker-1')
     said = Output(kitchen, 'stdout', b'hello\n')
     stream = io.StringIO()

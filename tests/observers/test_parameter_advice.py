@@ -29,7 +29,7 @@ def rate(value, line=7, origins=()):
 
 
 @pytest.mark.parametrize('text', [RCLPY, RCLCPP, NOT_ALLOWED])
-def test_each_client_library_is_understood(text):
+def test_error_of_each_client_library_is_understood(text):
     names = ('INTEGER', 'DOUBLE') if text is RCLPY else ('integer', 'double')
     assert parameter_advice(text.format(*names), [rate('1')]) == (
         "the node takes a double for 'rate': give it 1.0 instead of 1, at "
@@ -56,26 +56,26 @@ def test_each_client_library_is_understood(text):
         ('true', 'bool', 'integer', 'an integer'),
     ],
 )
-def test_what_to_write_instead(value, got, wanted, cure):
+def test_advice_has_a_value_of_the_wanted_type(value, got, wanted, cure):
     line = RCLCPP.format(got, wanted)
     text = parameter_advice(line, [rate(value)])
     assert f': give it {cure} instead of {value}, at ' in text
 
 
-def test_the_last_that_fits_is_the_one():
+def test_last_parameter_of_the_type_is_named():
     given = [rate('1', 1), rate('2', 2), rate('0.5', 3)]
     text = parameter_advice(RCLCPP.format('integer', 'double'), given)
     assert text.endswith('instead of 2, at /ws/a.yaml:2:9')
 
 
-def test_where_a_value_comes_from():
+def test_advice_names_the_origin_of_the_value():
     origin = Position('/ws/top.yaml', 3, 5)
     given = [rate('1', origins=(origin,))]
     text = parameter_advice(RCLCPP.format('integer', 'double'), given)
     assert text.endswith(' at /ws/a.yaml:7:9, passed by /ws/top.yaml:3:5')
 
 
-def test_an_installed_file_is_edited_in_the_source(tmp_path):
+def test_advice_names_the_source_of_an_installed_file(tmp_path):
     (tmp_path / 'source.yaml').write_text('')
     (tmp_path / 'installed.yaml').symlink_to('source.yaml')
     place = Position(f'{tmp_path}/installed.yaml', 4, 5)
@@ -84,12 +84,12 @@ def test_an_installed_file_is_edited_in_the_source(tmp_path):
     assert text.endswith('/source.yaml:4:5')
 
 
-def test_a_parameter_that_the_launch_file_does_not_set():
+def test_parameter_without_value_has_no_position():
     text = parameter_advice(RCLPY.format('INTEGER', 'STRING'), [])
     assert text == (
         "the node takes a string for 'rate', and it was given an integer"
     )
 
 
-def test_other_lines_tell_nothing():
+def test_other_lines_have_no_advice():
     assert parameter_advice('parameter rate is fine', [rate('1')]) is None

@@ -50,7 +50,7 @@ def restart(process):
     )
 
 
-def test_a_restart_after_a_change_is_one_line(restart):
+def test_restart_after_a_change_is_hidden(restart):
     terminal = Terminal()
     for event in restart:
         terminal.handle(event)
@@ -60,7 +60,7 @@ def test_a_restart_after_a_change_is_one_line(restart):
     assert terminal.shown == ['talker: started, pid 8']
 
 
-def test_other_ends_and_starts_are_shown(restart, process):
+def test_other_ends_and_starts_are_shown_with_watch(restart, process):
     terminal = Terminal()
     terminal.handle(restart[1])
     terminal.handle(restart[2])
@@ -72,13 +72,13 @@ def test_other_ends_and_starts_are_shown(restart, process):
     assert len(terminal.shown) == 4
 
 
-def test_all_of_a_restart_is_shown_to_who_wants_to_know(restart):
+def test_verbose_shows_restarts_after_a_change(restart):
     terminal = Terminal(verbosity='verbose')
     terminal.handle(restart[1])
     assert terminal.shown == ['talker: stopped after 1.0 s']
 
 
-def test_the_title_shows_how_the_last_change_went():
+def test_title_shows_the_result_of_the_last_change():
     terminal = Terminal(title='demo')
     # what `--why` says of a file that nothing uses is no change
     terminal.handle(events.Watched('nothing to do', is_final=False))
@@ -90,7 +90,7 @@ def test_the_title_shows_how_the_last_change_went():
     assert terminal.written == [f'\x1b]2;{sign} demo\x07' for sign in '…✓✗✓']
 
 
-def test_what_fails_after_a_change_shows_in_the_title(process):
+def test_title_shows_failures_after_a_change(process):
     terminal = Terminal(title='demo', bell=True)
     talker, crash = process('talker'), Outcome(code=1)
     for event in (
@@ -112,7 +112,7 @@ def test_what_fails_after_a_change_shows_in_the_title(process):
     assert signs.replace(' demo\x07', '') == '…✓✗\a…✗\a✗…✓'
 
 
-def test_what_is_new_or_gone_after_a_change_is_one_line(restart, process):
+def test_replanned_processes_are_hidden(restart, process):
     terminal = Terminal()
     _, ended, started = restart
     later = process('later')
@@ -137,7 +137,7 @@ def test_what_is_new_or_gone_after_a_change_is_one_line(restart, process):
     ]
 
 
-def test_the_bell_rings_when_asked_for():
+def test_bell_rings_only_with_the_option():
     silent, loud = Terminal(), Terminal(bell=True)
     for terminal in (silent, loud):
         terminal.handle(events.Watched('done'))

@@ -50,7 +50,7 @@ def test_labels_are_aligned(shown, process):
     )
 
 
-def test_a_very_long_label_does_not_push_the_others_away(shown, process):
+def test_long_label_does_not_widen_the_others(shown, process):
     long = 'x' * 100
     text = shown(
         Output(process('a'), 'stdout', b'one\n'),
@@ -72,7 +72,7 @@ def test_a_very_long_label_does_not_push_the_others_away(shown, process):
         ('own_log', []),
     ],
 )
-def test_the_output_mode_says_what_is_shown(shown, process, mode, streams):
+def test_output_mode_selects_shown_streams(shown, process, mode, streams):
     described = process('a', output=mode)
     text = shown(
         Output(described, 'stdout', b'stdout\n'),
@@ -81,7 +81,7 @@ def test_the_output_mode_says_what_is_shown(shown, process, mode, streams):
     assert [line.split()[1] for line in text.splitlines()] == streams
 
 
-def test_processes_have_colours_of_their_own(shown, process):
+def test_processes_have_different_colours(shown, process):
     text = shown(
         Output(process('a'), 'stdout', b'one\n'),
         Output(process('counter'), 'stdout', b'two\n'),
@@ -92,7 +92,7 @@ def test_processes_have_colours_of_their_own(shown, process):
     assert first != second
 
 
-def test_without_colour_there_is_no_control_sequence(shown, process):
+def test_output_without_colour_has_no_control_sequence(shown, process):
     text = shown(
         Output(process('a'), 'stdout', b'one\n'),
         Started(process('a'), 12),
@@ -103,7 +103,7 @@ def test_without_colour_there_is_no_control_sequence(shown, process):
     assert '\r' not in text
 
 
-def test_messages_of_the_launch_file_are_shown_but_not_debug(shown):
+def test_debug_messages_are_not_shown(shown):
     text = shown(Said('INFO', 'one\ntwo'), Said('DEBUG', 'three'))
     assert text == ('[INFO] [launch.user]: one\n[INFO] [launch.user]: two\n')
 
@@ -142,7 +142,7 @@ def test_the_end_shows_the_summary(shown):
     assert shown(Ended(0)) == ''
 
 
-def test_what_comes_later_has_its_label_and_colour(shown, process):
+def test_process_planned_later_has_label_and_colour(shown, process):
     one, two = b'one\n', b'two\n'
     events = [
         Output(process('a'), 'stdout', one),

@@ -58,7 +58,7 @@ def test_columns_are_aligned(process):
     ]
 
 
-def test_a_column_without_anything_is_left_out():
+def test_empty_column_is_left_out():
     assert start_table_lines([Row('a', 'sh', '', '1', 'a')], size()) == [
         'NAME  PACKAGE  PID',
         'a     sh       1',
@@ -66,7 +66,7 @@ def test_a_column_without_anything_is_left_out():
 
 
 @pytest.mark.parametrize('columns', [40, 41, 60, 79])
-def test_it_fits_the_width(columns):
+def test_table_fits_the_width(columns):
     rows = [
         Row('a' * 50, '/ws/' + 'b' * 60 + '/end', '/n' * 20, '123456', 'a'),
         Row('short', 'pkg', '/', '1', 'b'),
@@ -79,12 +79,12 @@ def test_it_fits_the_width(columns):
     assert 'end' in lines[1]
 
 
-def test_a_terminal_may_be_too_narrow():
+def test_too_narrow_terminal_gets_no_table():
     assert start_table_lines([Row('a', 'b', '/', '1', 'c')], size(20)) == []
     assert start_table_lines([], size()) == []
 
 
-def test_a_hundred_nodes_are_told_by_package():
+def test_many_processes_are_grouped_by_package():
     rows = [
         Row(f'node-{n}', f'pkg{n % 3}', f'/r{n}', str(1000 + n), 'node')
         for n in range(100)
@@ -101,7 +101,7 @@ def test_a_hundred_nodes_are_told_by_package():
     assert len(start_table_lines(rows, size(lines=200))) == 101
 
 
-def test_processes_of_no_package_are_told_by_program():
+def test_processes_without_package_are_grouped_by_program():
     rows = [Row(f'p{n}', '', '', str(n), 'sleep') for n in range(1, 100)]
     rows.append(Row('p100', '', '', '100', 'echo'))
     assert start_table_lines(rows, size()) == [
@@ -111,7 +111,7 @@ def test_processes_of_no_package_are_told_by_program():
     ]
 
 
-def test_it_comes_first_when_all_were_started(table, process):
+def test_table_comes_before_held_events(table, process):
     a, b, late = process('a'), process('b'), process('late')
     shown = table(
         [a, Timer(5.0, (late,)), b],
@@ -133,7 +133,7 @@ def test_it_comes_first_when_all_were_started(table, process):
     ]
 
 
-def test_much_output_does_not_wait_for_it(table, process):
+def test_much_output_shows_the_table_early(table, process):
     a, b = process('a'), process('b')
     much = b'x' * limits.HELD_FOR_TABLE + b'\n'
     shown = table([a, b], Started(a, 1), Output(a, 'stdout', much))
@@ -141,27 +141,27 @@ def test_much_output_does_not_wait_for_it(table, process):
     assert len(shown) == 3
 
 
-def test_what_is_never_started_is_not_waited_for(table, process):
+def test_dropped_process_is_not_waited_for(table, process):
     a, b = process('a'), process('b')
     for event in (Dropped(b), MachineGone('arm', 'it is off', ('b',))):
         assert table([a, b], Started(a, 1), event)[1] == 'a     1'
 
 
-def test_what_could_not_be_started_is_told_beside(table, process):
+def test_start_failure_is_shown_after_the_table(table, process):
     a, b = process('a'), process('b')
     shown = table([a, b], Started(a, 1), StartFailed(b, 'no such file'))
     assert shown[:2] == ['NAME  PID', 'a     1']
     assert 'no such file' in shown[2]
 
 
-def test_a_launch_that_is_stopped_early_shows_what_there_is(table, process):
+def test_stopped_launch_shows_a_partial_table(table, process):
     a, b = process('a'), process('b')
     shown = table([a, b], Started(a, 1), ShuttingDown('interrupted'))
     assert shown[1].startswith('a ')
     assert 'stopping' in shown[2]
 
 
-def test_a_narrow_terminal_gets_lines(table, process):
+def test_narrow_terminal_gets_lines(table, process):
     a = process('a')
     assert table([a], Started(a, 1), columns=20) == [
         '[launch] a: started, pid 1'

@@ -31,7 +31,7 @@ def machine(monkeypatch):
     return made
 
 
-def test_nobody_is_looked_at_while_the_machine_is_idle(machine):
+def test_idle_machine_measures_no_process(machine):
     shares = CpuShares()
     for now in range(0, 10, 2):
         machine.idle = 2 * now - 0.1
@@ -39,7 +39,7 @@ def test_nobody_is_looked_at_while_the_machine_is_idle(machine):
     assert machine.looks == 0
 
 
-def test_shares_are_of_one_processor(machine):
+def test_busy_machine_returns_shares_of_one_processor(machine):
     shares = CpuShares()
     groups = {'a': 7, 'b': 8}
     for now in range(0, 10, 2):
@@ -52,7 +52,7 @@ def test_shares_are_of_one_processor(machine):
     assert found == {'a': 0.0, 'b': pytest.approx(0.1)}
 
 
-def test_nobody_is_looked_at_while_the_launch_is_idle(machine, monkeypatch):
+def test_idle_control_group_measures_no_process(machine, monkeypatch):
     monkeypatch.setattr(
         status_model.cgroup, 'process_folder', lambda _: '/cgroup/launch/0'
     )
@@ -75,5 +75,5 @@ def test_nobody_is_looked_at_while_the_launch_is_idle(machine, monkeypatch):
     assert found == {'a': pytest.approx(0.75)}
 
 
-def test_what_proc_tells_is_understood():
+def test_idle_seconds_are_read_from_proc():
     assert status_model._idle_seconds() > 0.0

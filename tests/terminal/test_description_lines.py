@@ -9,7 +9,7 @@ from colcon_yamllaunch.engine.description import Surrounding
 from colcon_yamllaunch.terminal.status_model import description_lines
 
 
-def test_a_process_with_all_that_it_was_given():
+def test_process_lines_have_environment_parameters_and_remaps():
     description = Description(
         'kitchen',
         'thermometer.py-2',
@@ -49,7 +49,7 @@ def test_a_process_with_all_that_it_was_given():
     ]
 
 
-def test_a_component():
+def test_component_lines_have_plugin_and_container():
     description = Description(
         'filter',
         'filter',

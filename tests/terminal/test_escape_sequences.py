@@ -21,7 +21,7 @@ import pytest
         b'bell\a and\ttab',
     ],
 )
-def test_what_stays_in_its_line_passes(data):
+def test_sequences_inside_a_line_pass(data):
     assert InLineOutput().feed(data) == data
 
 
@@ -58,7 +58,7 @@ def test_what_stays_in_its_line_passes(data):
         b'\xc2\x9b',
     ],
 )
-def test_what_leaves_the_line_vanishes(data):
+def test_sequences_that_leave_the_line_are_removed(data):
     assert InLineOutput().feed(b'a' + data + b'b') == b'ab'
     # wherever it is cut
     for cut in range(len(data) + 1):
@@ -68,19 +68,19 @@ def test_what_leaves_the_line_vanishes(data):
         ) == (b'ab')
 
 
-def test_a_sequence_without_end_is_not_waited_for():
+def test_endless_sequence_is_not_held_back():
     output = InLineOutput()
     shown = output.feed(b'\x1b]' + b'x' * 5000)
     assert len(shown + output.feed(b'after')) > 5000
 
 
-def test_what_vanishes_leaves_nothing_that_is_one_with_the_rest():
+def test_removal_does_not_join_bytes_into_a_sequence():
     shown = InLineOutput().feed(b'a\xc2\x00\x9b2J\x1b\x00[2J\xc2\xc2\x9b\x9bb')
     assert '\x9b' not in shown.decode(errors='replace')
     assert b'\x1b' not in shown
 
 
-def test_a_character_is_shown_whole():
+def test_split_character_is_shown_whole():
     output = InLineOutput()
     data = '\N{BLACK CIRCLE}'.encode()
     assert [output.feed(data[n : n + 1]) for n in range(3)] == [b'', b'', data]
@@ -92,7 +92,7 @@ HARMLESS = re.compile(r'\x1b\[[0-9:;]*[mP]')
 
 @settings(max_examples=30)
 @given(st.lists(PARTS, max_size=30))
-def test_nothing_but_colours_gets_out(parts):
+def test_random_bytes_let_only_harmless_sequences_pass(parts):
     output = InLineOutput()
     shown = b''.join(output.feed(bytes([part])) for part in parts).decode(
         errors='replace'

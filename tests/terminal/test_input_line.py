@@ -50,18 +50,18 @@ def typed(text, *keys):
         (['home', 'left', 'backspace'], '', 'one two-three'),
     ],
 )
-def test_editing(keys, before, after):
+def test_key_edits_line_and_moves_cursor(keys, before, after):
     line = typed('one two-three', *keys)
     assert line.text[: line.cursor] == before
     assert line.text[line.cursor :] == after
 
 
-def test_a_letter_and_its_accent_are_one():
+def test_combining_accent_is_deleted_with_its_letter():
     line = typed('e\u0301x', 'left', 'backspace')
     assert (line.text, line.cursor) == ('x', 0)
 
 
-def test_the_history():
+def test_up_and_down_recall_history():
     line = InputLine(['first', 'second'])
     assert line.press('d')
     for key, text in (
@@ -79,7 +79,7 @@ def test_the_history():
     assert line.history == ('first', 'second', 'd')
 
 
-def test_what_is_not_remembered():
+def test_blank_repeated_and_secret_lines_are_not_remembered():
     line = InputLine(['a'])
     for text, remember in (('a', True), ('  ', True), ('secret', False)):
         line.set(text)
@@ -92,13 +92,13 @@ def test_what_is_not_remembered():
     assert line.history[-1] == str(REMEMBERED + 4)
 
 
-def test_other_keys_mean_nothing():
+def test_other_keys_do_not_edit():
     line = InputLine()
     assert not line.press('esc')
     assert not line.press('ctrl-]')
 
 
-def test_a_line_gets_no_longer_than_a_terminal_passes_on():
+def test_line_length_is_limited_in_bytes():
     line = InputLine()
     line.set('ä' * (LONGEST // 2))
     line.press('x')
@@ -108,7 +108,7 @@ def test_a_line_gets_no_longer_than_a_terminal_passes_on():
 
 @settings(max_examples=40, deadline=None)
 @given(st.lists(KEYS, max_size=40))
-def test_the_cursor_stays_in_the_line(keys):
+def test_random_keys_keep_cursor_in_line(keys):
     line = InputLine(['a line', 'wörter und 漢字'])
     for key in keys:
         assert line.press(key)

@@ -44,11 +44,11 @@ def keys_of(*pieces):
         ('\x9b\ufeff\x00', ['ctrl-@']),
     ],
 )
-def test_keys(data, keys):
+def test_bytes_are_decoded_into_keys(data, keys):
     assert keys_of(data.encode())[1] == keys
 
 
-def test_a_lone_escape_is_a_key_after_a_while():
+def test_lone_escape_is_a_key_after_settle():
     decoder, keys = keys_of(b'\x1b')
     assert keys == []
     assert decoder.is_waiting
@@ -59,7 +59,7 @@ def test_a_lone_escape_is_a_key_after_a_while():
 
 @settings(max_examples=40, deadline=None)
 @given(st.lists(PIECES, max_size=12))
-def test_it_does_not_matter_where_keys_are_split(pieces):
+def test_split_bytes_decode_into_the_same_keys(pieces):
     whole, keys = keys_of(b''.join(pieces))
     split, same = keys_of(*pieces)
     assert keys == same

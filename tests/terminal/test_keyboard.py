@@ -33,7 +33,7 @@ def terminal() -> Iterator[tuple[int, int]]:
     os.close(theirs)
 
 
-def test_keys_dropped_after_the_poll_are_not_waited_for(
+def test_read_does_not_block_if_keys_are_dropped_after_poll(
     terminal: tuple[int, int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def give_up(*_: object) -> None:

@@ -56,7 +56,7 @@ def typed(keys, text):
         ('i', 'describe'),
     ],
 )
-def test_what_is_done_with_a_process(keys, key, action):
+def test_key_after_choice_presses_for_that_process(keys, key, action):
     assert typed(keys, '2') == []
     assert keys.view().chosen == 'bath'
     assert 's stop' in keys.view().hint
@@ -68,11 +68,11 @@ def test_what_is_done_with_a_process(keys, key, action):
     ('key', 'command'),
     [('w', 'watch'), ('?', 'help'), ('q', 'quit'), ('\r', 'break')],
 )
-def test_what_is_done_with_all(keys, key, command):
+def test_key_without_choice_presses_for_all(keys, key, command):
     assert typed(keys, key) == [Press(command)]
 
 
-def test_the_help_has_all_keys():
+def test_help_lists_all_keys_and_fits_the_width():
     text = '\n'.join(help_lines())
     for key in (*'sraklimodLtMwEq:/?', 'Enter'):
         assert f'\n  {key} ' in text
@@ -81,7 +81,7 @@ def test_the_help_has_all_keys():
         assert all(len(line) < max(columns, 25) for line in lines)
 
 
-def test_the_help_goes_with_the_next_key(keys):
+def test_overlay_closes_with_the_next_key(keys):
     for key in ('?', ' ', '\r', 'q', 'E'):
         keys.show(['one', 'two', 'three'], 5)
         assert keys.view().overlay == ('one', 'two', 'three')
@@ -101,7 +101,7 @@ def test_the_help_goes_with_the_next_key(keys):
     assert keys.view().overlay == ()
 
 
-def test_what_is_long_is_shown_page_by_page(keys):
+def test_long_overlay_has_pages(keys):
     keys.show(['one', 'two', 'three'], 2)
     assert keys.view().overlay == ('one', 'two')
     assert keys.view().hint == '  Enter shows more  Esc goes back'
@@ -114,7 +114,7 @@ def test_what_is_long_is_shown_page_by_page(keys):
     assert keys.view().overlay == ()
 
 
-def test_the_errors_of_the_last_build_are_shown_if_there_are_any():
+def test_errors_key_needs_errors_of_a_build():
     entry = Process('a', ('true',), PLACE, '/')
     model = StatusModel(planned_state(entry))
     keys = Keys(model)
@@ -131,7 +131,7 @@ def test_the_errors_of_the_last_build_are_shown_if_there_are_any():
     assert 'E errors' in keys.view().hint
 
 
-def test_another_process_is_chosen(keys):
+def test_second_choice_replaces_the_first(keys):
     typed(keys, '13')
     assert keys.view().chosen == 'bathroom'
     # and none
@@ -146,7 +146,7 @@ def test_another_process_is_chosen(keys):
     assert keys.view().chosen == 'kitchen'
 
 
-def test_a_key_that_means_nothing(keys):
+def test_unknown_key_shows_a_note(keys):
     assert typed(keys, '9') == []
     assert "'9'" in keys.view().note
     assert typed(keys, '1') == []
@@ -157,7 +157,7 @@ def test_a_key_that_means_nothing(keys):
     assert keys.view().note == 'something'
 
 
-def test_who_is_muted(keys):
+def test_mute_keys_change_the_filter(keys):
     typed(keys, '1m')
     assert keys.filtering.muted == {'kitchen'}
     assert keys.view().filtering.muted == {'kitchen'}
@@ -170,7 +170,7 @@ def test_who_is_muted(keys):
     assert keys.filtering == Filtering()
 
 
-def test_only_one(keys):
+def test_only_key_shows_one_process_or_all(keys):
     typed(keys, '1o')
     assert keys.filtering.only == {'kitchen'}
     typed(keys, '2o')
@@ -179,7 +179,7 @@ def test_only_one(keys):
     assert keys.filtering == Filtering()
 
 
-def test_a_component_writes_by_its_container():
+def test_filter_key_for_a_component_names_its_container():
     component = Component('part', 'box', 'a::B', 'part', PLACE)
     model = StatusModel(planned_state(component))
     keys = Keys(model)
@@ -191,7 +191,7 @@ def test_a_component_writes_by_its_container():
     assert typed(keys, '1s') == [Press('stop', 'part')]
 
 
-def test_the_level_goes_round(keys):
+def test_level_key_cycles_through_levels(keys):
     levels = []
     for _ in Level:
         typed(keys, 'L')
@@ -200,27 +200,27 @@ def test_the_level_goes_round(keys):
 
 
 @pytest.mark.parametrize('key', ['L', 't', 'M', 'w', '/', ':'])
-def test_keys_for_all_count_with_one_chosen_too(keys, key):
+def test_keys_for_all_work_while_a_process_is_chosen(keys, key):
     alone = keys_of('kitchen', 'bath', 'bathroom')
     expected = typed(alone, key)
     assert typed(keys, f'2{key}') == expected
     assert keys.view() == alone.view()
 
 
-def test_to_go_back_is_not_to_stop_all(keys):
+def test_q_with_a_choice_does_not_stop_the_launch(keys):
     assert typed(keys, '2q') == []
     assert keys.view().chosen is None
     assert 'q stops the launch' in keys.view().note
     assert typed(keys, 'q') == [Press('quit')]
 
 
-def test_a_key_for_one_process_without_one(keys):
+def test_process_key_without_choice_asks_to_choose(keys):
     for key in 'srkamodli':
         assert typed(keys, key) == []
         assert 'choose it first: 1-3' in keys.view().note
 
 
-def test_all_is_shown_again(keys):
+def test_escape_clears_the_filter(keys):
     typed(keys, '/low\rLL1m2ot\x1b')
     list(keys.settle())
     assert keys.filtering == Filtering(times=True)
@@ -230,7 +230,7 @@ def test_all_is_shown_again(keys):
     assert keys.view().note == ''
 
 
-def test_the_hint_is_about_now(process):
+def test_hint_follows_the_state_of_the_process(process):
     model = StatusModel(planned_state(process('a'), process('b')))
     model.state.process('a').terminal = True
     keys = Keys(model)
@@ -254,7 +254,7 @@ def test_the_hint_is_about_now(process):
     assert keys.view().hint.startswith('m mute  o only  l log')
 
 
-def test_the_hint_has_what_is_possible(process):
+def test_hint_omits_keys_without_effect(process):
     component = Component('part', 'box', 'a::B', 'part', PLACE)
     model = StatusModel(planned_state(process('a'), component))
     keys = Keys(model)
@@ -265,14 +265,14 @@ def test_the_hint_has_what_is_possible(process):
     assert keys.view().hint.startswith('s stop  r restart  l log  i info')
 
 
-def test_times(keys):
+def test_times_key_switches_time_stamps(keys):
     typed(keys, 't')
     assert keys.filtering.times
     typed(keys, 't')
     assert not keys.filtering.times
 
 
-def test_a_search_takes_place_as_it_is_typed(keys):
+def test_search_filters_with_each_key(keys):
     typed(keys, '/lo')
     assert keys.filtering.search == 'lo'
     view = keys.view()
@@ -309,7 +309,7 @@ def test_a_search_takes_place_as_it_is_typed(keys):
         ('bathr\t', 'bathroom'),
     ],
 )
-def test_a_process_is_chosen_by_its_name(keys, name, label):
+def test_name_prompt_chooses_the_best_match(keys, name, label):
     typed(keys, f':{name}')
     assert keys.view().prompt == ':'
     assert keys.view().chosen == label
@@ -319,7 +319,7 @@ def test_a_process_is_chosen_by_its_name(keys, name, label):
     assert typed(keys, 's') == [Press('stop', label)]
 
 
-def test_what_a_name_may_be_is_told(keys):
+def test_name_prompt_lists_matches(keys):
     typed(keys, ':')
     # Enter would choose none
     assert 'Enter' not in keys.view().hint
@@ -327,7 +327,7 @@ def test_what_a_name_may_be_is_told(keys):
     assert keys.view().hint.endswith('Esc goes back  bathroom')
 
 
-def test_no_process_has_the_name(keys):
+def test_name_prompt_without_match_shows_a_note(keys):
     typed(keys, ':zz')
     assert 'no process' in keys.view().hint
     typed(keys, '\r')
@@ -339,7 +339,7 @@ def test_no_process_has_the_name(keys):
         assert keys.view().chosen is None
 
 
-def test_lines_are_typed_at_a_process(keys):
+def test_attached_process_gets_edited_lines(keys):
     keys.attach('bath')
     assert typed(keys, 'wärm\x1b[D') == []
     view = keys.view()
@@ -359,14 +359,14 @@ def test_lines_are_typed_at_a_process(keys):
     assert keys.view().typed == ''
 
 
-def test_what_is_pasted_comes_line_by_line(keys):
+def test_pasted_text_is_sent_line_by_line(keys):
     keys.attach('bath')
     pasted = '\x1b[200~one\rtwo\nthree\x1b[201~'
     assert typed(keys, pasted) == [Typed(b'one\n'), Typed(b'two\n')]
     assert keys.view().typed == 'three'
 
 
-def test_the_end_of_the_input_is_told(keys):
+def test_ctrl_d_in_an_empty_line_ends_the_input(keys):
     keys.attach('bath')
     assert typed(keys, '\x04') == [Typed(b'\x04')]
     assert 'bath' in keys.view().note
@@ -375,7 +375,7 @@ def test_the_end_of_the_input_is_told(keys):
     assert (keys.view().typed, keys.view().note) == ('b', '')
 
 
-def test_what_is_secret_is_not_seen(keys):
+def test_secret_input_is_masked_and_not_remembered(keys):
     keys.attach('bath', is_secret=True)
     typed(keys, 'word')
     assert keys.view().typed == '****'
@@ -383,7 +383,7 @@ def test_what_is_secret_is_not_seen(keys):
     assert keys.view().typed == ''
 
 
-def test_raw_keys_go_at_once(keys):
+def test_raw_process_gets_each_key(keys):
     keys.attach('bath', is_raw=True)
     assert keys.view().prompt is None
     assert 'Ctrl-] goes back' in keys.view().hint
@@ -394,7 +394,7 @@ def test_raw_keys_go_at_once(keys):
     ]
 
 
-def test_a_process_is_attached_within_what_was_typed(keys):
+def test_keys_after_attach_go_to_the_process(keys):
     done = []
     for command in keys.feed(b'2aq\r\x1d1s'):
         done.append(command)
@@ -407,7 +407,7 @@ def test_a_process_is_attached_within_what_was_typed(keys):
     ]
 
 
-def test_a_chosen_process_that_is_dropped(process):
+def test_key_for_a_dropped_process_does_nothing(process):
     model = StatusModel(planned_state(process('kitchen')))
     keys = Keys(model)
     typed(keys, '1')
@@ -423,7 +423,7 @@ PIECES = st.one_of(
 
 @settings(max_examples=40, deadline=None)
 @given(st.lists(PIECES, max_size=15))
-def test_it_does_not_matter_where_keys_are_split(pieces):
+def test_split_bytes_have_the_same_effect(pieces):
     whole, split = keys_of('a', 'bath'), keys_of('a', 'bath')
     commands = _do(whole, [b''.join(pieces)])
     assert commands == _do(split, pieces)

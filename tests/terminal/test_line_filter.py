@@ -47,7 +47,7 @@ def shown(one, *outputs):
     return ''.join(o.data.decode() for o in (*parts, *one.end()))
 
 
-def test_all_passes_as_it_is(made):
+def test_output_passes_unchanged_without_filter(made):
     output = made('one\ntwo\n')
     assert line_filter().shown(output) == [output]
     assert line_filter().shown(output)[0] is output
@@ -55,7 +55,7 @@ def test_all_passes_as_it_is(made):
     assert line_filter(color=True).shown(many)[0] is many
 
 
-def test_what_goes_to_the_log_only_is_left_to_it(made, process):
+def test_output_for_the_log_only_is_not_shown(made, process):
     one = line_filter()
     quiet = Output(process('a', output='own_log'), 'stdout', b'x\n' * 3)
     assert not list(one.shown(quiet))
@@ -71,12 +71,12 @@ def test_what_goes_to_the_log_only_is_left_to_it(made, process):
         (Filtering(muted=frozenset('a'), only=frozenset('ab')), 'b'),
     ],
 )
-def test_who_is_shown(made, filtering, labels):
+def test_muted_and_only_select_processes(made, filtering, labels):
     one = line_filter(filtering)
     assert [n for n in 'abc' if one.shown(made('x\n', n))] == list(labels)
 
 
-def test_a_search(made):
+def test_search_ignores_case_unless_upper_case_is_typed(made):
     text = 'Hello\nothers\n\x1b[31mHE\x1b[0mLLO\nshell\n'
     assert shown(line_filter(Filtering(search='hello')), made(text)) == (
         'Hello\n\x1b[31mHE\x1b[0mLLO\n'
@@ -87,7 +87,7 @@ def test_a_search(made):
     assert shown(line_filter(Filtering(search='[x')), made(text)) == ''
 
 
-def test_a_level_and_what_belongs_to_its_lines(made):
+def test_level_filter_keeps_lines_that_follow(made):
     one = line_filter(Filtering(level=Level.WARN))
     assert shown(
         one,
@@ -102,7 +102,7 @@ def test_a_level_and_what_belongs_to_its_lines(made):
     )
 
 
-def test_a_level_in_a_form_of_its_own(made):
+def test_level_is_read_in_a_custom_format(made):
     one = line_filter(
         Filtering(level=Level.ERROR), form='{name} ({severity}) {message}'
     )
@@ -110,7 +110,7 @@ def test_a_level_in_a_form_of_its_own(made):
     assert shown(one, made(text)) == 'a.b (ERROR) y\n'
 
 
-def test_a_level_and_a_search(made):
+def test_level_and_search_apply_together(made):
     one = line_filter(Filtering(level=Level.WARN, search='low'))
     text = '[INFO] low\n[WARN] low\n[WARN] high\n low, too\n'
     assert shown(one, made(text)) == '[WARN] low\n low, too\n'
@@ -119,7 +119,7 @@ def test_a_level_and_a_search(made):
     assert shown(one, made(' low\n[INFO] x\n'), made(' low\n')) == ' low\n'
 
 
-def test_two_bars_keep_their_places(made):
+def test_progress_bars_keep_their_order(made):
     one = line_filter()
     for count in range(1, 4):
         for label in 'ab':
@@ -131,7 +131,7 @@ def test_two_bars_keep_their_places(made):
     assert texts(one.live) == [('b', '40%'), ('c', '10%'), ('d', '10%')]
 
 
-def test_the_same_line_is_counted(made):
+def test_repeated_line_is_counted(made):
     one = line_filter()
     assert texts(one.shown(made('low\n'))) == [('a', 'low\n')]
     assert not list(one.live)
@@ -149,7 +149,7 @@ def test_the_same_line_is_counted(made):
     assert texts(one.shown(made('low\n', 'b'))) == [('b', 'low\n')]
 
 
-def test_the_same_line_at_another_time_is_counted(made):
+def test_repeated_line_with_other_time_is_counted(made):
     one = line_filter()
     lines = [f'[WARN] [17320000{n}.123] [n]: low\n' for n in range(10, 15)]
     assert shown(one, *map(made, lines)) == (
@@ -157,14 +157,14 @@ def test_the_same_line_at_another_time_is_counted(made):
     )
 
 
-def test_two_of_a_line_are_two_lines(made):
+def test_line_that_comes_twice_is_not_counted(made):
     text = 'a\nb\nb\nc\n\n\n\n\nc\nc\nc\n'
     assert shown(line_filter(), made(text)) == (
         'a\nb\nb\nc\n\n\n\n\nc\nc ×3\n'
     )
 
 
-def test_a_progress_bar_is_one_line(made):
+def test_progress_bar_is_one_live_line(made):
     one = line_filter()
     for percent in (10, 20, 30):
         assert not one.shown(made(f'\rload {percent}%\r'))
@@ -181,7 +181,7 @@ def test_a_progress_bar_is_one_line(made):
     assert not one.is_changing
 
 
-def test_a_progress_bar_stays_when_its_process_ends(made):
+def test_progress_bar_is_shown_when_its_process_ends(made):
     one = line_filter()
     for label in 'abcde':
         assert not one.shown(made(f'{label} 1%\r', label))
@@ -196,7 +196,7 @@ def test_a_progress_bar_stays_when_its_process_ends(made):
     assert [n for n, _ in texts(one.end())] == ['b', 'c', 'e']
 
 
-def test_a_bad_line_is_coloured(made):
+def test_warnings_and_errors_are_coloured(made):
     one = line_filter(color=True)
     text = (
         '[INFO] a\n[WARN] b\n more\n\x1b[1m[ERROR] c\x1b[0m\n[ERROR] d\n'
@@ -212,7 +212,7 @@ def test_a_bad_line_is_coloured(made):
     assert '\x1b' not in shown(one, made(text)).partition('\n')[0]
 
 
-def test_the_filter_in_short():
+def test_filter_text_names_all_conditions():
     assert Filtering(times=True).text == ''
     assert Filtering(
         frozenset('ab'), frozenset('c'), 'low', Level.ERROR
@@ -226,7 +226,7 @@ LINES = st.lists(
 
 @settings(max_examples=40, deadline=None)
 @given(st.lists(LINES, max_size=5))
-def test_nothing_else_is_lost(chunks):
+def test_random_lines_are_shown_or_counted(chunks):
     one = line_filter()
     outputs = []
     for lines in chunks:
@@ -247,7 +247,7 @@ class _Shown:
     output = 'screen'
 
 
-def test_carriage_returns_without_end(made):
+def test_run_of_carriage_returns_takes_linear_time(made):
     # what looks at a run of them from each of its bytes takes a minute
     run = '\r' * 2**18
     assert shown(line_filter(), made(f'{run}a\n{run}')) == 'a\n'

@@ -11,7 +11,7 @@ from colcon_yamllaunch.terminal.pager import PagedOutput
 from colcon_yamllaunch.terminal.pager import Pager
 
 
-def test_what_happened_meanwhile_comes_in_order_with_its_time(process):
+def test_held_events_keep_order_and_time(process):
     kitchen = process('kitchen')
     paged = PagedOutput(Mock(Pager))
     happened = (
@@ -27,7 +27,7 @@ def test_what_happened_meanwhile_comes_in_order_with_its_time(process):
     assert paged.lost == 0
 
 
-def test_of_too_much_output_the_newest_is_kept_and_all_else(process):
+def test_too_much_held_output_drops_the_oldest_output(process):
     kitchen = process('kitchen')
     paged = PagedOutput(Mock(Pager))
     paged.hold(events.Warned('it is warm'))

@@ -58,7 +58,7 @@ def lines(board, columns=80, view=None, waits_for='', now=100.0, **style):
     return list(block.lines)
 
 
-def test_the_state_of_each(board, process, fails):
+def test_each_process_shows_its_state(board, process, fails):
     one = board('a', 'b', 'c', 'd')
     fails(one, 'b')
     fails(one, 'c', again=1.0)
@@ -73,7 +73,7 @@ def test_the_state_of_each(board, process, fails):
     ]
 
 
-def test_a_failure_is_red(board, fails):
+def test_failed_process_is_red(board, fails):
     one = board('a', 'b')
     fails(one, 'b')
     (line,) = lines(one, color=True)
@@ -84,7 +84,9 @@ def test_a_failure_is_red(board, fails):
 @pytest.mark.parametrize('columns', [20, 40, 80, 200, 400])
 @pytest.mark.parametrize('count', [1, 3, 20, 200])
 @pytest.mark.parametrize('color', [False, True])
-def test_it_fits(board, fails, columns, count, color):
+def test_block_fits_width_and_counts_every_process(
+    board, fails, columns, count, color
+):
     labels = [f'node_{n}' for n in range(count)]
     one = board(*labels)
     fails(one, labels[-1])
@@ -98,7 +100,7 @@ def test_it_fits(board, fails, columns, count, color):
     assert named + int(rest[1] if rest else 0) == count
 
 
-def test_many_that_run_are_counted(board, process, fails):
+def test_many_running_processes_are_counted(board, process, fails):
     one = board(*(f'node_{n}' for n in range(60)))
     for columns in (40, 80, 120, 200):
         assert lines(one, columns) == [' ● 60 running']
@@ -120,7 +122,7 @@ def test_many_that_run_are_counted(board, process, fails):
     assert lines(one)[0] == ' 8 ✗ node_7 exit 3  ◍ 59 stopping'
 
 
-def test_news_leave_room_for_the_keys(board):
+def test_result_of_watch_leaves_room_for_keys(board):
     one = board('a')
     news = 'double.py changed: restarted my_double (0.21 s)'
     one.state.apply(events.Watched(news))
@@ -138,7 +140,7 @@ def test_news_leave_room_for_the_keys(board):
     ]
 
 
-def test_an_overlay_stands_in_place_of_it(board):
+def test_overlay_replaces_the_block(board):
     view = View(hint='Esc goes back', overlay=('one', 'two', 'three'))
     assert lines(board('a'), view=view, lines=4) == [
         'one',
@@ -153,7 +155,7 @@ def test_an_overlay_stands_in_place_of_it(board):
     ]
 
 
-def test_what_failed_or_changed_comes_first(board, process, fails):
+def test_failed_and_busy_processes_come_first(board, process, fails):
     one = board(*(f'node_{n}' for n in range(200)))
     fails(one, 'node_150')
     ended = events.Exited(
@@ -167,14 +169,14 @@ def test_what_failed_or_changed_comes_first(board, process, fails):
     ]
 
 
-def test_the_rest_is_counted_by_state(board, process, fails):
+def test_unnamed_processes_are_counted_by_state(board, process, fails):
     one = board(*(f'node_{n}' for n in range(50)))
     for number in range(20):
         fails(one, f'node_{number}')
     assert lines(one, 40, lines=1) == [' j ✗ node_19 exit 3  ● 30  ✗ 19']
 
 
-def test_who_is_chosen_is_always_there(board):
+def test_chosen_process_is_always_named(board):
     one = board(*(f'node_{n}' for n in range(200)))
     view = View(chosen='node_180', hint='s stop  r restart')
     assert lines(one, 40, view)[0].startswith(' >● node_180<')
@@ -183,7 +185,7 @@ def test_who_is_chosen_is_always_there(board):
     assert coloured.startswith(' \x1b[7m● node_180\x1b[0m')
 
 
-def test_who_is_not_shown_is_in_parentheses(board):
+def test_hidden_process_is_in_parentheses(board):
     one = board('a', 'b', 'c')
     view = View(filtering=Filtering(muted=frozenset('b'), search='foo'))
     assert lines(one, view=view) == [
@@ -194,7 +196,7 @@ def test_who_is_not_shown_is_in_parentheses(board):
     assert lines(one, view=view)[0] == ' 1 ● (a)  2 ● b  3 ● (c)'
 
 
-def test_the_countdown_of_stopping(board):
+def test_stopping_shows_countdown_to_next_signal(board):
     one = board('a', 'b')
     one.state.apply(events.ShuttingDown('interrupted'))
     assert lines(one)[-1] == ' stopping (Ctrl-C hurries)'
@@ -210,7 +212,7 @@ def test_the_countdown_of_stopping(board):
     assert next_change(one.state, 104.0) is None
 
 
-def test_the_last_result_of_the_watch(board):
+def test_last_change_is_shown_until_the_next(board):
     one = board('a')
     one.state.apply(events.Watched('no.py: nothing uses it', is_final=False))
     assert lines(one)[-1] == ' … no.py: nothing uses it'
@@ -236,7 +238,7 @@ def test_the_last_result_of_the_watch(board):
     assert lines(one, 20)[-1] == ' ✗ double.py chang…'
 
 
-def test_who_types_has_the_last_line(board):
+def test_prompt_is_the_last_line(board):
     one = board(*(f'node_{n}' for n in range(200)))
     view = View(prompt='/', typed='hello', cursor=2)
     block = block_of(one, view, Style(40, color=False), 100.0, 'waits')
@@ -247,7 +249,7 @@ def test_who_types_has_the_last_line(board):
 
 @pytest.mark.parametrize('columns', [10, 20, 40])
 @pytest.mark.parametrize('cursor', [0, 5, 50, 99, 100])
-def test_a_long_text_is_shown_around_the_cursor(board, columns, cursor):
+def test_long_input_is_cut_around_the_cursor(board, columns, cursor):
     text = ''.join(chr(ord('a') + n % 26) for n in range(100))
     view = View(prompt='> ', typed=text, cursor=cursor)
     block = block_of(board('a'), view, Style(columns, color=False), 100.0)
@@ -259,12 +261,12 @@ def test_a_long_text_is_shown_around_the_cursor(board, columns, cursor):
         assert block.lines[line][column] in (text[cursor], '…')
 
 
-def test_names_do_a_terminal_no_harm(board):
+def test_control_characters_in_names_are_removed(board):
     (line,) = lines(board('a\x1b[2Jb\nc', '台所'))
     assert line == r' 1 ● ab\nc  2 ● 台所'
 
 
-def test_lines_that_may_still_change_are_above_it(board):
+def test_live_lines_are_above_the_block(board):
     view = View(live=('[a] 50 %',))
     assert lines(board('a'), view=view) == ['[a] 50 %', ' 1 ● a']
     # of a long one the end is seen
@@ -273,7 +275,7 @@ def test_lines_that_may_still_change_are_above_it(board):
     assert lines(board('a'), 40, view)[0] == cut
 
 
-def test_what_the_next_key_means_is_there_in_full(board):
+def test_hint_and_note_wrap_into_several_lines(board):
     hint = 's stop  r restart  k kill  a attach  m mute  Esc none'
     view = View(chosen='b', filtering=Filtering(level=Level.WARN), hint=hint)
     assert lines(board('a', 'b'), 80, view)[1:] == [f' {hint}   level WARN']
@@ -296,7 +298,7 @@ def test_what_the_next_key_means_is_there_in_full(board):
     assert lines(board('a'), 12, view, lines=2)[1:] == [' a note …']
 
 
-def test_who_has_too_many_processes_is_told_of_the_help(board, fails):
+def test_hint_is_shown_below_many_failures(board, fails):
     view = View(hint='? help  1-z choose')
     many = board(*(f'node{n}' for n in range(99)))
     for number in range(99):
@@ -306,7 +308,7 @@ def test_who_has_too_many_processes_is_told_of_the_help(board, fails):
     assert lines(board('a'), 40, view)[-1] == ' ? help  1-z choose'
 
 
-def test_a_low_terminal_has_little(board):
+def test_low_terminal_shows_the_most_important_line(board):
     one = board(*(f'node_{n}' for n in range(200)))
     (line,) = lines(one, lines=1, waits_for='timer in 3 s')
     assert line == ' ● 200 running'
@@ -319,7 +321,7 @@ def test_a_low_terminal_has_little(board):
     assert lines(one, lines=1) == [' stopping (Ctrl-C hurries)']
 
 
-def test_lines_that_may_change_leave_room_in_a_low_terminal(board):
+def test_live_lines_leave_room_in_a_low_terminal(board):
     view = View(live=('10 %', '20 %', '30 %'))
     for height, live in ((3, 0), (4, 1), (6, 3), (24, 3)):
         block = lines(board('a'), view=view, lines=1, height=height)

@@ -86,7 +86,7 @@ def test_the_cursor_rests_where_the_output_ends(shown):
     assert one.screen.cursor == (1, 6)
 
 
-def test_half_a_line_goes_on_where_it_ended(shown):
+def test_partial_line_continues_where_it_ended(shown):
     one = shown(20, 4).begin()
     for number in range(5):
         one.write(f'line {number}\r\n').later()
@@ -101,7 +101,7 @@ def test_half_a_line_goes_on_where_it_ended(shown):
     ]
 
 
-def test_half_a_line_may_take_several(shown):
+def test_long_partial_line_wraps(shown):
     one = shown(20, 6).begin().write('x' * 50).later()
     assert one.lines == ['x' * 20, 'x' * 20, 'x' * 10, ' one', ' two']
     one.write('y' * 15 + '\r\n').later()
@@ -115,7 +115,7 @@ def test_half_a_line_may_take_several(shown):
     ]
 
 
-def test_a_line_that_ends_with_a_carriage_return_stays(shown):
+def test_line_with_carriage_return_is_rewritten_in_place(shown):
     one = shown().begin().write('50 %\r').later()
     assert one.lines == ['50 %', ' one', ' two']
     one.write('60 %\r').later()
@@ -124,7 +124,7 @@ def test_a_line_that_ends_with_a_carriage_return_stays(shown):
     assert one.lines == ['60 %']
 
 
-def test_nothing_is_written_when_nothing_changes(shown):
+def test_unchanged_block_writes_nothing(shown):
     one = shown().begin().write('line\r\n').later()
     assert one.lines
     before = one.screen.received
@@ -135,7 +135,7 @@ def test_nothing_is_written_when_nothing_changes(shown):
     assert one.writer.due() is None
 
 
-def test_the_block_is_drawn_ten_times_a_second(shown):
+def test_block_is_drawn_at_most_ten_times_a_second(shown):
     one = shown().begin()
     for number in range(100):
         one.block = Block((f' {number}',))
@@ -145,7 +145,7 @@ def test_the_block_is_drawn_ten_times_a_second(shown):
     assert 10 <= one.composed <= 12
 
 
-def test_output_waits_for_the_block_but_not_for_long(shown):
+def test_output_waits_for_the_next_drawing(shown):
     one = shown().begin().write('first\r\n').flush()
     assert one.lines == [' one', ' two']
     assert not one.writer.waits()
@@ -166,7 +166,7 @@ def test_much_output_does_not_wait(shown, monkeypatch):
     assert one.lines[:2] == ['a line', 'x' * 40]
 
 
-def test_a_block_that_changes_is_drawn_in_its_place(shown):
+def test_changed_block_is_drawn_in_place(shown):
     one = shown().begin().write('line\r\n').later()
     for lines in ((' a', ' b', ' c'), (' d',), (), (' e', ' f')):
         one.block = Block(lines)
@@ -176,7 +176,7 @@ def test_a_block_that_changes_is_drawn_in_its_place(shown):
     assert one.screen.all_lines == ['line', ' e', ' f']
 
 
-def test_a_block_at_the_bottom_grows_upwards(shown):
+def test_block_at_the_bottom_grows_upwards(shown):
     one = shown(20, 4).begin()
     for number in range(6):
         one.write(f'line {number}\r\n').later()
@@ -187,7 +187,7 @@ def test_a_block_at_the_bottom_grows_upwards(shown):
     assert one.screen.all_lines[:6] == [f'line {n}' for n in range(6)]
 
 
-def test_it_may_be_another_one_without_an_event(shown):
+def test_block_is_composed_again_at_its_time(shown):
     one = shown()
     one.next = 101.0
     one.begin()
@@ -199,7 +199,7 @@ def test_it_may_be_another_one_without_an_event(shown):
     assert one.lines == [' later']
 
 
-def test_at_its_end_the_output_stays(shown):
+def test_end_erases_the_block_and_keeps_output(shown):
     one = shown().begin().write('line\r\n').flush()
     one.writer.end()
     one.write('more\r\n').flush()
@@ -208,7 +208,7 @@ def test_at_its_end_the_output_stays(shown):
     assert one.writer.due() is None
 
 
-def test_there_may_be_none_for_a_time(shown):
+def test_missing_block_leaves_output_only(shown):
     one = shown().begin()
     one.block, one.next = None, 105.0
     one.writer.touch()
@@ -221,7 +221,7 @@ def test_there_may_be_none_for_a_time(shown):
     assert one.lines == ['line', 'more', ' again']
 
 
-def test_who_types_has_the_cursor_and_sees_each_key_at_once(shown):
+def test_typing_shows_each_key_and_places_the_cursor(shown):
     one = shown().begin().write('line\r\n').later()
     for typed in ('', 'h', 'he'):
         one.block = Block((' one', f'/{typed}'), (1, 1 + len(typed)))
@@ -242,7 +242,7 @@ def test_who_types_has_the_cursor_and_sees_each_key_at_once(shown):
 
 
 @pytest.mark.parametrize('columns', [12, 30, 90])
-def test_another_size(shown, columns):
+def test_resized_terminal_redraws_the_block(shown, columns):
     one = shown(40, 8)
     one.block = Block((' ' + 'a' * 35, ' ' + 'b' * 35))
     one.begin().write('line\r\n').later()
@@ -254,7 +254,7 @@ def test_another_size(shown, columns):
     assert one.lines == ['line', 'more', *one.block.lines]
 
 
-def test_a_line_that_is_too_long_is_cut_by_the_terminal(shown):
+def test_too_long_block_line_is_cut_by_the_terminal(shown):
     one = shown(10, 6)
     one.block = Block((' ' + 'a' * 30, ' b'))
     one.begin().write('line\r\n').later().write('y' * 15 + '\r\n').later()
@@ -281,7 +281,7 @@ def test_the_title_does_not_move_the_block(shown):
     assert one.lines and one.screen.received > before
 
 
-def test_what_a_process_draws_keeps_to_its_line(shown):
+def test_raw_output_cannot_leave_its_line(shown):
     one = shown().begin().write('line\r\n').later()
     hostile = b'> \x1b[2J\x1b[H\x1b[5Bx\x1b[?25l\x1b7\x1b[1;1r\x1b[10A\x1bcy'
     for number in range(len(hostile)):
@@ -293,7 +293,7 @@ def test_what_a_process_draws_keeps_to_its_line(shown):
     assert one.lines == ['line', '> zred', ' one', ' two']
 
 
-def test_a_terminal_that_takes_nothing_gets_no_more_blocks(shown, monkeypatch):
+def test_blocked_terminal_gets_no_more_blocks(shown, monkeypatch):
     one = shown().begin()
     with monkeypatch.context() as patch:
         patch.setattr(one.writer, '_write_some', lambda: False)
@@ -312,7 +312,7 @@ def test_a_terminal_that_takes_nothing_gets_no_more_blocks(shown, monkeypatch):
     assert one.lines == ['more'] * 7 + [' 8']
 
 
-def test_what_a_process_leaves_on_is_off_for_all_others(shown):
+def test_colours_of_raw_output_are_reset(shown):
     one = shown().begin()
     one.block = Block((' one', '> '), (1, 2))
     one.writer.write_raw('a', b'\x1b[41;32mred')
@@ -343,7 +343,7 @@ def flooded(shown, monkeypatch):
     return make
 
 
-def test_a_flood_leaves_the_block_alone(flooded):
+def test_flood_scrolls_above_the_block(flooded):
     one, written = flooded(40, 8)
     composed = one.composed
     for number in range(40):
@@ -370,7 +370,7 @@ def test_a_flood_leaves_the_block_alone(flooded):
     assert one.screen.all_lines == [*written, 'more', 'slow']
 
 
-def test_a_line_of_a_flood_may_take_several(flooded):
+def test_long_line_of_a_flood_wraps(flooded):
     one, written = flooded(10, 8)
     one.write('x' * 25 + '\r\n' + 'y' * 10 + '\r\n').flush()
     one.write('z' * 20 + '\r\n').flush()
@@ -379,7 +379,7 @@ def test_a_line_of_a_flood_may_take_several(flooded):
     assert one.screen.all_lines[:-2] == [*written, *parts]
 
 
-def test_who_types_during_a_flood(flooded):
+def test_flood_keeps_the_cursor_while_typing(flooded):
     one, _ = flooded(40, 8)
     one.block = Block((' one', '/he'), (1, 3))
     one.writer.touch(at_once=True)
@@ -393,7 +393,7 @@ def test_who_types_during_a_flood(flooded):
     assert one.screen.cursor == (6, 0)
 
 
-def test_half_a_line_in_a_flood(flooded):
+def test_partial_line_in_a_flood_continues(flooded):
     one, written = flooded(40, 8)
     one.write('more\r\nname? ').flush().later()
     one.write('Ada\r\n' + 'last\r\n' * 9).flush().later()
@@ -402,7 +402,7 @@ def test_half_a_line_in_a_flood(flooded):
 
 
 @pytest.mark.parametrize('size', [(40, 20), (12, 8), (90, 9)])
-def test_another_size_during_a_flood(flooded, size):
+def test_resized_terminal_keeps_all_lines_of_a_flood(flooded, size):
     one, written = flooded(40, 8)
     # before anybody has told us
     one.screen.resize(*size)
@@ -415,7 +415,7 @@ def test_another_size_during_a_flood(flooded, size):
     assert one.screen.all_lines == [*written, ' one', ' two']
 
 
-def test_a_block_of_another_height_during_a_flood(flooded):
+def test_block_height_changes_during_a_flood(flooded):
     one, written = flooded(40, 8)
     for block in ((' a', ' b', ' c'), (' d',), (), (' e', ' f')):
         one.block = Block(block)
@@ -430,7 +430,7 @@ def test_a_block_of_another_height_during_a_flood(flooded):
     assert one.screen.all_lines == [*written, ' e', ' f']
 
 
-def test_a_slow_terminal_keeps_the_block(flooded, monkeypatch):
+def test_slow_terminal_keeps_the_block(flooded, monkeypatch):
     one, written = flooded(40, 8)
     one.later().later()
     with monkeypatch.context() as patch:

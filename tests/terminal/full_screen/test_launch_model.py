@@ -54,7 +54,7 @@ def rows_of(model: LaunchModel) -> list[str]:
     return [f'{r.look.sign} {r.title} {r.note}'.strip() for r in model.rows()]
 
 
-def test_rows_say_what_is_going_on() -> None:
+def test_rows_show_state_restarts_and_cpu() -> None:
     model = model_of(
         process('a', restarts=2),
         process('box'),
@@ -85,7 +85,7 @@ def test_rows_say_what_is_going_on() -> None:
     assert model.label_of('0') is None
 
 
-def test_the_plan_is_a_tree() -> None:
+def test_plan_rows_are_indented_like_the_plan() -> None:
     model = model_of(process('a'), process('b'))
 
     def branch(kind: str, title: str, *children: Branch) -> Branch:
@@ -105,7 +105,7 @@ def test_the_plan_is_a_tree() -> None:
     ]
 
 
-def test_what_is_lost_is_counted_where_it_is() -> None:
+def test_gap_is_counted_where_output_is_missing() -> None:
     model = model_of(process('a'))
     model.receive(Missed(0, 1024))
     model.receive(Missed(2, 1024))
@@ -120,7 +120,7 @@ def test_what_is_lost_is_counted_where_it_is() -> None:
     assert model.wants_tree
 
 
-def test_after_the_end_nothing_runs_and_time_stands_still() -> None:
+def test_end_marks_processes_ended_and_stops_the_clock() -> None:
     clock = Clock()
     names = ('a', 'b', 'c')
     parts = *map(process, names), component('talker', 'a')
@@ -144,7 +144,7 @@ def test_after_the_end_nothing_runs_and_time_stands_still() -> None:
     ]
 
 
-def test_use_of_resources_is_remembered_for_a_while() -> None:
+def test_usage_history_is_limited() -> None:
     model = model_of(process('a', pid=7))
     for number in range(HISTORY + 5):
         model.add_usage({7: Usage(float(number), 1)})
@@ -182,12 +182,14 @@ def test_use_of_resources_is_remembered_for_a_while() -> None:
         (happened('started', 'a'), 'started', Level.INFO),
     ],
 )
-def test_events_are_told(event: Any, text: str, level: int) -> None:
+def test_event_becomes_sentence_and_level(
+    event: Any, text: str, level: int
+) -> None:
     assert sentence_of(event.name, event.fields) == text
     assert level_of_event(event.name, event.fields) == level
 
 
-def test_each_event_has_its_sentence_or_none() -> None:
+def test_each_documented_event_has_a_sentence() -> None:
     page = Path(__file__).parents[3] / 'docs' / 'logs.md'
     table = page.read_text(encoding='utf-8').partition('what happened | f')[2]
     rows = table.partition('\n\n')[0]

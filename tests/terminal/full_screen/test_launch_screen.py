@@ -60,7 +60,7 @@ def test_each_key_has_an_effect() -> None:
         assert by_itself or hasattr(LaunchScreen, f'key_{key.name}')
 
 
-def test_keys_act_on_what_the_cursor_is_on() -> None:
+def test_keys_send_commands_for_the_row_of_the_cursor() -> None:
     launch = ShownLaunch(
         process('kitchen'), process('box'), component('talker', 'box')
     )
@@ -96,7 +96,7 @@ def test_keys_act_on_what_the_cursor_is_on() -> None:
     assert not app.is_running
 
 
-def test_the_output_of_whom_one_likes_is_seen() -> None:
+def test_filter_keys_select_the_output() -> None:
     launch = ShownLaunch(process('kitchen'), process('hall'))
 
     async def act(shown: Shown) -> None:
@@ -123,7 +123,7 @@ def test_the_output_of_whom_one_likes_is_seen() -> None:
     play(launch, act)
 
 
-def test_what_is_typed_while_searching_is_no_key() -> None:
+def test_keys_typed_into_the_prompt_are_text() -> None:
     launch = ShownLaunch(process('kitchen'), process('hall'))
 
     async def act(shown: Shown) -> None:
@@ -147,7 +147,7 @@ def test_what_is_typed_while_searching_is_no_key() -> None:
     play(launch, act)
 
 
-def test_what_failed_is_seen_and_found_among_many() -> None:
+def test_failed_process_is_found_among_many() -> None:
     nodes = [process(f'node{number}') for number in range(200)]
     launch = ShownLaunch(*nodes)
 
@@ -170,7 +170,7 @@ def test_what_failed_is_seen_and_found_among_many() -> None:
     play(launch, act)
 
 
-def test_a_narrow_terminal_has_one_pane_at_a_time() -> None:
+def test_narrow_terminal_shows_one_pane() -> None:
     launch = ShownLaunch(process('kitchen'))
 
     async def act(shown: Shown) -> None:
@@ -192,7 +192,7 @@ def test_a_narrow_terminal_has_one_pane_at_a_time() -> None:
     play(launch, act, size=(40, 10))
 
 
-def test_who_scrolls_up_stays_there_until_the_end_is_in_sight() -> None:
+def test_scrolled_output_stays_until_end_is_in_sight() -> None:
     launch = ShownLaunch(process('kitchen'))
 
     async def act(shown: Shown) -> None:
@@ -212,7 +212,7 @@ def test_who_scrolls_up_stays_there_until_the_end_is_in_sight() -> None:
     play(launch, act)
 
 
-def test_after_the_end_all_can_be_read() -> None:
+def test_output_can_be_read_after_the_end() -> None:
     launch = ShownLaunch(process('kitchen'))
     around = Around(owns_launch=True)
 
@@ -237,7 +237,7 @@ def test_after_the_end_all_can_be_read() -> None:
     assert around.asked == []
 
 
-def test_a_launcher_that_was_killed_is_told() -> None:
+def test_killed_launcher_is_shown() -> None:
     launch = ShownLaunch(process('kitchen'))
 
     async def act(shown: Shown) -> None:
@@ -248,7 +248,7 @@ def test_a_launcher_that_was_killed_is_told() -> None:
     assert not play(launch, act).is_running
 
 
-def test_a_launch_of_ones_own_is_stopped_or_left() -> None:
+def test_owned_launch_is_stopped_on_request() -> None:
     launch = ShownLaunch(process('kitchen'))
     around = Around(owns_launch=True)
 
@@ -266,7 +266,7 @@ def test_a_launch_of_ones_own_is_stopped_or_left() -> None:
     play(launch, act, around)
 
 
-def test_a_long_line_takes_several_rows_and_the_place_stays() -> None:
+def test_resized_output_stays_at_the_same_line() -> None:
     launch = ShownLaunch(process('kitchen'))
 
     async def act(shown: Shown) -> None:
@@ -288,7 +288,7 @@ def test_a_long_line_takes_several_rows_and_the_place_stays() -> None:
     play(launch, act, size=(40, 10))
 
 
-def test_watching_is_switched_off_and_on() -> None:
+def test_watch_key_switches_watch() -> None:
     launch = ShownLaunch(process('kitchen'))
 
     async def act(shown: Shown) -> None:
@@ -313,7 +313,7 @@ def test_watching_is_switched_off_and_on() -> None:
     play(launch, act, size=(120, 24))
 
 
-def test_where_all_is_too_much_what_is_shown_is_read_only() -> None:
+def test_only_shown_output_is_read_after_a_gap() -> None:
     launch = ShownLaunch(process('kitchen'), process('hall'))
 
     def wanted() -> list[Any]:
@@ -337,7 +337,7 @@ def test_where_all_is_too_much_what_is_shown_is_read_only() -> None:
     play(launch, act)
 
 
-def test_a_component_writes_nothing_of_its_own() -> None:
+def test_process_keys_are_refused_for_components() -> None:
     launch = ShownLaunch(process('box'), component('talker', 'box'))
 
     async def act(shown: Shown) -> None:
@@ -362,7 +362,7 @@ def test_a_component_writes_nothing_of_its_own() -> None:
     play(launch, act)
 
 
-def test_the_row_of_the_cursor_has_one_colour() -> None:
+def test_cursor_row_has_one_style() -> None:
     launch = ShownLaunch(
         process('kitchen', phase='ended', condition='failed', ending='exit 3'),
         process('box'),
@@ -377,7 +377,7 @@ def test_the_row_of_the_cursor_has_one_colour() -> None:
     play(launch, act)
 
 
-def test_the_errors_of_a_build_are_shown_again() -> None:
+def test_errors_of_a_build_can_be_shown_again() -> None:
     launch = ShownLaunch(process('kitchen'))
 
     async def act(shown: Shown) -> None:

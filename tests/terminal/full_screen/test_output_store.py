@@ -24,7 +24,7 @@ def raw(data: bytes, stream: str = 'stdout') -> Wrote:
     return Wrote('a', stream, data, 1.0)
 
 
-def test_lines_of_all_come_in_order() -> None:
+def test_lines_of_all_processes_are_in_order() -> None:
     store = OutputStore()
     store.add(wrote('a', '1', '2'))
     store.add(wrote('b', '3'))
@@ -34,7 +34,7 @@ def test_lines_of_all_come_in_order() -> None:
     assert texts(store.lines({'b'})) == ['3', '4']
 
 
-def test_no_more_is_kept_than_there_is_room_for() -> None:
+def test_store_keeps_at_most_its_limits() -> None:
     store = OutputStore(limit=10, characters=1000)
     made = store.add(wrote('a', *map(str, range(100))))
     assert (
@@ -51,7 +51,7 @@ def test_no_more_is_kept_than_there_is_room_for() -> None:
     assert store.size == sum(len(t) + 1 for t in texts(store.lines(None)))
 
 
-def test_a_line_that_comes_again_is_counted() -> None:
+def test_repeated_line_is_counted() -> None:
     store = OutputStore()
     store.add(wrote('a', 'same', 'same'))
     assert store.add(wrote('a', 'same')) == []
@@ -60,7 +60,7 @@ def test_a_line_that_comes_again_is_counted() -> None:
     assert [line.count for line in store.lines(None)] == [3, 1, 1]
 
 
-def test_the_time_of_a_node_makes_no_other_line_of_it() -> None:
+def test_repeated_line_with_other_time_is_counted() -> None:
     store = OutputStore()
     (line,) = store.add(wrote('a', '[INFO] [1732000000.1] [a]: same'))
     store.add(wrote('a', '[INFO] [1732000001.20] [a]: same'))
@@ -71,7 +71,7 @@ def test_the_time_of_a_node_makes_no_other_line_of_it() -> None:
     assert texts(store.lines(None)) == [line.text, '', '']
 
 
-def test_a_progress_display_is_one_line() -> None:
+def test_progress_display_is_one_line() -> None:
     store = OutputStore()
     (line,) = store.add(raw(b'10 %\r'))
     for data in (b'20 %\r', b'30 %\r40 %\r'):
@@ -82,13 +82,13 @@ def test_a_progress_display_is_one_line() -> None:
     assert store.size == len('done\nnext\n')
 
 
-def test_what_harms_a_terminal_is_no_part_of_a_line() -> None:
+def test_control_characters_are_removed() -> None:
     store = OutputStore()
     store.add(raw(b'\x1b[2J\x1b[31mred\x1b[0m\x07\xff\r\n'))
     assert texts(store.lines(None)) == ['\x1b[31mred\x1b[0m\ufffd\ufffd']
 
 
-def test_lines_without_a_level_go_with_the_one_before() -> None:
+def test_line_without_level_has_the_level_before() -> None:
     store = OutputStore()
     data = b'plain\n[ERROR] [1.2] [a]: hot\n  trace\n'
     lines = store.add(raw(data)) + store.add(raw(b'other\n', 'stderr'))
@@ -103,7 +103,7 @@ def test_lines_without_a_level_go_with_the_one_before() -> None:
     assert line.level == Level.WARN
 
 
-def test_only_what_is_chosen_is_seen() -> None:
+def test_view_has_lines_that_the_filter_lets_through() -> None:
     store = OutputStore()
     view = OutputView(store)
     for label in 'abc':
@@ -123,7 +123,7 @@ def test_only_what_is_chosen_is_seen() -> None:
     assert texts(view.lines) == ['stopping']
 
 
-def test_a_view_grows_up_to_a_limit_and_tells_what_is_gone() -> None:
+def test_view_drops_oldest_lines_at_its_limit() -> None:
     store = OutputStore(limit=4)
     view = OutputView(store, limit=8)
     for number in range(100):
@@ -135,7 +135,7 @@ def test_a_view_grows_up_to_a_limit_and_tells_what_is_gone() -> None:
     assert texts(view.lines) == ['96', '97', '98', '99']
 
 
-def test_rows_are_found_where_lines_take_several() -> None:
+def test_row_index_finds_lines_of_several_rows() -> None:
     index = RowIndex()
     for rows in (1, 3, 2):
         index.add(rows)
@@ -156,7 +156,7 @@ def test_rows_are_found_where_lines_take_several() -> None:
     assert (index.drop(1), index.rows) == (0, 0)
 
 
-def test_lines_that_became_others_are_found_in_the_view() -> None:
+def test_altered_lines_are_found_in_the_view() -> None:
     store = OutputStore()
     view = OutputView(store)
     view.add(store.add(wrote('a', 'warm')))
