@@ -107,7 +107,7 @@ class Attachment:
 
     @abstractmethod
     def _release(self) -> None:
-        """Send what is typed to it no more."""
+        """Stop sending what is typed to a process."""
 
 
 class KeysAttachment(Attachment):

@@ -20,16 +20,16 @@ from colcon_yamllaunch.observers.log_levels import may_be_loud
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.plan import SHOWN
 
-#: Lines that come at once up to which each is compared with the one before.
+#: Lines that come at once up to which each one is compared.
 FEW = 64
 #: Bytes of much output that have so many lines, as a rule.
 PROBE_SIZE = 8 * 1024
-#: Lines that may change in place, of those that did last.
+#: Live lines that are shown; the latest ones are.
 MAXIMUM_LIVE = 3
 
 _Key = tuple[str, events.Stream]
 
-# a run of them is looked at once, and not from each of its bytes
+# a run of them is matched once, and not from each of its bytes
 _CARRIAGE_RETURNS = re.compile(rb'(?<!\r)\r+\n')
 #: The times in the lines of nodes, which differ where all else is the same.
 TIMES = re.compile(rb'\[\d{6,}\.\d+\]')
@@ -48,14 +48,14 @@ _COLOURS = {
 @dataclass(frozen=True, slots=True)
 class Filtering:
     """
-    What is shown of the output.
+    Which lines of the output are shown.
 
-    :param muted: The labels of processes of which nothing is
-    :param only: The labels of those of which alone something is; empty for
-      all
-    :param search: What shown lines contain; upper and lower case are the same
-      unless it has upper case
-    :param level: That of lines at least
+    :param muted: The labels of processes whose output is hidden
+    :param only: The labels of the only processes whose output is shown; empty
+      for all
+    :param search: The text that shown lines contain; upper and lower case are
+      the same unless it has upper case
+    :param level: The lowest level of shown lines
     :param times: Whether lines begin with the time
     """
 
@@ -66,13 +66,13 @@ class Filtering:
     times: bool = False
 
     def has(self, label: str) -> bool:
-        """Return whether a process is shown."""
+        """Return whether the output of a process is shown."""
         return label not in self.muted and (
             not self.only or label in self.only
         )
 
     def places(self, text: str) -> list[tuple[int, int]]:
-        """Return where a text has what is searched for."""
+        """Return the positions of the search in a text."""
         if not self.search:
             return []
         if self.search == self.search.lower():
@@ -80,7 +80,7 @@ class Filtering:
         return [m.span() for m in re.finditer(re.escape(self.search), text)]
 
     def matches(self, text: str) -> bool:
-        """Return whether a text has what is searched for."""
+        """Return whether a text contains the search."""
         is_lower = self.search == self.search.lower()
         return self.search in (text.lower() if is_lower else text)
 
@@ -96,7 +96,7 @@ class Filtering:
             and self.matches(text)
         )
 
-    # what keys do with it
+    # the effects of keys
 
     def mute(self, label: str) -> 'Filtering':
         """Mute a process, or unmute it."""
@@ -114,7 +114,7 @@ class Filtering:
         return self._choose(frozenset(() if is_alone else (label,)))
 
     def show_beside(self, label: str) -> 'Filtering':
-        """Show a process beside those chosen so far, or no more."""
+        """Show a process beside those chosen so far, or hide it again."""
         return self._choose(self.only ^ {label})
 
     def _choose(self, only: frozenset[str]) -> 'Filtering':
@@ -122,13 +122,13 @@ class Filtering:
         return replace(self, only=only, muted=self.muted - only)
 
     def next_level(self) -> 'Filtering':
-        """Show less; after the last level, everything."""
+        """Show the next higher level; after the last one, everything."""
         levels = tuple(Level)
         place = levels.index(self.level) + 1
         return replace(self, level=levels[place % len(levels)])
 
     def switch_times(self) -> 'Filtering':
-        """Show the time of lines, or no more."""
+        """Show or hide the time of lines."""
         return replace(self, times=not self.times)
 
     def cleared(self) -> 'Filtering':
@@ -152,7 +152,7 @@ class Filtering:
 
 class LineFilter:
     """
-    Leaves out lines, counts those that are repeated, and colours bad ones.
+    Filters lines, counts repeated ones, and colours warnings and errors.
 
     :param color: Whether lines are coloured
     :param is_ascii: Whether there is nothing but ASCII
@@ -171,9 +171,9 @@ class LineFilter:
         self._color = color
         self._times_sign = b'x' if is_ascii else '×'.encode()
         self._form_of = form_of
-        # lines that their processes write anew, the last one last
+        # lines that processes rewrite in place, the latest last
         self._live: dict[_Key, tuple[Process, bytes]] = {}
-        # the levels of lines before
+        # the levels of the last lines
         self._levels: dict[_Key, Level] = {}
         # what was shown last, without times, and how often in a row
         self._last: tuple[_Key, bytes] | None = None
@@ -181,7 +181,7 @@ class LineFilter:
         self._repeated: events.Output | None = None
 
     def shown(self, event: events.Output) -> Sequence[events.Output]:
-        """Return the output to show now that a process wrote some."""
+        """Return what to show of the output of a process."""
         process = event.process
         if event.stream not in SHOWN[process.output]:
             return ()
@@ -228,7 +228,7 @@ class LineFilter:
             yield self._counted(self._repeated)
 
     def settle(self) -> Iterator[events.Output]:
-        """Return what was counted, as something else is shown next."""
+        """Return the counted line, as something else is shown next."""
         if self._repeated is not None:
             yield self._counted(self._repeated)
         self._forget_last()
@@ -361,7 +361,7 @@ class LineFilter:
         self._count = 0
 
     def _coloured(self, process: Process, data: bytes) -> bytes:
-        """Colour the lines that say themselves how bad they are."""
+        """Colour the lines that have a level of WARN or more."""
         form = self._form_of(process)
         lines = data.splitlines(keepends=True)
         for index, line in enumerate(lines):
@@ -387,7 +387,7 @@ def time_stamp(seconds: float) -> str:
 
 
 def last_state(line: bytes) -> bytes:
-    r"""Return what is seen in the end of a line with `\r` in it."""
+    r"""Return what a line with carriage returns shows at last."""
     if b'\r' not in line:
         return line
     states = [state for state in line.split(b'\r') if state.strip()]

@@ -53,20 +53,20 @@ _CTRL_C = ' (Ctrl-C hurries)'
 @dataclass(frozen=True, slots=True)
 class View:
     """
-    What the keys have made of the block.
+    The state of the keys, as far as the block shows it.
 
     :param live: Lines of output that may still change, above the block
     :param chosen: The label of the process that the next key is for
     :param filtering: What is shown of the output
-    :param hint: What the next key may be, in one line, the first the most
-      important; empty for none
-    :param prompt: What stands before what is being typed; with it the last
-      line of the block is the one to type in
-    :param typed: What is being typed there
-    :param cursor: How many characters of that are before the cursor
-    :param note: What to show once, such as why a key did nothing
-    :param overlay: Lines that stand in place of the block, above the hint, for
-      which it may take nearly all of the terminal; empty for none
+    :param hint: The keys that may be pressed next, the most important first;
+      empty for none
+    :param prompt: The text before the input; with it, the last line of the
+      block is the input line
+    :param typed: The input
+    :param cursor: How many characters of the input are before the cursor
+    :param note: A note that is shown once, such as why a key did nothing
+    :param overlay: Lines that replace the block, above the hint; they may take
+      nearly all of the terminal
     """
 
     live: tuple[str, ...] = ()
@@ -102,7 +102,7 @@ class Style:
 @dataclass(frozen=True, slots=True)
 class Block:
     """
-    What stands below the output.
+    The lines below the output.
 
     :param lines: None of them takes the last column
     :param cursor: The line and the column of the cursor, counted from 0; None
@@ -171,7 +171,7 @@ def block_of(
 
 
 def next_change(state: LaunchState, now: float) -> float | None:
-    """Return when the block is another one though nothing has happened."""
+    """Return when the block changes without an event."""
     if state.changed is not None and not state.stopping:
         return now + 1.0 - (now - state.changed) % 1.0
     countdown = state.countdown
@@ -181,7 +181,7 @@ def next_change(state: LaunchState, now: float) -> float | None:
 
 
 def next_second(due: float, now: float) -> float:
-    """Return when the whole seconds that are left are another number."""
+    """Return when the number of whole seconds left changes."""
     left = due - now
     return now + (left - math.ceil(left) + 1.0)
 
@@ -198,7 +198,7 @@ def _block(lines: Iterable[str], style: Style) -> Block:
 def _processes(
     model: StatusModel, view: View, style: Style, columns: int, count: int
 ) -> list[str]:
-    """Return lines with all processes, or with those that matter most."""
+    """Return lines with all processes, or with the most important ones."""
     parts = model.parts
     shortest = 4
     is_few = len(parts) <= FEW_PROCESSES
@@ -277,7 +277,7 @@ def _chip(part: Part, model: StatusModel, view: View, style: Style) -> _Chip:
 def _rest(
     parts: Iterable[Part], style: Style, *, has_words: bool
 ) -> list[_Chip]:
-    """Count those that are not named."""
+    """Return the numbers of processes that are not named, by state."""
     counts = Counter(part.condition for part in parts)
     chips = []
     for condition, look in LOOKS.items():
@@ -304,13 +304,13 @@ def _packed(
     return [*lines, gap.join(line)] if line else lines
 
 
-# what else there is to tell
+# results, notes and hints
 
 
 def _last_lines(
     summary: str, hint: str, style: Style, columns: int, room: int
 ) -> list[str]:
-    """Return what is new, and what keys mean: in a line, or one for each."""
+    """Return the summary and the hint, in one line or two."""
     if not (summary or hint) or room < 1:
         return []
     # whole words of it, which the summary does not push out
@@ -326,7 +326,7 @@ def _last_lines(
 def _answer_lines(
     view: View, style: Style, columns: int, count: int
 ) -> list[str]:
-    """Return lines with what the last key did, or the next one may be."""
+    """Return lines with the note, or with the hint for a choice."""
     colour = ''
     if view.note:
         colour = YELLOW

@@ -2,21 +2,21 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-A terminal whose output scrolls as ever, above a block that stays.
+A writer to a terminal that draws a block below the output.
 
-The block stands below the cursor, which is where the output goes on. So it is
-erased by one sequence, also after the terminal has wrapped its lines anew for
-another size; where the launcher is killed, its guard has no more to do than to
-erase what stands below the cursor, which is visible all the time.
+The block is below the cursor, which stays where the output ends. So one
+sequence erases the block, even after the terminal has wrapped its lines for
+another size; and if the launcher is killed, its guard only erases what is
+below the cursor, which is always visible.
 
-Output erases the block, which is drawn again with the end of it. Where much
-comes, that would be too often, or leave it out of sight: then the lines above
-it scroll alone, in a scroll region that is one for the time of one write.
+Output erases the block, which is drawn again after it. In a flood, that would
+be too often, or the block would be missing; so the lines above the block
+scroll alone, in a scroll region that is set for one write.
 
-This is no library's, such as prompt_toolkit's: to import that takes 0.07 s of
-a processor, and all that a launch has for its terminal 0.01 s; and what is
-written above its prompt waits in a queue without a bound, where processes are
-to wait that write more than a terminal takes.
+This does not use a library such as prompt_toolkit: importing that takes 0.07 s
+(all code for the terminal of a launch 0.01 s); and output above its prompt
+waits in an unbounded queue, while processes that write more than a terminal
+takes must wait.
 """
 
 import codecs
@@ -124,7 +124,7 @@ class StatusWriter(Writer):
         self._in_region = False
 
     def begin(self, compose: Compose) -> None:
-        """Draw a block from now on."""
+        """Draw the block from now on."""
         self._compose = compose
         self.resized()
 
@@ -357,7 +357,7 @@ def drawn(block: Block, is_mid_line: bool) -> bytes:
 
 
 def erased(block: Block, is_mid_line: bool) -> bytes:
-    """Return what erases a block that was drawn, and takes the cursor back."""
+    """Return what erases a block, and moves the cursor back."""
     back = _RESTORE if block.cursor is not None else ''
     if is_mid_line and not block.lines:
         return back.encode()

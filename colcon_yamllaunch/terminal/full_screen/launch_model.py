@@ -43,7 +43,7 @@ HISTORY = 120
 READS = 3
 #: Seconds.
 INTERVAL = 0.2
-#: Bytes of output that the screen may be behind before it misses some. So it
+#: Bytes of output that the screen may be behind before it loses some. So it
 #: shows all of a burst, and stays up to date beside an endless flood.
 BEHIND = 8 * 1024 * 1024
 

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""The output of a launch: the lines that are kept, and those shown."""
+"""The output of a launch: the kept lines, and a filtered view of them."""
 
 from bisect import bisect_left
 from collections import deque
@@ -40,13 +40,13 @@ class Line:
     """
     A line.
 
-    :param order: Counts all lines of the launch
+    :param order: Its number among all lines of the launch
     :param time: When it came, in seconds since the epoch
-    :param label: The process that it is of; None where it is of the launch
-    :param text: What is shown of it, colours included
-    :param level: Its level, or that of a line before which it goes with
-    :param is_leveled: Whether that is its own
-    :param is_note: Whether it is about the process, which did not write it
+    :param label: The process that wrote it; None for a line about the launch
+    :param text: Its text, colours included
+    :param level: Its level, or that of the line before
+    :param is_leveled: Whether the line has a level of its own
+    :param is_note: Whether it is an event and no output
     :param count: How often it came in a row
     """
 
@@ -63,7 +63,7 @@ class Line:
 @dataclass(slots=True)
 class _Kept:
     """
-    What is kept of one process.
+    The kept lines of one process.
 
     :param size: The characters of all lines
     :param levels: The level of the last line of each stream
@@ -78,7 +78,7 @@ class _Kept:
 
 class OutputStore:
     """
-    Keeps the last lines.
+    Keeps the last lines of each process.
 
     :param limit: Lines that are kept of each process
     :param characters: Characters that are kept of all of them
@@ -99,7 +99,7 @@ class OutputStore:
         self._order = 0
         # the last line, and what it is compared by
         self._last: tuple[Line, bytes] | None = None
-        #: Lines that have become others since somebody took note, in order.
+        #: Lines whose text changed since :meth:`OutputView.pop_altered`.
         self.altered: dict[Line, None] = {}
 
     @property
@@ -246,7 +246,7 @@ class OutputStore:
 
 class OutputView:
     """
-    The lines that are seen.
+    The lines that the filter lets through.
 
     :param limit: How many there are at most
     """
@@ -277,11 +277,11 @@ class OutputView:
         self._trim()
 
     def place_of(self, order: int) -> int:
-        """Return where a line stands, or the next one if it is not seen."""
+        """Return the index of a line, or of the next one in the view."""
         return bisect_left(self.lines, order, key=attrgetter('order'))
 
     def pop_altered(self) -> list[int]:
-        """Return where lines stand that have become others since."""
+        """Return the indices of lines that changed since the last call."""
         altered, self._store.altered = self._store.altered, {}
         found = ((self.place_of(line.order), line) for line in altered)
         return [
