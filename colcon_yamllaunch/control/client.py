@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Callable
 from collections.abc import Iterator
 from collections.abc import Mapping
+from contextlib import contextmanager
 import os
 import socket
 from typing import Any
@@ -203,10 +204,8 @@ class RunningLaunch:
             'subscribe', since=point, states=states, raw=True, **more
         )
         self._set_state(answer)
-        try:
+        with self._errors():
             self.now = Point.from_json(answer.get('now'))
-        except ProtocolError as error:
-            raise ControlError(str(error)) from error
         self.point = self.now if since is None else since
         self._is_subscribed = True
 
@@ -241,10 +240,8 @@ class RunningLaunch:
                     self._apply(StateReceived(data))
                 case {'id': int(number), 'ok': _}:
                     self._replies.pop(number, bool)(message)
-            try:
+            with self._errors():
                 one = received(message)
-            except ProtocolError as error:
-                raise ControlError(str(error)) from error
             if one is None:
                 continue
             self.point = self.point.after(one)
@@ -258,18 +255,11 @@ class RunningLaunch:
 
         :raises ControlError: when nothing comes
         """
-        try:
+        with self._errors():
             data = self.connection.recv(_CHUNK)
-        except TimeoutError as error:
-            raise ControlError(_no_answer(self.connection)) from error
-        except OSError as error:
-            raise LaunchEndedError from error
+            self._received += self._reader.feed(data)
         if not data:
             raise LaunchEndedError
-        try:
-            self._received += self._reader.feed(data)
-        except ProtocolError as error:
-            raise ControlError(str(error)) from error
 
     def wait_for_end(self, pid: int) -> None:
         """Wait until the launch ended, its launcher included."""
@@ -288,12 +278,8 @@ class RunningLaunch:
 
         :raises ControlError: when the launch does not take it
         """
-        try:
+        with self._errors():
             self.connection.sendall(protocol.encode(message))
-        except TimeoutError as error:
-            raise ControlError(_no_answer(self.connection)) from error
-        except OSError as error:
-            raise LaunchEndedError from error
 
     def receive(self) -> dict[str, Any]:
         """
@@ -314,16 +300,27 @@ class RunningLaunch:
         return self._received.popleft() if self._received else None
 
     def _set_state(self, answer: Mapping[str, Any]) -> LaunchState:
-        try:
+        with self._errors():
             self._state = from_json(answer.get('launch'))
-        except StateError as error:
-            raise ControlError(str(error)) from error
-        return self._state
+        return self.state
 
     def _apply(self, event: Event) -> None:
-        try:
+        with self._errors():
             self.state.apply(event)
-        except StateError as error:
+
+    @contextmanager
+    def _errors(self) -> Iterator[None]:
+        """Raise errors of the connection and of messages as ControlError."""
+        try:
+            yield
+        except TimeoutError as error:
+            raise ControlError(
+                f'the launch with pid {self.pid} does not answer; it may be '
+                'suspended'
+            ) from error
+        except OSError as error:
+            raise LaunchEndedError from error
+        except (ProtocolError, StateError) as error:
             raise ControlError(str(error)) from error
 
 
@@ -352,11 +349,6 @@ def wait_for_exit(pid: int) -> None:
         readable([descriptor], ANSWER_TIMEOUT)
     finally:
         os.close(descriptor)
-
-
-def _no_answer(connection: socket.socket) -> str:
-    pid = peer_pid(connection)
-    return f'the launch with pid {pid} does not answer; it may be suspended'
 
 
 def _fields(command: 'Command[Any]') -> dict[str, Any]:

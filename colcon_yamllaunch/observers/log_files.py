@@ -33,7 +33,6 @@ import time
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.common.table import decimal_size
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.lines import normalised
@@ -123,6 +122,9 @@ class Quota:
         self.share = max(self._part, limits.LOG_PART)
 
     def _warning(self) -> str:
+        # few launches write so much
+        from colcon_yamllaunch.common.table import decimal_size
+
         if self._bound == self._limit:
             return (
                 'the log files have reached the limit of '

@@ -210,9 +210,10 @@ def present(
         show = _without_restarts(show, screen)
     if not display.terminal:
         return show
+    has_window = display.environment.get('TERM') not in _WITHOUT_WINDOW
     title = TerminalTitle(
         display.writer,
-        presentation.title if has_window(display.environment) else None,
+        presentation.title if has_window else None,
         bell=presentation.bell,
     )
     stack.callback(title.restore)
@@ -315,11 +316,6 @@ def _verbose(
                 return
 
     return handle
-
-
-def has_window(environment: Mapping[str, str]) -> bool:
-    """Return whether the terminal of `environment` may have a window."""
-    return environment.get('TERM') not in _WITHOUT_WINDOW
 
 
 class TerminalTitle:

@@ -110,7 +110,18 @@ class Keyboard:
         return _read(self.descriptor) if poll.poll(0) else b''
 
     def _modes(self, before: list[Any]) -> list[Any]:
-        return _raw(before) if self.takes_keys else _silent(before)
+        modes = [*before[:_CC], list(before[_CC])]
+        if not self.takes_keys:
+            modes[_LFLAG] &= ~termios.ECHO
+            return modes
+        modes[_IFLAG] &= ~_INPUT
+        modes[_LFLAG] &= ~_LOCAL
+        characters = modes[_CC]
+        # what is read at once without a key is the end of the input for a
+        # shell that has the terminal before the guard of a killed launch
+        characters[termios.VMIN], characters[termios.VTIME] = 1, 0
+        characters[termios.VQUIT] = _NONE
+        return modes
 
 
 def _read(descriptor: int) -> bytes:
@@ -133,24 +144,6 @@ def _read(descriptor: int) -> bytes:
         return b''
     finally:
         os.close(unblocked)
-
-
-def _silent(attributes: list[Any]) -> list[Any]:
-    result = [*attributes[:_CC], list(attributes[_CC])]
-    result[_LFLAG] &= ~termios.ECHO
-    return result
-
-
-def _raw(attributes: list[Any]) -> list[Any]:
-    result = [*attributes[:_CC], list(attributes[_CC])]
-    result[_IFLAG] &= ~_INPUT
-    result[_LFLAG] &= ~_LOCAL
-    characters = result[_CC]
-    # what is read at once without a key is the end of the input for a shell
-    # that has the terminal before the guard of a killed launch
-    characters[termios.VMIN], characters[termios.VTIME] = 1, 0
-    characters[termios.VQUIT] = _NONE
-    return result
 
 
 def is_in_foreground(descriptor: int) -> bool:

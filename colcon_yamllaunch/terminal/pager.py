@@ -6,7 +6,6 @@
 from collections import deque
 from collections.abc import Iterator
 from collections.abc import Mapping
-from contextlib import contextmanager
 from contextlib import suppress
 import os
 from pathlib import Path
@@ -79,8 +78,11 @@ class Pager:
         self._give(os.getpgrp())
 
     def _give(self, group: int) -> None:
-        with _undisturbed(), suppress(OSError):
+        # a background job that calls tcsetpgrp(3) gets SIGTTOU otherwise
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGTTOU,))
+        with suppress(OSError):
             os.tcsetpgrp(self._terminal, group)
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 class PagedOutput:
@@ -131,13 +133,3 @@ def command(environment: Mapping[str, str]) -> list[str]:
     path = environment.get('PATH', os.defpath)
     found = (name for name in _USUAL if shutil.which(name, path=path))
     return [next(found, 'cat')]
-
-
-@contextmanager
-def _undisturbed() -> Iterator[None]:
-    """Block SIGTTOU, so that a background job may call tcsetpgrp(3)."""
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGTTOU,))
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)

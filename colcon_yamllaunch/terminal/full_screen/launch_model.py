@@ -219,12 +219,11 @@ class LaunchModel(StatusModel):
         shares = {}
         for process in self.state.processes:
             used = use_of(process, usage)
-            history = self.usage.get(process.label)
-            if used is None and history is None:
+            if used is None and process.label not in self.usage:
                 continue
-            if history is None:
-                history = deque[Usage](maxlen=HISTORY)
-                self.usage[process.label] = history
+            history = self.usage.setdefault(
+                process.label, deque[Usage](maxlen=HISTORY)
+            )
             history.append(used or Usage(0.0, 0))
             if process.pid is not None:
                 shares[process.label] = history[-1].cpu

@@ -4,11 +4,13 @@
 """The output of a launch: the kept lines, and a filtered view of them."""
 
 from bisect import bisect_left
+from collections import defaultdict
 from collections import deque
 from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Iterator
 from dataclasses import dataclass
+from dataclasses import field
 import heapq
 from operator import attrgetter
 import re
@@ -70,10 +72,10 @@ class _Kept:
     :param unfinished: The lines that go on in place, by stream
     """
 
-    lines: deque[Line]
-    size: int
-    levels: dict[str, Level]
-    unfinished: dict[str, Line]
+    lines: deque[Line] = field(default_factory=deque)
+    size: int = 0
+    levels: dict[str, Level] = field(default_factory=dict)
+    unfinished: dict[str, Line] = field(default_factory=dict)
 
 
 class OutputStore:
@@ -94,7 +96,7 @@ class OutputStore:
         self._limit = limit
         self._characters = characters
         self._form = form
-        self._kept: dict[str | None, _Kept] = {}
+        self._kept: defaultdict[str | None, _Kept] = defaultdict(_Kept)
         self._size = 0
         self._order = 0
         # the last line, and what it is compared by
@@ -114,9 +116,8 @@ class OutputStore:
         A progress display that goes back by a carriage return is one line,
         which changes. So does one that comes again.
         """
-        kept = self._of(wrote.process)
-        text = wrote.data
-        *pieces, rest = text.split(b'\n')
+        kept = self._kept[wrote.process]
+        *pieces, rest = wrote.data.split(b'\n')
         if rest:
             pieces.append(rest)
         # of a lot only the end is kept
@@ -134,21 +135,19 @@ class OutputStore:
         self, label: str | None, text: str, time: float, level: Level
     ) -> Line:
         """Add a line about a process, or about the launch."""
-        kept = self._of(label)
+        kept = self._kept[label]
         # what the process writes next is no part of the line before
         kept.unfinished.clear()
         kept.levels.clear()
-        line = self._new(time, label, text[:LONGEST_LINE], level)
+        line = self._append(time, label, text[:LONGEST_LINE], level)
         line.is_note = True
-        self._add(kept, line)
         self._last = None
         self._shrink()
         return line
 
     def alter(self, line: Line, text: str) -> None:
         """Replace the text of a line."""
-        kept = self._of(line.label)
-        self._grow(kept, len(text) - len(line.text))
+        self._grow(self._kept[line.label], len(text) - len(line.text))
         line.text = text
         self.altered[line] = None
 
@@ -198,36 +197,25 @@ class OutputStore:
                 last.time = wrote.time
                 self.alter(last, text)
                 return None
-        line = self._new(wrote.time, wrote.process, text, level)
+        line = self._append(wrote.time, wrote.process, text, level)
         line.is_leveled = own_level is not None
         if goes_on:
             kept.unfinished[stream] = line
-        self._add(kept, line)
         # an empty line parts others
         self._last = (line, compared) if piece else None
         return line
 
-    def _of(self, label: str | None) -> _Kept:
-        kept = self._kept.get(label)
-        if kept is None:
-            kept = self._kept[label] = _Kept(deque(), 0, {}, {})
-        return kept
-
-    def _new(
-        self,
-        time: float,
-        label: str | None,
-        text: str,
-        level: Level,
+    def _append(
+        self, time: float, label: str | None, text: str, level: Level
     ) -> Line:
         self._order += 1
-        return Line(self._order, time, label, text, level)
-
-    def _add(self, kept: _Kept, line: Line) -> None:
+        line = Line(self._order, time, label, text, level)
+        kept = self._kept[label]
         kept.lines.append(line)
-        self._grow(kept, len(line.text) + 1)
+        self._grow(kept, len(text) + 1)
         if len(kept.lines) > self._limit:
             self._drop(kept)
+        return line
 
     def _drop(self, kept: _Kept) -> None:
         self._grow(kept, -len(kept.lines.popleft().text) - 1)
