@@ -175,12 +175,19 @@ class Advisor:
         except (OSError, subprocess.TimeoutExpired):
             return ''
 
-    def _debugger(self, program: str, label: str) -> str | None:
+    def _resolved(self, program: str) -> tuple[str, str | None] | None:
+        """Return the path and the interpreter of a program, if it is there."""
         try:
             path = find_program(program, self._path)
-            interpreter = interpreter_of(path, self._path)
+            return path, interpreter_of(path, self._path)
         except StartError:
             return None
+
+    def _debugger(self, program: str, label: str) -> str | None:
+        found = self._resolved(program)
+        if found is None:
+            return None
+        _, interpreter = found
         prefix = 'gdb -ex run --args'
         if interpreter is not None:
             prefix = f'{prefix} {interpreter}'
@@ -190,11 +197,8 @@ class Advisor:
         )
 
     def _interpreter(self, program: str) -> str | None:
-        try:
-            program = find_program(program, self._path)
-            return interpreter_of(program, self._path) or program
-        except StartError:
-            return None
+        found = self._resolved(program)
+        return found and (found[1] or found[0])
 
     def _cure(self, program: str, used: str, module: str) -> str:
         """Return how to fix that an interpreter lacks a module."""

@@ -60,17 +60,9 @@ def test_default_needs_no_layout(value):
 @pytest.mark.parametrize(
     'value',
     [
-        '{message',
-        'message}',
-        '{no_such_field}',
-        '{created:d}',
-        '{message.no_such}',
-        '{}',
-        '{0}',
-        '%(message)s',
-        'no field',
-        'open escape \\',
-        '\\xZZ {message}',
+        *('{message', 'message}', '{no_such_field}', '{created:d}'),
+        *('{message.no_such}', '{}', '{0}', '%(message)s', 'no field'),
+        *('open escape \\', '\\xZZ {message}'),
     ],
 )
 def test_invalid_format_is_ignored_with_warning(value):
