@@ -9,7 +9,7 @@ The colcon verbs: arguments in, exit code out.
   the workspace and the launch file.
 - `launch`, `run`, `sweep` and `create` each have the `main` of a verb. All
   steps of a launch are functions of one `LaunchContext` (`context`): `prepare`
-  evaluates the launch file and builds (`builds`, `preflight`, `machines`),
+  evaluates the launch file, builds and checks (`builds`, `machines`),
   `run_launch` runs the plan. `inspect_launch` shows it instead (`--plan`,
   `--check`), `watch_launch` (`--watch`) and `sweep` prepare it again and
   again.

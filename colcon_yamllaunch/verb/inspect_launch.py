@@ -39,13 +39,11 @@ from colcon_yamllaunch.verb.messages import enumeration
 from colcon_yamllaunch.verb.messages import show
 from colcon_yamllaunch.verb.messages import show_json
 from colcon_yamllaunch.verb.options import TEXT
-from colcon_yamllaunch.verb.preflight import invalid_manifests
-from colcon_yamllaunch.verb.preflight import missing_executables
-from colcon_yamllaunch.verb.preflight import missing_plugins
-from colcon_yamllaunch.verb.preflight import missing_programs
-from colcon_yamllaunch.verb.preflight import undeclared_imports
-from colcon_yamllaunch.verb.preflight import undeclared_packages
 from colcon_yamllaunch.verb.prepare import explain
+from colcon_yamllaunch.verb.prepare import missing_executables
+from colcon_yamllaunch.verb.prepare import missing_plugins
+from colcon_yamllaunch.verb.prepare import missing_programs
+from colcon_yamllaunch.verb.prepare import undeclared_packages
 from colcon_yamllaunch.verb.target import Target
 from colcon_yamllaunch.workspace.packages.launch_files import (
     checkable_launch_files,
@@ -113,9 +111,9 @@ def _check(context: LaunchContext, form: str) -> int:
         *checked.diagnostics,
         *missing_executables(checked.executables, locator, 'built'),
         *missing_plugins(checked.plugins, locator, 'built'),
-        *invalid_manifests(sorted(used), locator),
+        *_invalid_manifests(sorted(used), locator),
         *undeclared_packages(checked.packages, locator),
-        *undeclared_imports(checked.packages, locator),
+        *_undeclared_imports(checked.packages, locator),
         *(() if placement is None else placement.problems),
     )
     checked = replace(checked, diagnostics=found)
@@ -176,6 +174,47 @@ def _launch_files(locator: PackageLocator) -> list[Target]:
             'packages have some, or name one: colcon launch PKG FILE --check'
         )
     return found
+
+
+def _undeclared_imports(
+    uses: Iterable[str], locator: PackageLocator
+) -> Iterator[Diagnostic]:
+    """
+    Find imports of packages that are not declared, so that none builds them.
+
+    :param uses: The packages that the launch uses
+    """
+    from colcon_yamllaunch.workspace.packages import python_modules
+
+    for user in filter(None, map(locator.package, uses)):
+        for found in python_modules.undeclared_imports(
+            user, locator.packages()
+        ):
+            yield Diagnostic(
+                'warning',
+                f"{user.name} imports '{found.module}' of the package "
+                f'{found.owner} here, but its package.xml does not declare '
+                'that',
+                Position(str(found.path), found.line, found.column),
+                f'add <exec_depend>{found.owner}</exec_depend>',
+            )
+
+
+def _invalid_manifests(
+    uses: Iterable[str], locator: PackageLocator
+) -> Iterator[Diagnostic]:
+    """
+    Find packages whose manifests colcon passes over.
+
+    :param uses: The packages that the launch uses
+    """
+    from colcon_yamllaunch.workspace.packages.package import invalid_manifest
+
+    for package in filter(None, map(locator.package, uses)):
+        reason = invalid_manifest(package)
+        if reason:
+            position = Position(str(package.path / 'package.xml'), 1, 1)
+            yield Diagnostic('error', reason, position)
 
 
 def _guesses(context: LaunchContext) -> Iterator[Diagnostic]:

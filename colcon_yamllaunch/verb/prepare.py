@@ -3,26 +3,41 @@
 
 """What a launch needs before it runs: a plan, and all that it names."""
 
+from collections.abc import Container
 from collections.abc import Iterable
+from collections.abc import Iterator
 from collections.abc import Mapping
 from contextlib import nullcontext
 from contextlib import redirect_stdout
 import io
 import os
 from pathlib import Path
+import shutil
 import sys
+from typing import Literal
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.suggestions import way_to_program
 from colcon_yamllaunch.control.socket_folder import has_sockets
+from colcon_yamllaunch.language.evaluation.findings import ExecutableUse
+from colcon_yamllaunch.language.evaluation.findings import PluginUse
+from colcon_yamllaunch.language.evaluation.findings import ProgramUse
+from colcon_yamllaunch.language.evaluation.values import LeftOpen
+from colcon_yamllaunch.language.evaluation.values import Place
 from colcon_yamllaunch.language.policies.evaluate import evaluate
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
+from colcon_yamllaunch.language.syntax.diagnostics import Severity
 from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.verb import preflight
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.verb.context import GiveUpError
 from colcon_yamllaunch.verb.context import LaunchContext
 from colcon_yamllaunch.verb.messages import say
 from colcon_yamllaunch.verb.target import Target
+from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
+
+# what builds, and what explains mistakes, is imported where it is needed
 
 #: How often what a build brought may make more packages necessary.
 MAXIMUM_ROUNDS = 5
@@ -127,9 +142,7 @@ def warn_of_missing_programs(
         plan = context.machines.place(plan).local
     uses = {} if context.evaluation is None else context.evaluation.programs
     context.report(
-        preflight.missing_programs(
-            plan.processes(), uses, context.locator, environment
-        )
+        missing_programs(plan.processes(), uses, context.locator, environment)
     )
 
 
@@ -141,7 +154,7 @@ def stop_at_unknown_executables(
 
     :raises GiveUpError: when there are some
     """
-    found = preflight.missing_executables(
+    found = missing_executables(
         evaluation.executables, context.locator, 'certainly'
     )
     if errors := list(found):
@@ -205,7 +218,7 @@ def _stop_at_foreign_plugins(
     """Stop at components that no build of the workspace brings."""
     own = context.workspace.package_names
     uses = [use for use in evaluation.plugins if use.package not in own]
-    found = preflight.missing_plugins(uses, context.locator, 'built')
+    found = missing_plugins(uses, context.locator, 'built')
     errors = [d for d in found if d.severity == 'error']
     if errors:
         context.fail([*evaluation.diagnostics, *errors])
@@ -231,8 +244,8 @@ def _check_before_start(
     """Stop at what is missing though all has been built."""
     locator = context.locator
     found = [
-        *preflight.undeclared_packages(evaluation.packages, locator),
-        *preflight.preflight(
+        *undeclared_packages(evaluation.packages, locator),
+        *_missing_files(
             evaluation,
             context.packages.not_installed,
             locator,
@@ -282,3 +295,182 @@ def _build(
         # it may have imported what is another now
         context.end_worker()
     return update.changed
+
+
+def undeclared_packages(
+    packages: Mapping[str, Position], locator: PackageLocator
+) -> Iterator[Diagnostic]:
+    """
+    Find packages that a launch file uses, but its package does not declare.
+
+    They are built all the same; but other tools would not know of them.
+
+    :param packages: The packages that are used, and where first
+    """
+    for name, position in packages.items():
+        owner = locator.package_of(position.path)
+        if owner is None or owner.name == name:
+            continue
+        # only these have a manifest to declare anything in
+        is_ros = owner.type.startswith('ros.')
+        if is_ros and name not in owner.build_depends | owner.run_depends:
+            yield Diagnostic(
+                'warning',
+                f"{owner.name} uses the package '{name}' here, but its "
+                'package.xml does not declare it',
+                position,
+                f'add <exec_depend>{name}</exec_depend>',
+                len(name),
+            )
+
+
+def missing_executables(
+    uses: Iterable[ExecutableUse],
+    locator: PackageLocator,
+    when: Literal['now', 'built', 'certainly'],
+) -> Iterator[Diagnostic]:
+    """
+    Find programs that packages do not have.
+
+    :param when: `now`, after a build if that would not bring them either
+      (`built`), or only those of which the source tells so (`certainly`)
+    """
+    for use in uses:
+        from colcon_yamllaunch.workspace.packages import missing_files
+
+        explain = {
+            'now': missing_files.missing_executable,
+            'built': missing_files.unknown_executable,
+            'certainly': missing_files.certainly_unknown_executable,
+        }[when]
+        found = explain(locator, use.package, use.name)
+        if found is not None:
+            yield Diagnostic(
+                'error',
+                found.problem,
+                use.position,
+                found.hint,
+                len(use.name),
+            )
+
+
+def missing_plugins(
+    uses: Iterable[PluginUse],
+    locator: PackageLocator,
+    when: Literal['now', 'built'],
+) -> Iterator[Diagnostic]:
+    """
+    Find components that packages do not have.
+
+    :param when: `now`, or after a build if that would not bring them either
+    """
+    for use in uses:
+        from colcon_yamllaunch.workspace.packages import missing_files
+
+        explain = missing_files.missing_plugin
+        if when == 'built':
+            explain = missing_files.unknown_plugin
+        if locator.prefix(use.package) is None:
+            found = locator.no_package(use.package)
+            yield Diagnostic(
+                'error',
+                found.problem,
+                use.package_position,
+                found.hint,
+                len(use.package),
+            )
+        elif use.plugin is not None:
+            missing = explain(locator, use.package, use.plugin)
+            if missing is not None:
+                yield Diagnostic(
+                    'error' if missing.is_certain else 'warning',
+                    missing.reason,
+                    use.position,
+                    length=len(use.plugin),
+                )
+
+
+def _missing_files(
+    evaluation: Evaluation,
+    missing: Iterable[str],
+    locator: PackageLocator,
+    only_there: Container[str] = (),
+) -> Iterator[Diagnostic]:
+    """
+    Find what the launch needs and the packages have not installed.
+
+    A program or component that is not there is an error; a file is a warning,
+    as the launch may go on without it in ROS 2 too.
+
+    :param only_there: Packages that other machines have, and not this one
+    """
+    executables = [
+        use for use in evaluation.executables if use.package not in only_there
+    ]
+    plugins = [u for u in evaluation.plugins if u.package not in only_there]
+    yield from missing_executables(executables, locator, 'now')
+    yield from missing_plugins(plugins, locator, 'now')
+    wanted = dict.fromkeys(missing) | _used_paths(evaluation)
+    reported = {d.hint for d in evaluation.diagnostics}
+    for path, position in wanted.items():
+        owner = locator.owner(path)
+        if owner is None or owner.name in only_there:
+            continue
+        from colcon_yamllaunch.workspace.packages import missing_files
+
+        found = missing_files.not_installed(locator, path)
+        if found is not None and found.hint not in reported:
+            reported.add(found.hint)
+            yield Diagnostic('warning', found.problem, position, found.hint)
+
+
+def missing_programs(
+    processes: Iterable[Process],
+    uses: Mapping[str, ProgramUse],
+    locator: PackageLocator,
+    environment: Mapping[str, str],
+    severity: Severity = 'warning',
+) -> Iterator[Diagnostic]:
+    """
+    Find processes whose program this machine lacks, and not a package.
+
+    The launch goes on without them, as in ROS 2.
+
+    :param processes: Those that run on this machine
+    :param uses: Where launch files name their programs, if that is known
+    :param environment: The environment of the launch, for its `PATH`
+    """
+    for process in processes:
+        name = process.argv[0]
+        if not isinstance(name, str) or isinstance(name, LeftOpen):
+            continue
+        variables = {**environment, **dict(process.environment)}
+        path = variables.get('PATH') or os.defpath
+        file = os.path.join(process.cwd, name) if '/' in name else name
+        if shutil.which(file, path=path) or locator.owner(file):
+            continue
+        use = uses.get(process.ros_name)
+        place = use.place if use else Place(process.position, 1, ())
+        where = '' if '/' in name else ' on the PATH'
+        yield Diagnostic(
+            severity,
+            f"there is no executable '{name}'{where}, so {process.label} "
+            'cannot be started',
+            place.position,
+            (use and use.hint) or way_to_program(name, process.cwd),
+            place.length,
+            place.includes,
+        )
+
+
+def _used_paths(evaluation: Evaluation) -> dict[str, Position | None]:
+    """Return the absolute paths that command lines name, and where."""
+    paths: dict[str, Position | None] = {}
+    for process in evaluation.plan.processes():
+        for argument in process.argv:
+            if not isinstance(argument, str):
+                continue
+            path = argument[argument.find('/') :]
+            if path.startswith('/') and not os.path.exists(Path(path)):
+                paths.setdefault(path, process.position)
+    return paths

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.verb.preflight import missing_programs
+from colcon_yamllaunch.verb.prepare import missing_programs
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 import pytest
 from support.user import User
