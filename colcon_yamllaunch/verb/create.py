@@ -29,18 +29,9 @@ from colcon_yamllaunch.verb.messages import show_versions
 from colcon_yamllaunch.verb.options import CreateOptions
 from colcon_yamllaunch.verb.target import find_workspace
 from colcon_yamllaunch.workspace.colcon.package_scan import scan_packages
-from colcon_yamllaunch.workspace.create.added_node import add_node
-from colcon_yamllaunch.workspace.create.added_node import AddedNode
-from colcon_yamllaunch.workspace.create.new_package import advised_name
-from colcon_yamllaunch.workspace.create.new_package import check_node_name
-from colcon_yamllaunch.workspace.create.new_package import check_package_name
-from colcon_yamllaunch.workspace.create.new_package import client_library
-from colcon_yamllaunch.workspace.create.new_package import default_node_name
-from colcon_yamllaunch.workspace.create.new_package import dislikes
-from colcon_yamllaunch.workspace.create.new_package import LICENSES
-from colcon_yamllaunch.workspace.create.new_package import make_package
-from colcon_yamllaunch.workspace.create.new_package import NewPackage
-from colcon_yamllaunch.workspace.create.new_package import NO_LICENSE
+from colcon_yamllaunch.workspace.create import added_node
+from colcon_yamllaunch.workspace.create import new_package
+from colcon_yamllaunch.workspace.create import package_name
 from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 from colcon_yamllaunch.workspace.packages.workspace_root import find_root
@@ -68,7 +59,7 @@ def main(known: Any, environment: Mapping[str, str]) -> int:
     name, email, unknown = _maintainer(
         options, lambda name: git_setting(name, cwd, environment)
     )
-    package = new_package(options, name, email)
+    package = _new_package(options, name, email)
     place = cwd
     if options.destination is None and not os.path.isdir(cwd / 'src'):
         place = _named_workspace(cwd) or cwd
@@ -89,7 +80,7 @@ def main(known: Any, environment: Mapping[str, str]) -> int:
             f'to add a node to it: colcon create {package.name} --add-node '
             'NODE',
         )
-    make_package(package, folder)
+    new_package.make_package(package, folder)
     for warning in (
         *unknown,
         *_warnings(package, options, environment),
@@ -131,9 +122,9 @@ def _add_node(
             'make a package for it',
         )
     node = node.removesuffix('.py').removesuffix('.cpp')
-    check_node_name(node, build_type, is_cpp)
-    added = AddedNode(package, node, is_cpp)
-    made, *changed = add_node(added)
+    package_name.check_node_name(node, build_type, is_cpp)
+    added = added_node.AddedNode(package, node, is_cpp)
+    made, *changed = added_node.add_node(added)
     missing = _missing_ros(is_cpp, locator, environment)
     if added.is_ros and missing is not None:
         say(f'colcon create: warning: {missing}')
@@ -178,7 +169,9 @@ def _named_workspace(cwd: Path) -> Path | None:
         return None
 
 
-def new_package(options: CreateOptions, name: str, email: str) -> NewPackage:
+def _new_package(
+    options: CreateOptions, name: str, email: str
+) -> new_package.NewPackage:
     """
     Fill in what the user did not say.
 
@@ -186,8 +179,8 @@ def new_package(options: CreateOptions, name: str, email: str) -> NewPackage:
     :param email: The address of the maintainer
     :raises UserError: when something cannot be
     """
-    check_package_name(options.package, options.build_type)
-    node = options.node or default_node_name(options.package)
+    package_name.check_package_name(options.package, options.build_type)
+    node = options.node or package_name.default_node_name(options.package)
     is_cpp = node.endswith('.cpp')
     if is_cpp and options.build_type == 'ament_python':
         raise UserError(
@@ -197,8 +190,8 @@ def new_package(options: CreateOptions, name: str, email: str) -> NewPackage:
             'without ROS',
         )
     node = node.removesuffix('.py').removesuffix('.cpp')
-    check_node_name(node, options.build_type, is_cpp)
-    return NewPackage(
+    package_name.check_node_name(node, options.build_type, is_cpp)
+    return new_package.NewPackage(
         name=options.package,
         build_type=options.build_type,
         node=node,
@@ -206,7 +199,7 @@ def new_package(options: CreateOptions, name: str, email: str) -> NewPackage:
         maintainer_name=_one_line(name),
         maintainer_email=email,
         dependencies=tuple(_dependencies(options, is_cpp)),
-        license=_one_line(options.license or NO_LICENSE),
+        license=_one_line(options.license or new_package.NO_LICENSE),
         description=_one_line(
             options.description or f'The node {node} and its launch file.'
         ),
@@ -290,7 +283,7 @@ def _dependencies(options: CreateOptions, is_cpp: bool) -> Iterator[str]:
     names = dict.fromkeys(options.dependencies)
     if options.build_type != 'cmake':
         # the node is written with it
-        names = dict.fromkeys((client_library(is_cpp), *names))
+        names = dict.fromkeys((new_package.client_library(is_cpp), *names))
     for name in names:
         if name == options.package:
             raise UserError(f'{name} cannot depend on itself')
@@ -321,13 +314,13 @@ def _refuse_place(folder: Path, root: Path | None) -> None:
 
 
 def _warnings(
-    package: NewPackage,
+    package: new_package.NewPackage,
     options: CreateOptions,
     environment: Mapping[str, str],
 ) -> Iterator[str]:
-    disliked = list(dislikes(package.name))
+    disliked = list(package_name.dislikes(package.name))
     if disliked:
-        advised = advised_name(package.name)
+        advised = package_name.advised_name(package.name)
         hint = f', such as {advised}' if advised != package.name else ''
         yield (
             f"the name '{package.name}' works, but REP 144 asks for "
@@ -338,12 +331,12 @@ def _warnings(
             'package.xml names no license yet: say which one there, or '
             'create the package with --license'
         )
-    elif package.license not in LICENSES:
-        known = f'those of {enumeration(LICENSES)} are'
+    elif package.license not in new_package.LICENSES:
+        known = f'those of {enumeration(new_package.LICENSES)} are'
         yield (
             f"the text of the license '{package.license}' is not known, so "
             'there is no file LICENSE: '
-            f'{did_you_mean(package.license, LICENSES) or known}'
+            f'{did_you_mean(package.license, new_package.LICENSES) or known}'
         )
     underlays = PackageLocator((), Path(os.devnull), False, environment)
     prefix = underlays.prefix(package.name)
@@ -385,7 +378,7 @@ def _misspelt(
             yield f"there is no package '{name}' here: {hint}"
 
 
-def _made(package: NewPackage, folder: Path, cwd: Path) -> str:
+def _made(package: new_package.NewPackage, folder: Path, cwd: Path) -> str:
     """Return what was made, and what to type next."""
     files = '\n'.join(f'  {path}' for path in package.files())
     command = f'colcon launch {package.name} {package.launch_file}'

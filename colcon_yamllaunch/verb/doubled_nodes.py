@@ -22,6 +22,7 @@ from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.state import ProcessState
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.verb.messages import enumeration
 
 #: Seconds that a running launch may take to answer; one that is suspended
 #: must not hold up another one.
@@ -75,13 +76,12 @@ def doubled_nodes(
 def warning(nodes: Iterable[str], other: LaunchState) -> str:
     """Say that nodes run already, and the way out."""
     names = list(nodes)
-    *others, last = names[:_SHOWN]
-    if len(names) > _SHOWN:
-        others, last = names[:_SHOWN], f'{len(names) - _SHOWN} more'
-    shown = f'{", ".join(others)} and {last}' if others else last
     verb = 'runs' if len(names) == 1 else 'run'
+    if len(names) > _SHOWN:
+        names[_SHOWN:] = [f'{len(names) - _SHOWN} more']
     return (
-        f'{other.title} runs already (pid {other.pid}), so {shown} {verb} '
+        f'{other.title} runs already (pid {other.pid}), so '
+        f'{enumeration(names)} {verb} '
         f'twice: end that launch by colcon launch --stop --of {other.pid}, '
         f'or give one of both another {_DOMAIN}'
     )

@@ -27,11 +27,11 @@ from colcon_yamllaunch.control.client import LaunchEndedError
 from colcon_yamllaunch.control.client import running_launches
 from colcon_yamllaunch.control.client import RunningLaunch
 from colcon_yamllaunch.control.subscription import BEGINNING
-from colcon_yamllaunch.engine.state import ProcessState
 from colcon_yamllaunch.observers.presentation import only_prints
 from colcon_yamllaunch.terminal.pager import command
 from colcon_yamllaunch.terminal.pager import LESS
 from colcon_yamllaunch.verb.attaching import attach
+from colcon_yamllaunch.verb.messages import flush_or_drop
 from colcon_yamllaunch.verb.messages import say
 from colcon_yamllaunch.verb.selecting import Candidate
 
@@ -119,17 +119,21 @@ def show(launch: RunningLaunch, terminal: 'OuterTerminal') -> int | None:
     if not plain:
         # only one that is not empty counts (https://no-color.org)
         os.environ.pop('NO_COLOR', None)
-    with ScreenKeeper(0) as keeper:
+    with ScreenWatchdog(0) as watchdog:
         app = LaunchApp(
             launch,
             terminal,
-            shown=lambda is_shown: keeper.take(is_shown=is_shown),
+            shown=lambda is_shown: watchdog.note(is_shown=is_shown),
         )
         try:
             with _ended_by_signals(app, terminal):
                 app.run()
                 if app.signal is not None:
-                    _drop_unwritten()
+                    # the terminal may be gone
+                    for stream in filter(
+                        None, (sys.__stdout__, sys.__stderr__)
+                    ):
+                        flush_or_drop(stream)
         finally:
             app.panes.close()
             terminal.is_over = bool(app.panes.model.ending)
@@ -178,11 +182,7 @@ class OuterTerminal:
             return
         try:
             state = launch.status()
-            parts = [
-                p
-                for p in state.processes
-                if p.label == label and isinstance(p, ProcessState)
-            ]
+            parts = [p for p in state.processes if p.label == label]
             attach(Candidate(launch, state), parts)
         except (ControlError, UserError) as e:
             say(f'{label}: {e}')
@@ -242,7 +242,7 @@ def _ended_by_signals(
 
     def give_up(*_: object) -> None:
         terminal.interrupt()
-        # the keeper gives the terminal back, if it is still there
+        # the watchdog gives the terminal back, if it is still there
         os._exit(128 + (app.signal or 0))
 
     handlers = dict.fromkeys(_ENDING, end) | {signal.SIGALRM: give_up}
@@ -254,23 +254,6 @@ def _ended_by_signals(
         signal.setitimer(signal.ITIMER_REAL, 0)
         for number, handler in before.items():
             signal.signal(number, handler)
-
-
-def _drop_unwritten() -> None:
-    """
-    Forget what a terminal that is gone was to show.
-
-    Python would try to write it at its end, and exit with 120 then.
-    """
-    for stream in (sys.__stdout__, sys.__stderr__):
-        if stream is None:
-            continue
-        try:
-            stream.flush()
-        except OSError:
-            null = os.open(os.devnull, os.O_WRONLY)
-            os.dup2(null, stream.fileno())
-            os.close(null)
 
 
 def _is_terminal(descriptor: int) -> bool:
@@ -297,7 +280,7 @@ _SIGNALS = (
 )
 
 
-class ScreenKeeper:
+class ScreenWatchdog:
     """
     Watches over the full screen as long as it is open.
 
@@ -313,18 +296,18 @@ class ScreenKeeper:
             code = 1
             try:
                 os.close(self._writer)
-                _keep(reader, terminal, before, screen)
+                _watch(reader, terminal, before, screen)
                 code = 0
             finally:
                 os._exit(code)
         os.close(reader)
 
-    def take(self, *, is_shown: bool) -> None:
+    def note(self, *, is_shown: bool) -> None:
         """Take note that the screen is shown now, or is not."""
         with suppress(OSError):
             os.write(self._writer, _ON if is_shown else _OFF)
 
-    def __enter__(self) -> 'ScreenKeeper':
+    def __enter__(self) -> 'ScreenWatchdog':
         return self
 
     def __exit__(
@@ -333,13 +316,13 @@ class ScreenKeeper:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        self.take(is_shown=False)
+        self.note(is_shown=False)
         os.close(self._writer)
         with suppress(ChildProcessError):
             os.waitpid(self._pid, 0)
 
 
-def _keep(reader: int, terminal: int, before: list[Any], screen: int) -> None:
+def _watch(reader: int, terminal: int, before: list[Any], screen: int) -> None:
     """Be that process: wait until the screen is gone."""
     # it is no part of the job, which others suspend, hang up and kill
     os.setpgid(0, 0)

@@ -18,16 +18,12 @@ from colcon_yamllaunch.language.evaluation.findings import together
 from colcon_yamllaunch.language.policies.check import check
 from colcon_yamllaunch.language.policies.check import find_declarations
 from colcon_yamllaunch.language.policies.evaluate import evaluate
-from colcon_yamllaunch.language.reports import as_github
-from colcon_yamllaunch.language.reports import as_json
-from colcon_yamllaunch.language.reports import as_sarif
-from colcon_yamllaunch.language.reports import as_text
+from colcon_yamllaunch.language.reports import reports
 from colcon_yamllaunch.language.reports import show_arguments
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.plan import plan_graph
 from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan_graph import plan_to_dot
-from colcon_yamllaunch.plan.plan_graph import plan_to_mermaid
 from colcon_yamllaunch.plan.plan_json import plan_to_json
 from colcon_yamllaunch.plan.plan_script import plan_to_script
 from colcon_yamllaunch.plan.plan_text import plan_to_text
@@ -56,17 +52,17 @@ if TYPE_CHECKING:
 #: The format of a plan that can be run without colcon.
 SCRIPT = 'sh'
 _CHECK_FORMATS: Mapping[str, Callable[[Checked, str], str]] = {
-    TEXT: as_text,
-    'json': as_json,
-    'github': as_github,
-    'sarif': as_sarif,
+    TEXT: reports.as_text,
+    'json': reports.as_json,
+    'github': reports.as_github,
+    'sarif': reports.as_sarif,
 }
 #: By a plan, the current folder, and the setup script of the workspace.
 _PLAN_FORMATS: Mapping[str, Callable[[Plan, str, str | None], str]] = {
     SCRIPT: plan_to_script,
     'json': lambda plan, *_: plan_to_json(plan),
-    'mermaid': lambda plan, cwd, _: plan_to_mermaid(plan, cwd),
-    'dot': lambda plan, cwd, _: plan_to_dot(plan, cwd),
+    'mermaid': lambda plan, cwd, _: plan_graph.plan_to_mermaid(plan, cwd),
+    'dot': lambda plan, cwd, _: plan_graph.plan_to_dot(plan, cwd),
 }
 #: The formats that are JSON.
 _JSON = ('json', 'sarif')

@@ -11,6 +11,7 @@ from pathlib import Path
 import re
 
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
+from colcon_yamllaunch.language.syntax.diagnostics import Severity
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Entry
 from colcon_yamllaunch.plan.plan import ParameterFile
@@ -83,14 +84,14 @@ class PathsThere:
         folders = [self.folders.text(self._cwd), self.workspace or self._home]
         paths = {*asked.values(), setup, *folders}
         answer = connection.ask(LOOK, {'paths': sorted(paths)})
-        told = answer.get('missing')
-        missing = set(map(str, told)) if isinstance(told, list) else set()
+        found = answer.get('missing')
+        missing = set(map(str, found)) if isinstance(found, list) else set()
         there = (folder for folder in folders if folder not in missing)
         self._cwd_there = next(there, self._home)
         self.has_setup = setup not in missing
         for path, process in named.items():
             if asked[path] in missing:
-                yield from self._tell_of(path, process)
+                yield from self._missing(path, process)
 
     def _named(self, part: Plan) -> Iterator[tuple[str, Process]]:
         """Iterate over the paths that may be missing, and who is given them.
@@ -109,50 +110,40 @@ class PathsThere:
             if isinstance(program, str) and program.startswith('/'):
                 yield program, process
 
-    def _tell_of(self, path: str, process: Process) -> Iterator[Diagnostic]:
-        machine = self._machine.name
+    def _missing(self, path: str, process: Process) -> Iterator[Diagnostic]:
+        """Say that a path is missing there, if that is a problem."""
         there = self.folders.text(path)
-        who = f'{process.label} runs on {machine}'
-        if path == process.argv[0]:
-            way = self._way_to_program(path, process)
-            yield Diagnostic(
-                # as on this computer, the launch goes on without it
-                'warning' if way == INSTALL else 'error',
-                f"{who}, and there is no program '{there}' there",
-                process.position,
-                way,
-            )
-        elif not self.folders.covers(path):
-            yield Diagnostic(
-                'warning',
-                f"{who}, and '{path}' is a file of this computer that is not "
-                'there',
-                process.position,
-                'put it into a package of the workspace and name it by '
-                '$(find-pkg-share …), or copy it there',
-            )
-        elif self._locator.package_of(path) is None or os.path.exists(path):
-            # a program may be about to make it
-            owner = self._locator.owner(path)
-            yield Diagnostic(
-                'warning',
-                f"{who}, and there is no '{there}' there",
-                process.position,
-                None
-                if owner is None
-                else f'let {owner.name} install it, or look for a slip of '
-                'the pen',
-            )
-
-    def _way_to_program(self, path: str, process: Process) -> str:
+        severity: Severity = 'warning'
+        problem, hint = f"there is no '{there}' there", None
         owner = self._locator.owner(path)
         if owner is not None:
-            return (
+            hint = (
                 f'let {owner.name} install it, or look for a slip of the pen'
             )
-        if process.package is not None:
-            return f'install the package {process.package} there'
-        return INSTALL
+        if path == process.argv[0]:
+            problem = f"there is no program '{there}' there"
+            if owner is None and process.package is not None:
+                hint = f'install the package {process.package} there'
+            # as on this computer, the launch goes on without one that no
+            # package has
+            severity = 'error' if hint else 'warning'
+            hint = hint or INSTALL
+        elif not self.folders.covers(path):
+            problem = f"'{path}' is a file of this computer that is not there"
+            hint = (
+                'put it into a package of the workspace and name it by '
+                '$(find-pkg-share …), or copy it there'
+            )
+        elif self._locator.package_of(path) and not os.path.exists(path):
+            # a program may be about to make it
+            return
+        machine = self._machine.name
+        yield Diagnostic(
+            severity,
+            f'{process.label} runs on {machine}, and {problem}',
+            process.position,
+            hint,
+        )
 
     def _with_folder(self, entry: Entry) -> Entry:
         """Return an entry whose processes run in a folder that is there."""

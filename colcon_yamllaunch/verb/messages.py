@@ -228,8 +228,8 @@ def report_errors(verb: str, action: Callable[[], int]) -> int:
         )
         return 1
     finally:
-        _settle(sys.stdout)
-        _settle(sys.stderr)
+        flush_or_drop(sys.stdout)
+        flush_or_drop(sys.stderr)
 
 
 def _lack(problem: Exception) -> str | None:
@@ -245,7 +245,7 @@ def _lack(problem: Exception) -> str | None:
     return None
 
 
-def _settle(stream: TextIO) -> None:
+def flush_or_drop(stream: TextIO) -> None:
     """Leave nothing that Python would try in vain to write at its end."""
     try:
         stream.flush()

@@ -22,10 +22,7 @@ from typing import BinaryIO
 from typing import TextIO
 
 from colcon_yamllaunch.engine.loop import readable
-from colcon_yamllaunch.verb.full_screen import launch_of
-from colcon_yamllaunch.verb.full_screen import need_screen
-from colcon_yamllaunch.verb.full_screen import OuterTerminal
-from colcon_yamllaunch.verb.full_screen import show
+from colcon_yamllaunch.verb import full_screen
 from colcon_yamllaunch.verb.messages import report_errors
 from colcon_yamllaunch.verb.messages import say
 
@@ -90,7 +87,7 @@ def launch_for_screen(
     :param plain: Whether there are to be no colours
     :raises UserError: when there can be no full screen here
     """
-    need_screen(environment)
+    full_screen.need_screen(environment)
     if plain:
         os.environ['NO_COLOR'] = '1'
     with tempfile.TemporaryFile() as messages:
@@ -211,13 +208,13 @@ def _run(launch: Callable[[Background], int], background: Background) -> None:
 def _show(child: _Child, environment: Mapping[str, str]) -> int | None:
     """Show the launch once it runs; return the signal that ended that."""
     # meanwhile, as it takes long to import
-    from colcon_yamllaunch.terminal.full_screen import launch_screen
+    from colcon_yamllaunch.terminal.full_screen import launch_app
 
-    del launch_screen
+    del launch_app
     if not child.begins():
         return None
     deadline = time.monotonic() + _PATIENCE
-    while (launch := launch_of(child.pid, environment)) is None:
+    while (launch := full_screen.launch_of(child.pid, environment)) is None:
         if child.has_ended():
             return None
         if time.monotonic() > deadline:
@@ -226,9 +223,9 @@ def _show(child: _Child, environment: Mapping[str, str]) -> int | None:
             child.wait()
             return None
         time.sleep(_INTERVAL)
-    terminal = OuterTerminal(
+    terminal = full_screen.OuterTerminal(
         child.pid, environment, lambda: child.signal(signal.SIGINT)
     )
-    shown = show(launch, terminal)
+    shown = full_screen.show(launch, terminal)
     child.is_over = terminal.is_over
     return shown

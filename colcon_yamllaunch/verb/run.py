@@ -20,10 +20,8 @@ from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import render
 from colcon_yamllaunch.observers.failure_advice import Advisor
 from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.verb import command_line
 from colcon_yamllaunch.verb.builds import Builds
-from colcon_yamllaunch.verb.command_line import asks_for_help
-from colcon_yamllaunch.verb.command_line import parse_run_options
-from colcon_yamllaunch.verb.command_line import show_help
 from colcon_yamllaunch.verb.messages import say
 from colcon_yamllaunch.verb.messages import say_line
 from colcon_yamllaunch.verb.messages import show_versions
@@ -31,12 +29,7 @@ from colcon_yamllaunch.verb.options import RunOptions
 from colcon_yamllaunch.verb.target import unknown_package
 from colcon_yamllaunch.verb.target import workspace_root
 from colcon_yamllaunch.verb.workspace_session import WorkspaceSession
-from colcon_yamllaunch.workspace.packages.missing_files import (
-    certainly_unknown_executable,
-)
-from colcon_yamllaunch.workspace.packages.missing_files import (
-    missing_executable,
-)
+from colcon_yamllaunch.workspace.packages import missing_files
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 from colcon_yamllaunch.workspace.packages.python_modules import certain_imports
 
@@ -45,11 +38,11 @@ def main(known: Any, environment: Mapping[str, str]) -> int:
     """Build, source and become the program; return only when that fails."""
     # also where the executable would stand
     words = [word for word in known.positionals[:3] if word != '--']
-    if asks_for_help(words[:2]):
-        return show_help(known.verb_parser, 'run')
+    if command_line.asks_for_help(words[:2]):
+        return command_line.show_help(known.verb_parser, 'run')
     if known.version:
         return show_versions()
-    options = parse_run_options(known)
+    options = command_line.parse_run_options(known)
     package, executable = options.package, options.executable
     with _program_streams_replaced():
         workspace = WorkspaceSession(
@@ -101,9 +94,9 @@ def _find_program(
             f'name one by its path:{listed}',
         )
     if not fitting:
-        raise missing_executable(locator, package, name) or UserError(
-            f"{package} has no '{name}'"
-        )
+        raise missing_files.missing_executable(
+            locator, package, name
+        ) or UserError(f"{package} has no '{name}'")
     prefix = locator.prefix(package) or ''
     return str(Path(prefix, 'lib', package, fitting[0]))
 
@@ -172,7 +165,9 @@ def _refuse_unknown(
     there = locator.executables(package)
     if name is None or any(name in (n, Path(n).name) for n in there):
         return
-    problem = certainly_unknown_executable(locator, package, name)
+    problem = missing_files.certainly_unknown_executable(
+        locator, package, name
+    )
     if problem is not None:
         raise problem
 

@@ -15,10 +15,7 @@ from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.process_scan import need_proc
 from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.common.suggestions import listing
-from colcon_yamllaunch.control.client import ControlError
-from colcon_yamllaunch.control.client import LaunchEndedError
-from colcon_yamllaunch.control.client import running_launches
-from colcon_yamllaunch.control.client import RunningLaunch
+from colcon_yamllaunch.control import client
 from colcon_yamllaunch.control.orphaned_launches import orphaned_launches
 from colcon_yamllaunch.control.orphaned_launches import OrphanedLaunch
 from colcon_yamllaunch.control.process_names import meant_by
@@ -38,7 +35,7 @@ class Candidate:
     :param state: Its state when it was found
     """
 
-    launch: RunningLaunch | OrphanedLaunch
+    launch: client.RunningLaunch | OrphanedLaunch
     state: LaunchState
 
     @property
@@ -58,18 +55,18 @@ def find_launches(
     :raises UserError: when there is none
     """
     need_proc()
-    launches: list[RunningLaunch | OrphanedLaunch]
-    running = running_launches(environment, _warn)
+    launches: list[client.RunningLaunch | OrphanedLaunch]
+    running = client.running_launches(environment, _warn)
     launches = [*running, *orphaned_launches(environment)]
     candidates = []
     silent = 0
     for launch in launches:
         try:
             candidates.append(Candidate(launch, launch.status()))
-        except LaunchEndedError:
+        except client.LaunchEndedError:
             # it was just about to end
             continue
-        except ControlError as e:
+        except client.ControlError as e:
             # others can be looked at all the same
             _warn(str(e))
             silent += 1

@@ -30,16 +30,11 @@ from colcon_yamllaunch.verb.context import GiveUpError
 from colcon_yamllaunch.verb.context import LaunchContext
 from colcon_yamllaunch.verb.messages import say
 from colcon_yamllaunch.verb.prepare import prepare
+from colcon_yamllaunch.watch import worker
 from colcon_yamllaunch.watch.change_loop import ChangeLoop
 from colcon_yamllaunch.watch.consequences import changed_products
-from colcon_yamllaunch.watch.dependencies import build_products
 from colcon_yamllaunch.watch.dependencies import find_dependencies
 from colcon_yamllaunch.watch.python_syntax import source_error
-from colcon_yamllaunch.watch.worker import Announce
-from colcon_yamllaunch.watch.worker import Failed
-from colcon_yamllaunch.watch.worker import Job
-from colcon_yamllaunch.watch.worker import Prepared
-from colcon_yamllaunch.watch.worker import Worker
 from colcon_yamllaunch.workspace.building.build_processes import BuildProcesses
 
 logger = logging.getLogger('colcon.colcon_yamllaunch')
@@ -64,7 +59,7 @@ def change_loop(
     log = context.log_folder and context.log_folder / WATCHER_LOG
     return ChangeLoop(
         _described(context, plan, environment),
-        Worker(
+        worker.Worker(
             partial(prepare_again, context),
             partial(_warm_up, context),
             _clean_up,
@@ -77,8 +72,8 @@ def change_loop(
 
 
 def prepare_again(
-    first: LaunchContext, job: Job, announce: Announce
-) -> Prepared | Failed:
+    first: LaunchContext, job: worker.Job, announce: worker.Announce
+) -> worker.Prepared | worker.Failed:
     """Prepare the launch as one that begins now, in a child."""
     context = None
     try:
@@ -96,10 +91,10 @@ def prepare_again(
             return _described(context, plan, environment, job)
     except GiveUpError as e:
         built = () if context is None else tuple(context.builds.names)
-        return Failed('build' if e.is_build else 'plan', built)
+        return worker.Failed('build' if e.is_build else 'plan', built)
     except UserError as e:
         say(f'colcon launch: error: {e}')
-        return Failed('plan')
+        return worker.Failed('plan')
     except Exception as e:
         logger.debug('unexpected exception', exc_info=True)
         if os.path.isdir(first.cwd):
@@ -111,24 +106,24 @@ def prepare_again(
                 'launch was begun: restore it, or launch elsewhere'
             )
         say(f'colcon launch: {text}')
-        return Failed('plan')
+        return worker.Failed('plan')
 
 
 def _described(
     context: LaunchContext,
     plan: Plan,
     environment: Mapping[str, str],
-    job: Job | None = None,
-) -> Prepared:
+    job: worker.Job | None = None,
+) -> worker.Prepared:
     """
     Return what a prepared launch runs, and what that uses.
 
     :param job: The job that prepared it; None when the launch begins
     """
     workspace, machines = context.workspace, context.machines
-    asked = job or Job({}, {})
+    asked = job or worker.Job({}, {})
     assert context.evaluation is not None
-    dependencies = find_dependencies(
+    dependencies = find_dependencies.find_dependencies(
         plan,
         context.evaluation,
         None if workspace.root is None else workspace.colcon,
@@ -146,13 +141,13 @@ def _described(
     if workspace.root is not None:
         names = {p.name for p in dependencies.packages} | asked.built.keys()
         here = [name for name in names if MACHINE_SEPARATOR not in name]
-        built |= build_products(workspace.colcon, here)
+        built |= find_dependencies.build_products(workspace.colcon, here)
     packages = context.builds.names
     if machines is not None:
         built |= machines.records
         packages += machines.built
     changed = changed_products(asked.built, built) if job else {}
-    return Prepared(
+    return worker.Prepared(
         plan,
         environment,
         dependencies,

@@ -17,9 +17,7 @@ from typing import TYPE_CHECKING
 from colcon_yamllaunch.common.errors import WorkspaceError
 from colcon_yamllaunch.language.evaluation.request import Exposed
 from colcon_yamllaunch.language.evaluation.request import FindExposed
-from colcon_yamllaunch.workspace.building.build_lock import build_lock
-from colcon_yamllaunch.workspace.building.build_lock import is_taken
-from colcon_yamllaunch.workspace.building.build_lock import WorkspaceLock
+from colcon_yamllaunch.workspace.building import build_lock
 from colcon_yamllaunch.workspace.environment.sourcing import Environment
 from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
@@ -60,7 +58,7 @@ class WorkspaceSession:
         self.root = root
         self._runs = runs
         #: What keeps others from building in the workspace meanwhile.
-        self.lock = WorkspaceLock(title)
+        self.lock = build_lock.WorkspaceLock(title)
         self.announce = announce
         self._user_environment = environment
         self._sourced = Environment(environment)
@@ -106,11 +104,9 @@ class WorkspaceSession:
         """Return the manifests in the workspace that make no package."""
         if self._colcon is None:
             return ()
-        from colcon_yamllaunch.workspace.packages.package import (
-            broken_manifests,
-        )
+        from colcon_yamllaunch.remote.sync import manifest
 
-        return broken_manifests(
+        return manifest.broken_manifests(
             self._colcon.base_paths(), self._packages.values()
         )
 
@@ -139,21 +135,20 @@ class WorkspaceSession:
 
         :raises WorkspaceError: when an underlay's script fails
         """
-        from colcon_yamllaunch.workspace.environment.sourcing import (
-            build_environment,
-        )
-        from colcon_yamllaunch.workspace.environment.sourcing import source
+        from colcon_yamllaunch.workspace.environment import sourcing
+        from colcon_yamllaunch.workspace.environment import underlays
 
-        sourcing: Callable[[Path, Mapping[str, str]], Environment] = source
+        source: Callable[[Path, Mapping[str, str]], Environment]
+        source = sourcing.source
         if not self._runs:
             # most launches run
             from colcon_yamllaunch.workspace.environment.hooks import (
                 described_environment,
             )
 
-            sourcing = described_environment
-        build = build_environment(
-            self._user_environment, self.colcon.install_base, sourcing
+            source = described_environment.described_environment
+        build = underlays.build_environment(
+            self._user_environment, self.colcon.install_base, source
         )
         known = self._sourced.notes
         return Environment(
@@ -223,10 +218,10 @@ class WorkspaceSession:
         try:
             self._source()
         except WorkspaceError:
-            if not is_taken(base):
+            if not build_lock.is_taken(base):
                 raise
             # it is being built; when that is done, it is sourced again
-            with build_lock(base, self.announce):
+            with build_lock.build_lock(base, self.announce):
                 self._source()
 
     def _source(self) -> None:
@@ -261,12 +256,10 @@ class WorkspaceSession:
 
         :raises WorkspaceError: when one of them is such a package
         """
-        from colcon_yamllaunch.workspace.packages.package import (
-            invalid_manifest,
-        )
+        from colcon_yamllaunch.remote.sync import manifest
 
         for name in sorted(self.package_names.intersection(names)):
-            reason = invalid_manifest(self._packages[name])
+            reason = manifest.invalid_manifest(self._packages[name])
             if reason is not None:
                 raise WorkspaceError(reason)
 
@@ -307,11 +300,12 @@ class LaunchPackages:
 
     def explain_executable(self, package: str, name: str) -> str:
         """Say why a package has no such program, and the way out."""
-        from colcon_yamllaunch.workspace.packages.missing_files import (
-            missing_executable,
-        )
+        from colcon_yamllaunch.workspace.packages import missing_files
 
-        return str(missing_executable(self._locator, package, name) or '')
+        return str(
+            missing_files.missing_executable(self._locator, package, name)
+            or ''
+        )
 
     def locate(self, path: str) -> tuple[str, str] | None:
         """
@@ -347,11 +341,9 @@ class LaunchPackages:
 
     def rule_for(self, path: str) -> str | None:
         """Say how to install a file that only a source has, None if none."""
-        from colcon_yamllaunch.workspace.packages.missing_files import (
-            not_installed,
-        )
+        from colcon_yamllaunch.workspace.packages import missing_files
 
-        found = not_installed(self._locator, path)
+        found = missing_files.not_installed(self._locator, path)
         return None if found is None else found.hint
 
     def similar(self, path: str) -> Iterable[str]:

@@ -204,7 +204,7 @@ def test_what_cannot_be_written_any_more_does_not_count() -> None:
     # as the screen leaves it when it could still close
     script = """\
 import sys
-from colcon_yamllaunch.verb import full_screen
+from colcon_yamllaunch.verb.messages import flush_or_drop
 
 sys.stdin.read()
 for stream in (sys.stdout, sys.stderr):
@@ -213,7 +213,8 @@ for stream in (sys.stdout, sys.stderr):
         stream.flush()
     except OSError:
         pass
-full_screen._drop_unwritten()
+flush_or_drop(sys.stdout)
+flush_or_drop(sys.stderr)
 sys.exit(129)
 """
     ours, theirs = os.openpty()

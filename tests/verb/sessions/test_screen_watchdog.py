@@ -14,11 +14,11 @@ import pytest
 #: Has a screen, until it is killed or told to leave.
 SCREEN = """\
 import os, sys, tty
-from colcon_yamllaunch.verb.full_screen import ScreenKeeper
-with ScreenKeeper(0) as keeper:
+from colcon_yamllaunch.verb.full_screen import ScreenWatchdog
+with ScreenWatchdog(0) as keeper:
     tty.setraw(0)
     for word in sys.argv[1:]:
-        keeper.take(is_shown=word == 'on')
+        keeper.note(is_shown=word == 'on')
     os.write(1, b'up')
     os.read(0, 1)
 """
