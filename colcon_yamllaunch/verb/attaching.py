@@ -135,7 +135,7 @@ class _Conversation:
                     return 'detached'
                 if self._launch.connection.fileno() in ready:
                     try:
-                        ending = self._take()
+                        ending = self._show_output()
                     except LaunchEndedError as e:
                         return str(e)
                     if ending is not None:
@@ -168,7 +168,7 @@ class _Conversation:
             self._launch.send({'keys': protocol.text_of(keys)})
         return escape
 
-    def _take(self) -> str | None:
+    def _show_output(self) -> str | None:
         """Show what was sent; return how the process ended for good."""
         self._launch.read()
         while (message := self._launch.next_message()) is not None:

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""The builds of one launch, and what the user is told about them."""
+"""The builds of one launch, and what the user sees of them."""
 
 from collections.abc import Callable
 from collections.abc import Collection

@@ -3,7 +3,6 @@
 
 """What `colcon create` does, step by step."""
 
-from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping
@@ -40,7 +39,7 @@ from colcon_yamllaunch.workspace.packages.workspace_root import UntrustedError
 
 #: How long git may take to tell a setting (seconds).
 GIT_TIMEOUT = 10.0
-#: The address of a maintainer who has told git none.
+#: The address of a maintainer that git does not know.
 TODO_EMAIL = 'TODO@example.com'
 
 _BUILD_TYPE = re.compile(r'<build_type\b[^>]*>\s*(\w+)')
@@ -56,14 +55,12 @@ def main(known: Any, environment: Mapping[str, str]) -> int:
     if options.add_node is not None:
         show(_add_node(options.package, options.add_node, cwd, environment))
         return 0
-    name, email, unknown = _maintainer(
-        options, lambda name: git_setting(name, cwd, environment)
-    )
+    name, email, unknown = _maintainer(options, cwd, environment)
     package = _new_package(options, name, email)
     place = cwd
     if options.destination is None and not os.path.isdir(cwd / 'src'):
         place = _named_workspace(cwd) or cwd
-    folder = destination(options.destination, place) / package.name
+    folder = _destination(options.destination, place) / package.name
     try:
         there = next(p for p in (folder, *folder.parents) if os.path.isdir(p))
         root = _root_of(there)
@@ -207,19 +204,21 @@ def _new_package(
 
 
 def _maintainer(
-    options: CreateOptions, setting: Callable[[str], str | None]
+    options: CreateOptions, cwd: Path, environment: Mapping[str, str]
 ) -> tuple[str, str, list[str]]:
-    """
-    Return the name and address of the maintainer, and a warning, if any.
-
-    :param setting: Returns a setting of git, or None
-    """
-    name = options.maintainer_name or setting('user.name')
-    email = options.maintainer_email or setting('user.email')
+    """Return the name and address of the maintainer, and a warning, if any."""
+    name = options.maintainer_name
+    name = name or _git_setting('user.name', cwd, environment)
+    email = options.maintainer_email
+    email = email or _git_setting('user.email', cwd, environment)
     missing = []
     if not name:
         missing.append('name')
-        name = _login_name()
+        try:
+            name = getpass.getuser()
+        except (KeyError, OSError):
+            # a container may run as a user that has no name
+            name = 'TODO'
     if not email:
         missing.append('e-mail address')
         email = TODO_EMAIL
@@ -234,15 +233,7 @@ def _maintainer(
     return name, email, [warning]
 
 
-def _login_name() -> str:
-    try:
-        return getpass.getuser()
-    except (KeyError, OSError):
-        # a container may run as a user that has no name
-        return 'TODO'
-
-
-def git_setting(
+def _git_setting(
     name: str, cwd: Path, environment: Mapping[str, str]
 ) -> str | None:
     """
@@ -266,7 +257,7 @@ def git_setting(
     return done.stdout.strip() or None
 
 
-def destination(given: Path | None, cwd: Path) -> Path:
+def _destination(given: Path | None, cwd: Path) -> Path:
     """
     Return the folder that the package's folder is made in.
 

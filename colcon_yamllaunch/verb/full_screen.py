@@ -50,7 +50,7 @@ NICE = 5
 #: Seconds in which nobody has read anything, nor left what shows it.
 _GLANCE = 0.4
 #: Seconds that the screen may take to close after a signal.
-_PATIENCE = 1.0
+_CLOSE_TIMEOUT = 1.0
 _ENDING = (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 #: Signals that the library takes, and does not leave to others at its end.
 _KEPT = (signal.SIGTSTP, signal.SIGCONT)
@@ -237,7 +237,7 @@ def _ended_by_signals(
 
     def end(number: int, _: object) -> None:
         if app.signal is None:
-            signal.setitimer(signal.ITIMER_REAL, _PATIENCE)
+            signal.setitimer(signal.ITIMER_REAL, _CLOSE_TIMEOUT)
             app.end_by(number)
 
     def give_up(*_: object) -> None:

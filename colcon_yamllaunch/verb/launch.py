@@ -90,18 +90,6 @@ def _launch(
     # nearly all that is imported and evaluated stays until the launch runs,
     # which collects garbage again; until then there is none to speak of
     gc.disable()
-    try:
-        return _inspect_or_run(options, known, environment, background)
-    finally:
-        gc.enable()
-
-
-def _inspect_or_run(
-    options: LaunchOptions,
-    known: Any,
-    environment: Mapping[str, str],
-    background: 'Background | None',
-) -> int:
     from colcon_yamllaunch.verb.context import LaunchContext
     from colcon_yamllaunch.verb.log_folders import log_folder_of
 

@@ -55,7 +55,7 @@ def log_store_of(
     Return the log folders beside that of a launch, as the user wants them.
 
     :param folder: The folder of the launch
-    :param warn: Is told that the user's wish is no number or size; then there
+    :param warn: Receives a line if the user's wish is no number or size; then there
       is no answer, as nothing is to be deleted
     """
     text = environment.get(LOG_FOLDERS.name) or str(KEPT_LOG_FOLDERS)

@@ -287,15 +287,20 @@ def read_seconds(option: str, text: str) -> float:
 
     :raises UserError: if it is anything else
     """
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
+    value = _number(text)
     if not 0 < value < math.inf:
         raise UserError(
             f"{option} needs a number of seconds above 0, not '{text}'"
         )
     return value
+
+
+def _number(text: str) -> float:
+    """Return a number, or NaN for anything else."""
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
 
 
 def read_count(option: str, text: str) -> int:
@@ -316,10 +321,7 @@ def read_share(option: str, text: str) -> float:
     :raises UserError: if it is anything else
     """
     number, sign, rest = text.strip().partition('%')
-    try:
-        value = float(number)
-    except ValueError:
-        value = math.nan
+    value = _number(number)
     if rest or not sign or not 0 <= value <= 100:
         raise UserError(
             f"{option} needs a share of all runs, such as 95%, not '{text}'"

@@ -30,7 +30,7 @@ from colcon_yamllaunch.verb.messages import say
 _INTERVAL = 0.05
 #: Seconds that a launch may take to open its socket, or to be gone after it
 #: has told its end.
-_PATIENCE = 10.0
+_TIMEOUT = 10.0
 #: What an exit code has more than the signal that it tells, as in shells.
 _SIGNALLED = 128
 _RUNS_ON = (
@@ -104,7 +104,7 @@ def launch_for_screen(
             raise
         if number is not None:
             child.signal(signal.SIGTERM)
-        elif not child.has_ended(_PATIENCE if child.is_over else 0.0):
+        elif not child.has_ended(_TIMEOUT if child.is_over else 0.0):
             say(_RUNS_ON.format(pid=child.pid))
             return 0
         code = child.wait()
@@ -156,17 +156,17 @@ class _Child:
             signal.signal(signal.SIGINT, before)
             os.close(self._reader)
 
-    def has_ended(self, patience: float = 0.0) -> bool:
+    def has_ended(self, timeout: float = 0.0) -> bool:
         """
         Tell whether it is gone.
 
-        :param patience: Seconds that it may take
+        :param timeout: Seconds that it may take
         """
-        deadline = time.monotonic() + patience
+        deadline = time.monotonic() + timeout
         while self._code is None:
             pid, status = os.waitpid(self.pid, os.WNOHANG)
             if pid:
-                self._take(status)
+                self._note_end(status)
             elif time.monotonic() >= deadline:
                 return False
             else:
@@ -181,11 +181,11 @@ class _Child:
     def wait(self) -> int:
         """Return its exit code."""
         if self._code is None:
-            self._take(os.waitpid(self.pid, 0)[1])
+            self._note_end(os.waitpid(self.pid, 0)[1])
         assert self._code is not None
         return self._code
 
-    def _take(self, status: int) -> None:
+    def _note_end(self, status: int) -> None:
         code = os.waitstatus_to_exitcode(status)
         self.was_killed = code < 0
         self._code = _SIGNALLED - code if self.was_killed else code
@@ -213,7 +213,7 @@ def _show(child: _Child, environment: Mapping[str, str]) -> int | None:
     del launch_app
     if not child.begins():
         return None
-    deadline = time.monotonic() + _PATIENCE
+    deadline = time.monotonic() + _TIMEOUT
     while (launch := full_screen.launch_of(child.pid, environment)) is None:
         if child.has_ended():
             return None

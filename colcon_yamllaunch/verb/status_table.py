@@ -54,20 +54,17 @@ def table(
         if width is not None:
             _narrow(widths, width - len(_INDENT))
         lines = table_lines(rows, widths, without_end, _RIGHT)
-    if width is not None:
-        title = without_end(title, width)
     for machine in launch.machines.values():
         if machine.link in _BROKEN:
             what = _BROKEN[machine.link]
-            line = one_line(f'{machine.name}: {what}: {machine.reason}')
-            lines.append(
-                line if width is None else without_end(line, width - 2)
-            )
+            lines.append(f'{machine.name}: {what}: {machine.reason}')
     if launch.watch is not None:
         last = f'last change: {launch.watch}' if launch.watch else 'no change'
-        line = one_line(f'watches its files; {last}')
-        lines.append(line if width is None else without_end(line, width - 2))
-    return '\n'.join((title, *(_INDENT + line for line in lines)))
+        lines.append(f'watches its files; {last}')
+    lines = [title, *(_INDENT + one_line(line) for line in lines)]
+    if width is not None:
+        lines = [without_end(line, width) for line in lines]
+    return '\n'.join(lines)
 
 
 def _state_of(launch: LaunchState) -> str:

@@ -74,7 +74,7 @@ class WorkspaceSession:
             Trust(environment).check(
                 colcon.root, colcon.build_base, colcon.install_base
             )
-            self._find_packages()
+            self._packages = {p.name: p for p in colcon.packages()}
             if os.path.isfile(colcon.install_base / 'setup.bash'):
                 self._source_what_is_there()
         self._make_locator()
@@ -119,7 +119,7 @@ class WorkspaceSession:
         if self._colcon is None:
             raise WorkspaceError('there is no workspace to build in')
         names = self._colcon.select(paths, cwd)
-        self._find_packages()
+        self._packages = {p.name: p for p in self._colcon.packages()}
         self._make_locator()
         return names
 
@@ -208,9 +208,6 @@ class WorkspaceSession:
         if self._colcon is None:
             return None
         return self._colcon.install_base / 'setup.bash'
-
-    def _find_packages(self) -> None:
-        self._packages = {p.name: p for p in self.colcon.packages()}
 
     def _source_what_is_there(self) -> None:
         base = self.colcon.build_base
