@@ -55,8 +55,8 @@ def log_store_of(
     Return the log folders beside that of a launch, as the user wants them.
 
     :param folder: The folder of the launch
-    :param warn: Receives a line if the user's wish is no number or size; then there
-      is no answer, as nothing is to be deleted
+    :param warn: Receives a line if the user's wish is no number or size; then
+      None is returned, as nothing is to be deleted
     """
     text = environment.get(LOG_FOLDERS.name) or str(KEPT_LOG_FOLDERS)
     if text != _ALL and not (text.isascii() and text.isdigit()):
