@@ -154,17 +154,17 @@ def _time_limit(options: LaunchOptions) -> Iterator[None]:
 
     before = signal.signal(signal.SIGALRM, end)
     signal.setitimer(signal.ITIMER_REAL, seconds)
-    runs = False
     try:
         yield
     except (KeyboardInterrupt, SystemExit):
         if not is_late:
             raise
     finally:
-        runs = signal.getsignal(signal.SIGALRM) is not end
+        # the launch takes it away when it begins
+        is_late = is_late and signal.getsignal(signal.SIGALRM) is end
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)
-    if is_late and not runs:
+    if is_late:
         raise UserError(
             f'--timeout: the launch did not begin within {seconds:g} s'
         )

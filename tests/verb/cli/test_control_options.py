@@ -7,22 +7,22 @@ import argparse
 import re
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.verb.command_line import add_options
 from colcon_yamllaunch.verb.command_line import parse_launch_options
 from colcon_yamllaunch.verb.options import LaunchOptions
 import pytest
+from support import command_lines
+from support.command_lines import launch_options
 
 
-def known(line: str = '', **values: object) -> argparse.Namespace:
-    parser = argparse.ArgumentParser()
-    parser.add_argument('positionals', nargs=argparse.REMAINDER)
-    add_options(parser, 'launch')
-    read = parser.parse_args(line.split())
-    return argparse.Namespace(**{**vars(read), **values})
+def known(key: str, words: list[str], *options: str) -> argparse.Namespace:
+    """Return what colcon's parser leaves, with some words for an option."""
+    values = command_lines.known('launch', *options)
+    setattr(values, key, words)
+    return values
 
 
 def parsed(line: str) -> LaunchOptions:
-    return parse_launch_options(known(line))
+    return launch_options(*line.split())
 
 
 @pytest.mark.parametrize(
@@ -121,9 +121,9 @@ def test_an_option_that_does_not_exist_is_no_name(
 ) -> None:
     # colcon's parser takes them for names
     with pytest.raises(UserError, match=text):
-        parse_launch_options(known(**{asked: [word]}))
+        parse_launch_options(known(asked, [word]))
     with pytest.raises(UserError, match=r"--status --of '\*' means all"):
-        parse_launch_options(known(positionals=['--all'], status='text'))
+        parse_launch_options(known('positionals', ['--all'], '--status'))
 
 
 def test_prefix_options_win_over_launch_arguments() -> None:

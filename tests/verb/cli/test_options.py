@@ -3,15 +3,12 @@
 
 """Each option is described once, and all that is made from that knows it."""
 
-import argparse
 from pathlib import Path
 import re
 from typing import Any
 from typing import get_args
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.verb.command_line import add_options
-from colcon_yamllaunch.verb.command_line import parse_launch_options
 from colcon_yamllaunch.verb.command_line import refuse_unknown
 from colcon_yamllaunch.verb.completing import COMPLETERS
 from colcon_yamllaunch.verb.options import Completer
@@ -20,6 +17,7 @@ from colcon_yamllaunch.verb.options import Option
 from colcon_yamllaunch.verb.options import OPTIONS
 from colcon_yamllaunch.verb.options import Verb
 import pytest
+from support.command_lines import launch_options as parsed
 from support.user import User
 
 ROOT = Path(__file__).parents[3]
@@ -48,13 +46,6 @@ def written(option: Option[Any]) -> str:
     words = {'SECONDS': '1', 'SIZE': '1MB'}
     choices = option.choices or (words.get(option.value.name or '', 'x'),)
     return f'{option.name}={choices[0]}'
-
-
-def parsed(*words: str) -> LaunchOptions:
-    parser = argparse.ArgumentParser()
-    parser.add_argument('positionals', nargs=argparse.REMAINDER)
-    add_options(parser, 'launch')
-    return parse_launch_options(parser.parse_args(words))
 
 
 @pytest.mark.parametrize(('title', 'verb', 'option'), EVERY)

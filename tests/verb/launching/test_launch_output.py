@@ -3,14 +3,11 @@
 
 """Output and logs of `colcon launch`, from a user's side."""
 
-import argparse
 from pathlib import Path
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.verb.command_line import add_options
-from colcon_yamllaunch.verb.command_line import parse_launch_options
-from colcon_yamllaunch.verb.options import LaunchOptions
 import pytest
+from support.command_lines import launch_options
 from support.user import User
 
 SCRIPT = """\
@@ -31,13 +28,6 @@ def launch_file(user: User) -> str:
     text = 'launch:\n  - arg: {name: code, default: "0"}\n'
     user.write('demo.yaml', text + SCRIPT.partition('\n')[2])
     return 'demo.yaml'
-
-
-def options(*words: str) -> LaunchOptions:
-    parser = argparse.ArgumentParser()
-    parser.add_argument('positionals', nargs=argparse.REMAINDER)
-    add_options(parser, 'launch')
-    return parse_launch_options(parser.parse_args([*words, 'file.yaml']))
 
 
 def logs_of(user: User) -> list[Path]:
@@ -109,7 +99,8 @@ def test_what_is_no_size_is_an_error(user: User, launch_file: str) -> None:
 def test_sizes_are_written_as_for_coreutils(
     text: str, size: int | None
 ) -> None:
-    assert options('--log-limit', text).log_limit == size
+    options = launch_options('--log-limit', text, 'a.yaml')
+    assert options.log_limit == size
 
 
 @pytest.mark.parametrize(
@@ -117,7 +108,7 @@ def test_sizes_are_written_as_for_coreutils(
 )
 def test_other_sizes_are_refused(text: str) -> None:
     with pytest.raises(UserError, match='--log-limit'):
-        options(f'--log-limit={text}')
+        launch_options(f'--log-limit={text}', 'a.yaml')
 
 
 def test_a_first_failure_is_named_with_its_log(

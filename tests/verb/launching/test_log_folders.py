@@ -10,6 +10,7 @@ from colcon_yamllaunch.observers import log_store
 from colcon_yamllaunch.observers.log_files import LogFile
 from colcon_yamllaunch.observers.log_files import Quota
 from colcon_yamllaunch.observers.log_store import INDEX_NAME
+from colcon_yamllaunch.observers.log_store import LogStore
 from colcon_yamllaunch.verb.extensions import KEPT_LOG_FOLDERS
 from colcon_yamllaunch.verb.log_folders import locked
 from colcon_yamllaunch.verb.log_folders import log_store_of
@@ -18,6 +19,8 @@ from support.hostile import needs_other_user
 from support.hostile import OTHER_USER
 
 Make = Callable[..., Path]
+#: The launch that begins.
+NEWEST = 'launch_2026-01-02_00-00-00'
 
 
 @pytest.fixture
@@ -39,11 +42,22 @@ def name_of(number: int) -> str:
     return f'launch_2026-01-01_00-{number // 60:02}-{number % 60:02}'
 
 
+def store_of(
+    folder: Path, kept: str | None = None, total: str | None = None
+) -> LogStore:
+    variables = {
+        'COLCON_LAUNCH_LOG_FOLDERS': kept,
+        'COLCON_LAUNCH_LOG_TOTAL': total,
+    }
+    given = {n: v for n, v in variables.items() if v is not None}
+    store = log_store_of(folder, given, pytest.fail)
+    assert store is not None
+    return store
+
+
 def pruned(folder: Path, kept: str | None) -> list[str]:
     """Prune, and return what is left."""
-    variables = {} if kept is None else {'COLCON_LAUNCH_LOG_FOLDERS': kept}
-    store = log_store_of(folder, variables, pytest.fail)
-    assert store is not None
+    store = store_of(folder, kept)
     while store.tidy():
         continue
     return sorted(p.name for p in folder.parent.iterdir() if p.is_dir())
@@ -53,16 +67,16 @@ def test_the_oldest_launches_lose_their_folder(make: Make) -> None:
     names = [name_of(n) for n in range(5)]
     for name in names:
         make(name)
-    assert pruned(make('launch_2026-01-02_00-00-00'), '2') == [
+    assert pruned(make(NEWEST), '2') == [
         *names[-2:],
-        'launch_2026-01-02_00-00-00',
+        NEWEST,
     ]
 
 
 def test_by_default_many_are_kept(make: Make) -> None:
     for number in range(KEPT_LOG_FOLDERS + 3):
         make(name_of(number))
-    left = pruned(make('launch_2026-01-02_00-00-00'), None)
+    left = pruned(make(NEWEST), None)
     assert len(left) == KEPT_LOG_FOLDERS + 1
     assert name_of(2) not in left
     assert name_of(3) in left
@@ -72,7 +86,7 @@ def test_by_default_many_are_kept(make: Make) -> None:
 def test_few_are_kept_all(make: Make, kept: str) -> None:
     for number in range(98):
         make(name_of(number))
-    assert len(pruned(make('launch_2026-01-02_00-00-00'), kept)) == 99
+    assert len(pruned(make(NEWEST), kept)) == 99
 
 
 def test_nothing_else_is_deleted(make: Make, tmp_path: Path) -> None:
@@ -92,7 +106,7 @@ def test_nothing_else_is_deleted(make: Make, tmp_path: Path) -> None:
     (tmp_path / 'launch_2026-01-01_00-00-03').mkdir()
     (tmp_path / 'launch_2026-01-01_00-00-03' / 'notes').touch()
     before = sorted(p.name for p in tmp_path.iterdir() if p.is_dir())
-    folder = make('launch_2026-01-02_00-00-00')
+    folder = make(NEWEST)
     assert pruned(folder, '0') == sorted([*before, folder.name])
     assert (target / 'launch.log').exists()
     assert (tmp_path / 'launch_2026-01-01_00-00-02').exists()
@@ -103,7 +117,7 @@ def test_nothing_else_is_deleted(make: Make, tmp_path: Path) -> None:
 def test_the_folder_of_another_user_stays(make: Make) -> None:
     other = make(name_of(0))
     os.chown(other, OTHER_USER, OTHER_USER)
-    folder = make('launch_2026-01-02_00-00-00')
+    folder = make(NEWEST)
     assert pruned(folder, '0') == [other.name, folder.name]
 
 
@@ -116,7 +130,7 @@ def test_links_in_a_folder_are_not_followed(
     (treasure / 'coin').touch()
     old = make(name_of(0))
     (old / 'node-1' / 'link').symlink_to(treasure)
-    assert old.name not in pruned(make('launch_2026-01-02_00-00-00'), '0')
+    assert old.name not in pruned(make(NEWEST), '0')
     assert (treasure / 'coin').exists()
 
 
@@ -149,12 +163,10 @@ def full_of(folder: Path, size: int) -> Path:
 def test_all_folders_together_keep_to_a_limit(make: Make) -> None:
     for number in range(10):
         full_of(make(name_of(number)), 1_000_000)
-    folder = make('launch_2026-01-02_00-00-00')
+    folder = make(NEWEST)
     running = folder.with_name(name_of(0))
-    variables = {'COLCON_LAUNCH_LOG_TOTAL': '5MB'}
     with locked(running):
-        store = log_store_of(folder, variables, pytest.fail)
-        assert store is not None
+        store = store_of(folder, total='5MB')
         assert store.allowed(0, 10_000) >= 10_000
         left = sorted(p.name for p in folder.parent.iterdir() if p.is_dir())
         assert left == [
@@ -171,10 +183,8 @@ def test_all_folders_together_keep_to_a_limit(make: Make) -> None:
 @pytest.mark.hostile
 def test_what_nodes_write_beside_counts(make: Make) -> None:
     full_of(make(name_of(0)), 1_000_000)
-    folder = full_of(make('launch_2026-01-02_00-00-00'), 4_500_000)
-    variables = {'COLCON_LAUNCH_LOG_TOTAL': '8MB'}
-    store = log_store_of(folder, variables, pytest.fail)
-    assert store is not None
+    folder = full_of(make(NEWEST), 4_500_000)
+    store = store_of(folder, total='8MB')
     assert store.allowed(0, 3_000_000) == 3_500_000
     assert not (folder.parent / name_of(0)).exists()
 
@@ -185,10 +195,8 @@ def test_a_launch_that_writes_much_keeps_to_the_limit_of_all(
 ) -> None:
     for number in range(10):
         full_of(make(name_of(number)), 1_000_000)
-    folder = make('launch_2026-01-02_00-00-00')
-    variables = {'COLCON_LAUNCH_LOG_TOTAL': '12MB'}
-    store = log_store_of(folder, variables, pytest.fail)
-    assert store is not None
+    folder = make(NEWEST)
+    store = store_of(folder, total='12MB')
     told: list[str] = []
     quota = Quota(None, 1, told.append, store.allowed)
     file = LogFile(folder / 'launch.log', quota)
@@ -209,9 +217,8 @@ def test_a_full_disk_costs_old_logs_no_more_than_the_new_ones_take(
 ) -> None:
     for number in range(5):
         full_of(make(name_of(number)), 1_000_000)
-    folder = make('launch_2026-01-02_00-00-00')
-    store = log_store_of(folder, {}, pytest.fail)
-    assert store is not None
+    folder = make(NEWEST)
+    store = store_of(folder)
     free = 50_000_000
 
     def statvfs(_: object) -> SimpleNamespace:
@@ -231,7 +238,7 @@ def test_many_folders_are_measured_once(
 ) -> None:
     for number in range(20):
         full_of(make(name_of(number)), 1000)
-    pruned(make('launch_2026-01-02_00-00-00'), None)
+    pruned(make(NEWEST), None)
     folder = make('launch_2026-01-02_00-00-01')
     measured: list[Path] = []
 
@@ -242,7 +249,7 @@ def test_many_folders_are_measured_once(
     monkeypatch.setattr(log_store, '_size_of', size_of)
     pruned(folder, None)
     # the launch before this one has ended since
-    assert [p.name for p in measured] == ['launch_2026-01-02_00-00-00']
+    assert [p.name for p in measured] == [NEWEST]
 
 
 def test_the_latest_stays(make: Make, tmp_path: Path) -> None:
@@ -250,14 +257,14 @@ def test_the_latest_stays(make: Make, tmp_path: Path) -> None:
         make(name_of(number))
     (tmp_path / 'latest_launch').symlink_to(name_of(0))
     (tmp_path / 'latest').symlink_to(name_of(1))
-    assert name_of(0) in pruned(make('launch_2026-01-02_00-00-00'), '0')
+    assert name_of(0) in pruned(make(NEWEST), '0')
     assert (tmp_path / name_of(1)).exists()
     assert not (tmp_path / name_of(2)).exists()
 
 
 def test_a_launch_that_runs_keeps_its_folder(make: Make) -> None:
     old, older = make(name_of(1)), make(name_of(0))
-    folder = make('launch_2026-01-02_00-00-00')
+    folder = make(NEWEST)
     with locked(old):
         assert pruned(folder, '0') == [old.name, folder.name]
     assert pruned(folder, '0') == [folder.name]
@@ -268,7 +275,7 @@ def test_launches_of_one_second_are_ordered_by_number(make: Make) -> None:
     names = [name_of(0), *(f'{name_of(0)}_{n}' for n in range(2, 12))]
     for name in names:
         make(name)
-    left = pruned(make('launch_2026-01-02_00-00-00'), '2')
+    left = pruned(make(NEWEST), '2')
     assert left[:-1] == [f'{name_of(0)}_10', f'{name_of(0)}_11']
 
 
@@ -276,40 +283,35 @@ def test_looks_do_not_push_launches_out(make: Make) -> None:
     make(name_of(0))
     for number in range(1, 9):
         make(name_of(number), ran=False)
-    assert pruned(make('launch_2026-01-02_00-00-00'), '1') == [
+    assert pruned(make(NEWEST), '1') == [
         name_of(0),
         name_of(8),
-        'launch_2026-01-02_00-00-00',
+        NEWEST,
     ]
 
 
-@pytest.mark.parametrize('kept', ['-1', 'many', '1.5', '²'])
-def test_without_a_number_nothing_is_deleted(make: Make, kept: str) -> None:
+@pytest.mark.parametrize(
+    ('variable', 'text'),
+    [
+        *(('FOLDERS', text) for text in ('-1', 'many', '1.5', '²')),
+        *(('TOTAL', text) for text in ('much', '1kB', '-1MB')),
+    ],
+)
+def test_without_a_number_or_size_nothing_is_deleted(
+    make: Make, variable: str, text: str
+) -> None:
     make(name_of(0))
-    folder = make('launch_2026-01-02_00-00-00')
-    told: list[str] = []
-    variables = {'COLCON_LAUNCH_LOG_FOLDERS': kept}
-    assert log_store_of(folder, variables, told.append) is None
-    (text,) = told
-    assert f"not '{kept}'" in text
-
-
-@pytest.mark.parametrize('total', ['much', '1kB', '-1MB'])
-def test_without_a_size_nothing_is_deleted(make: Make, total: str) -> None:
-    told: list[str] = []
-    variables = {'COLCON_LAUNCH_LOG_TOTAL': total}
-    folder = make('launch_2026-01-02_00-00-00')
-    assert log_store_of(folder, variables, told.append) is None
-    (text,) = told
-    assert total in text
+    warnings: list[str] = []
+    variables = {f'COLCON_LAUNCH_LOG_{variable}': text}
+    assert log_store_of(make(NEWEST), variables, warnings.append) is None
+    (warning,) = warnings
+    assert f"not '{text}'" in warning
 
 
 def test_without_a_limit_of_all_nothing_is_deleted_for_it(make: Make) -> None:
     full_of(make(name_of(0)), 1000)
-    folder = make('launch_2026-01-02_00-00-00')
-    variables = {'COLCON_LAUNCH_LOG_TOTAL': 'none'}
-    store = log_store_of(folder, variables, pytest.fail)
-    assert store is not None
+    folder = make(NEWEST)
+    store = store_of(folder, total='none')
     assert store.allowed(0, 10**15) >= 10**15
     assert (folder.parent / name_of(0)).exists()
 

@@ -3,14 +3,11 @@
 
 """One clear error for each mistake, before anything is built or run."""
 
-import argparse
 import re
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.verb.command_line import add_options
-from colcon_yamllaunch.verb.command_line import parse_sweep_options
-from colcon_yamllaunch.verb.options import SweepOptions
 import pytest
+from support.command_lines import sweep_options as parsed
 from support.user import User
 
 SIM = """\
@@ -19,13 +16,6 @@ launch:
   - arg: {name: speed, default: '1'}
   - executable: {cmd: touch ran}
 """
-
-
-def parsed(*words: str) -> SweepOptions:
-    parser = argparse.ArgumentParser()
-    parser.add_argument('positionals', nargs=argparse.REMAINDER)
-    add_options(parser, 'sweep')
-    return parse_sweep_options(parser.parse_args(words))
 
 
 def test_options_anywhere() -> None:
