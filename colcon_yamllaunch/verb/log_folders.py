@@ -12,11 +12,11 @@ import os
 from pathlib import Path
 import time
 from typing import Any
+from typing import TYPE_CHECKING
 
 from colcon_core.location import get_log_path
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.observers.log_files import lock_folder
-from colcon_yamllaunch.observers.log_store import LogStore
 from colcon_yamllaunch.verb.command_line import request_of
 from colcon_yamllaunch.verb.command_line import split_line
 from colcon_yamllaunch.verb.extensions import ALL_LOGS_LIMIT
@@ -27,6 +27,9 @@ from colcon_yamllaunch.verb.messages import say
 from colcon_yamllaunch.verb.options import read_size
 from colcon_yamllaunch.verb.target import find_workspace
 from colcon_yamllaunch.workspace.packages.workspace_root import UntrustedError
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.observers.log_store import LogStore
 
 _ALL = 'all'
 
@@ -50,7 +53,7 @@ def log_store_of(
     folder: Path,
     environment: Mapping[str, str],
     warn: Callable[[str], None],
-) -> LogStore | None:
+) -> 'LogStore | None':
     """
     Return the log folders beside that of a launch, as the user wants them.
 
@@ -73,6 +76,9 @@ def log_store_of(
         except UserError as e:
             warn(f'colcon launch: {e}: no log folder is deleted')
             return None
+    # a launch may have no logs
+    from colcon_yamllaunch.observers.log_store import LogStore
+
     return LogStore(folder, kept, limit)
 
 

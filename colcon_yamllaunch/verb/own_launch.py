@@ -13,6 +13,7 @@ from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Mapping
 from contextlib import suppress
+import math
 import os
 import signal
 import sys
@@ -166,7 +167,9 @@ class _Child:
         while self._code is None:
             pid, status = os.waitpid(self.pid, os.WNOHANG)
             if pid:
-                self._note_end(status)
+                code = os.waitstatus_to_exitcode(status)
+                self.was_killed = code < 0
+                self._code = _SIGNALLED - code if self.was_killed else code
             elif time.monotonic() >= deadline:
                 return False
             else:
@@ -180,15 +183,9 @@ class _Child:
 
     def wait(self) -> int:
         """Return its exit code."""
-        if self._code is None:
-            self._note_end(os.waitpid(self.pid, 0)[1])
+        self.has_ended(math.inf)
         assert self._code is not None
         return self._code
-
-    def _note_end(self, status: int) -> None:
-        code = os.waitstatus_to_exitcode(status)
-        self.was_killed = code < 0
-        self._code = _SIGNALLED - code if self.was_killed else code
 
 
 def _run(launch: Callable[[Background], int], background: Background) -> None:
