@@ -8,7 +8,6 @@ from contextlib import suppress
 import os
 import select
 import signal
-import sys
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.suggestions import listing
@@ -41,15 +40,11 @@ def need_terminal() -> int:
 
     :raises UserError: when there is none
     """
-    try:
-        descriptor = sys.stdin.fileno()
-    except (AttributeError, OSError, ValueError):
-        descriptor = -1
-    if descriptor == -1 or not os.isatty(descriptor):
+    if not os.isatty(0):
         raise UserError(
             '--attach needs a keyboard, but standard input is no terminal'
         )
-    return descriptor
+    return 0
 
 
 def with_terminal(plan: Plan, name: str) -> tuple[Plan, str]:

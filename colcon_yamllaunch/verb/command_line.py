@@ -398,13 +398,13 @@ def _refuse_unclear(options: LaunchOptions) -> None:
     elif not (options.positionals or options.schema or options.checks_all):
         refuse_paths_alone(options)
         # most command lines name something
+        from colcon_yamllaunch.verb.target import find_workspace
         from colcon_yamllaunch.verb.target import launch_commands
-        from colcon_yamllaunch.verb.target import workspace_root
         from colcon_yamllaunch.workspace.colcon.package_scan import (
             scan_packages,
         )
 
-        root = workspace_root(options.workspace, ())
+        root = find_workspace(options.workspace, ())
         raise UserError(
             'there is nothing to launch',
             'usage: colcon launch PKG FILE, or '

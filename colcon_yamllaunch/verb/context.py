@@ -26,10 +26,10 @@ from colcon_yamllaunch.verb.messages import say
 from colcon_yamllaunch.verb.messages import say_line
 from colcon_yamllaunch.verb.messages import show
 from colcon_yamllaunch.verb.options import LaunchOptions
+from colcon_yamllaunch.verb.target import find_workspace
 from colcon_yamllaunch.verb.target import package_target
 from colcon_yamllaunch.verb.target import path_target
 from colcon_yamllaunch.verb.target import Target
-from colcon_yamllaunch.verb.target import workspace_root
 from colcon_yamllaunch.verb.workspace_session import LaunchPackages
 from colcon_yamllaunch.verb.workspace_session import WorkspaceSession
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
@@ -93,7 +93,7 @@ class LaunchContext:
         quiet = _print_nothing if options.quiet else say_line
         #: The workspace, as far as it has been built and sourced.
         self.workspace = WorkspaceSession(
-            workspace_root(
+            find_workspace(
                 options.workspace,
                 options.positionals,
                 builds=options.build_all or bool(options.paths),
@@ -101,7 +101,7 @@ class LaunchContext:
             options.build_args,
             environment,
             announce or quiet,
-            ' '.join(['colcon launch', *options.positionals]),
+            f'colcon launch {options.title}',
             runs=options.runs,
         )
         #: What was evaluated last, and the packages that are needed for it.
@@ -225,11 +225,10 @@ class LaunchContext:
 
         :raises UserError: when there is no such launch file
         """
-        plan = self.options.from_plan
+        title, plan = self.options.title, self.options.from_plan
         if plan is not None:
-            return About(str(plan), None, str(self.cwd / plan), str(self.cwd))
+            return About(title, None, str(self.cwd / plan), str(self.cwd))
         target = self.target()
-        title = ' '.join(self.options.positionals)
         return About(title, target.package, target.path, str(self.cwd))
 
     @property

@@ -30,7 +30,6 @@ from colcon_yamllaunch.verb.target import find_workspace
 from colcon_yamllaunch.workspace.colcon.package_scan import scan_packages
 from colcon_yamllaunch.workspace.create import added_node
 from colcon_yamllaunch.workspace.create import new_package
-from colcon_yamllaunch.workspace.create import package_name
 from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 from colcon_yamllaunch.workspace.packages.workspace_root import find_root
@@ -119,7 +118,7 @@ def _add_node(
             'make a package for it',
         )
     node = node.removesuffix('.py').removesuffix('.cpp')
-    package_name.check_node_name(node, build_type, is_cpp)
+    new_package.check_node_name(node, build_type, is_cpp)
     added = added_node.AddedNode(package, node, is_cpp)
     made, *changed = added_node.add_node(added)
     missing = _missing_ros(is_cpp, locator, environment)
@@ -176,8 +175,8 @@ def _new_package(
     :param email: The address of the maintainer
     :raises UserError: when something cannot be
     """
-    package_name.check_package_name(options.package, options.build_type)
-    node = options.node or package_name.default_node_name(options.package)
+    new_package.check_package_name(options.package, options.build_type)
+    node = options.node or new_package.default_node_name(options.package)
     is_cpp = node.endswith('.cpp')
     if is_cpp and options.build_type == 'ament_python':
         raise UserError(
@@ -187,7 +186,7 @@ def _new_package(
             'without ROS',
         )
     node = node.removesuffix('.py').removesuffix('.cpp')
-    package_name.check_node_name(node, options.build_type, is_cpp)
+    new_package.check_node_name(node, options.build_type, is_cpp)
     return new_package.NewPackage(
         name=options.package,
         build_type=options.build_type,
@@ -309,9 +308,9 @@ def _warnings(
     options: CreateOptions,
     environment: Mapping[str, str],
 ) -> Iterator[str]:
-    disliked = list(package_name.dislikes(package.name))
+    disliked = list(new_package.dislikes(package.name))
     if disliked:
-        advised = package_name.advised_name(package.name)
+        advised = new_package.advised_name(package.name)
         hint = f', such as {advised}' if advised != package.name else ''
         yield (
             f"the name '{package.name}' works, but REP 144 asks for "

@@ -64,12 +64,14 @@ def doubled_nodes(
     alive = [p for p in other.processes if p.phase != 'ended']
     found = []
     for process in plan.processes():
-        for state in alive:
-            if _is_same_node(process, state, file == other.file) and _domain(
-                process, environment
-            ) == _domain_of(state, other):
-                found.append(process.node_name or process.label)
-                break
+        own = {**environment, **dict(process.environment)}
+        domain = own.get(_DOMAIN) or '0'
+        if any(
+            _is_same_node(process, state, file == other.file)
+            and _domain_of(state, other) == domain
+            for state in alive
+        ):
+            found.append(process.node_name or process.label)
     return list(dict.fromkeys(found))
 
 
@@ -92,29 +94,21 @@ def _is_same_node(
 ) -> bool:
     if process.node_name is not None:
         return process.node_name == state.node
+    pid = state.local_pid
     # what belongs to no package is no node
     return (
         is_same_file
         and process.package is not None
         and process.package == state.package
         and os.path.basename(str(process.argv[0])) == state.executable
-        and _namespaces(process.argv) == _namespaces_of(state)
+        and _namespaces(process.argv)
+        == _namespaces(() if pid is None else arguments_of(pid))
     )
 
 
 def _namespaces(arguments: Iterable[object]) -> list[str]:
-    words = filter(None, (a for a in arguments if isinstance(a, str)))
+    words = (a for a in arguments if isinstance(a, str))
     return [word for word in words if word.startswith(_NAMESPACE)]
-
-
-def _namespaces_of(state: ProcessState) -> list[str]:
-    pid = state.local_pid
-    return [] if pid is None else _namespaces(arguments_of(pid))
-
-
-def _domain(process: Process, environment: Mapping[str, str]) -> str:
-    own = dict(process.environment).get(_DOMAIN, environment.get(_DOMAIN))
-    return own or '0'
 
 
 def _domain_of(state: ProcessState, launch: LaunchState) -> str:

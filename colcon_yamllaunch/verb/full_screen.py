@@ -64,7 +64,7 @@ def need_screen(environment: Mapping[str, str]) -> None:
     """
     if importlib.util.find_spec('textual') is None:
         raise UserError(MISSING)
-    if not (_is_terminal(0) and _is_terminal(1)):
+    if not (os.isatty(0) and os.isatty(1)):
         raise UserError(
             '--ui needs a terminal, but standard input or output is none; '
             '--status and --logs do without'
@@ -254,13 +254,6 @@ def _ended_by_signals(
         signal.setitimer(signal.ITIMER_REAL, 0)
         for number, handler in before.items():
             signal.signal(number, handler)
-
-
-def _is_terminal(descriptor: int) -> bool:
-    try:
-        return os.isatty(descriptor)
-    except OSError:
-        return False
 
 
 # ends what the library begins: keys of the kitty protocol, the mouse, pastes

@@ -9,16 +9,15 @@ from collections.abc import Iterator
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.language import reports
 from colcon_yamllaunch.language.actions.parameter_files import parameters_of
 from colcon_yamllaunch.language.evaluation.findings import Checked
 from colcon_yamllaunch.language.evaluation.findings import together
 from colcon_yamllaunch.language.policies.check import check
 from colcon_yamllaunch.language.policies.check import find_declarations
 from colcon_yamllaunch.language.policies.evaluate import evaluate
-from colcon_yamllaunch.language.reports import reports
 from colcon_yamllaunch.language.reports import show_arguments
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
@@ -45,9 +44,6 @@ from colcon_yamllaunch.workspace.packages.launch_files import (
     checkable_launch_files,
 )
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
-
-if TYPE_CHECKING:
-    from colcon_yamllaunch.remote.deployment.deployment import Deployment
 
 #: The format of a plan that can be run without colcon.
 SCRIPT = 'sh'
@@ -97,9 +93,10 @@ def _check(context: LaunchContext, form: str) -> int:
         )
         for target in targets
     )
+    problems: list[Diagnostic] = []
     placement = None
     if not options.checks_all and not checked.errors:
-        placement = _placement_of_check(context)
+        problems, placement = _check_placement(context)
     owners = filter(None, (locator.package_of(t.path) for t in targets))
     used = {*checked.packages, *(owner.name for owner in owners)}
     found = (
@@ -110,46 +107,44 @@ def _check(context: LaunchContext, form: str) -> int:
         *_invalid_manifests(sorted(used), locator),
         *undeclared_packages(checked.packages, locator),
         *_undeclared_imports(checked.packages, locator),
-        *(() if placement is None else placement.problems),
+        *problems,
     )
     checked = replace(checked, diagnostics=found)
     _show(form, _CHECK_FORMATS[form](checked, str(context.cwd)))
     if placement is not None and form == TEXT:
-        show(placement.text)
+        show(placement)
     return 1 if checked.errors else 0
 
 
-def _placement_of_check(context: LaunchContext) -> '_Placement | None':
-    """Return what runs where, as far as that is known without running."""
-    if context.deployment is None:
-        return None
+def _check_placement(
+    context: LaunchContext,
+) -> tuple[list[Diagnostic], str | None]:
+    """
+    Check what runs where, as far as that is known without running.
+
+    Return what is wrong, and the text that shows it, if it is known.
+    """
+    deployment = context.deployment
+    if deployment is None:
+        return [], None
+    from colcon_yamllaunch.remote.deployment import placement
+
     request = context.request()
     evaluation = evaluate(request, runs=False)
     # an argument that has no default is no error of a check
     if evaluation.errors:
-        return None
-    placement = _Placement(context.deployment, evaluation.plan)
+        return [], None
+    placed = placement.place(evaluation.plan, deployment)
     missing = missing_programs(
-        placement.placed.local.processes(),
+        placed.local.processes(),
         evaluation.programs,
         context.locator,
         request.environment,
         'error',
     )
-    placement.problems += tuple(missing)
-    return placement
-
-
-class _Placement:
-    """What runs where, and what is wrong with that."""
-
-    def __init__(self, deployment: 'Deployment', plan: Plan) -> None:
-        # most launches run here
-        from colcon_yamllaunch.remote.deployment import placement
-
-        self.placed = placement.place(plan, deployment)
-        self.problems = tuple(placement.rules_in_vain(plan, deployment))
-        self.text = placement.placement_to_text(self.placed, deployment)
+    in_vain = placement.rules_in_vain(evaluation.plan, deployment)
+    text = placement.placement_to_text(placed, deployment)
+    return [*in_vain, *missing], text
 
 
 def _launch_files(locator: PackageLocator) -> list[Target]:
@@ -259,16 +254,19 @@ def _plan(context: LaunchContext, form: str) -> int:
     plan, text = evaluation.plan, ''
     if form == SCRIPT:
         _refuse_script(plan, context.cwd)
-    problems: tuple[Diagnostic, ...] = ()
+    problems: Iterable[Diagnostic] = ()
     local = plan
     parts: Iterable[str] = ()
     machines: Mapping[str, str] = {}
     if context.deployment is not None:
-        placement = _Placement(context.deployment, plan)
-        placed, problems = placement.placed, placement.problems
+        # most launches run here
+        from colcon_yamllaunch.remote.deployment import placement
+
+        placed = placement.place(plan, context.deployment)
+        problems = placement.rules_in_vain(plan, context.deployment)
+        text = placement.placement_to_text(placed, context.deployment) + '\n\n'
         plan, local = placed.whole, placed.local
         parts, machines = placed.parts, placed.machines
-        text = f'{placement.text}\n\n'
     context.report(
         missing_programs(
             local.processes(),

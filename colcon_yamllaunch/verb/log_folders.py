@@ -26,7 +26,6 @@ from colcon_yamllaunch.verb.extensions import LOG_TOTAL
 from colcon_yamllaunch.verb.messages import say
 from colcon_yamllaunch.verb.options import read_size
 from colcon_yamllaunch.verb.target import find_workspace
-from colcon_yamllaunch.workspace.packages.workspace_root import UntrustedError
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.observers.log_store import LogStore
@@ -159,8 +158,8 @@ def default_log_base(known: Any) -> Path | None:
             [word for word in positionals if not word.startswith('-')],
             builds=values.build_all or values.paths is not None,
         )
-    except UntrustedError:
-        # the verb says so; its log folder is not to be written to either
+    except UserError:
+        # the verb says so; who is not trusted gets no logs either
         return None
     return None if root is None else root / 'log'
 

@@ -575,9 +575,7 @@ class Machines:
             build_arguments=colcon.build_arguments,
             settings=colcon.common_settings,
             environment=session.environment,
-            title=' '.join(
-                ['colcon launch', *self._context.options.positionals]
-            ),
+            title=f'colcon launch {self._context.options.title}',
         )
 
     @property

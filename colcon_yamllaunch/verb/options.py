@@ -882,7 +882,9 @@ class LaunchOptions(
     @property
     def title_words(self) -> tuple[str, ...]:
         """What is launched, as the user calls it."""
-        return self.positionals or (str(self.from_plan),)
+        if self.from_plan is not None:
+            return (str(self.from_plan),)
+        return self.positionals
 
     @property
     def title(self) -> str:

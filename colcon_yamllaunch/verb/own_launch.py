@@ -205,9 +205,9 @@ def _run(launch: Callable[[Background], int], background: Background) -> None:
 def _show(child: _Child, environment: Mapping[str, str]) -> int | None:
     """Show the launch once it runs; return the signal that ended that."""
     # meanwhile, as it takes long to import
-    from colcon_yamllaunch.terminal.full_screen import launch_app
+    from colcon_yamllaunch.terminal.full_screen import launch_screen
 
-    del launch_app
+    del launch_screen
     if not child.begins():
         return None
     deadline = time.monotonic() + _TIMEOUT

@@ -26,8 +26,8 @@ from colcon_yamllaunch.verb.messages import say
 from colcon_yamllaunch.verb.messages import say_line
 from colcon_yamllaunch.verb.messages import show_versions
 from colcon_yamllaunch.verb.options import RunOptions
+from colcon_yamllaunch.verb.target import find_workspace
 from colcon_yamllaunch.verb.target import unknown_package
-from colcon_yamllaunch.verb.target import workspace_root
 from colcon_yamllaunch.verb.workspace_session import WorkspaceSession
 from colcon_yamllaunch.workspace.packages import missing_files
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
@@ -46,7 +46,7 @@ def main(known: Any, environment: Mapping[str, str]) -> int:
     package, executable = options.package, options.executable
     with _program_streams_replaced():
         workspace = WorkspaceSession(
-            workspace_root(options.workspace, []),
+            find_workspace(options.workspace, []),
             options.build_args,
             environment,
             say_line,

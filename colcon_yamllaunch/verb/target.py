@@ -66,14 +66,18 @@ def find_workspace(
     :param given: The value of `--workspace`, if given
     :param positionals: Words, the path of a launch file maybe among them
     :param builds: Whether the user asks for a build, whatever is launched
-    :raises UntrustedError: when it belongs to somebody else
+    :raises UserError: when the folder that is given does not exist, or what
+      is found belongs to somebody else
     """
     if given is not None:
-        return _trusted(Path(given).expanduser().absolute())
+        folder = Path(given).expanduser().absolute()
+        if not os.path.isdir(folder):
+            raise UserError(f"there is no workspace folder '{given}'")
+        return _trusted(folder)
     files = (Path(w) for w in positionals if w.endswith(PATH_SUFFIXES))
     file = next((f for f in files if os.path.isfile(f)), None)
     # the search takes long where there are many folders
-    searches = builds or file is None or _may_name_package(file)
+    searches = builds or file is None or bool(_PACKAGE.search(text_of(file)))
     cwd = Path.cwd()
     root = find_root(cwd, searches=searches)
     folder = cwd if file is None else file.absolute().parent
@@ -82,36 +86,14 @@ def find_workspace(
     if root is None and os.environ.get(WORKSPACE):
         folder = Path(os.environ[WORKSPACE]).expanduser()
         # what is relative would mean another one in each folder
-        return _trusted(folder) if folder.is_absolute() else None
+        if folder.is_absolute() and os.path.isdir(folder):
+            return _trusted(folder)
     return root
 
 
-def _may_name_package(file: Path) -> bool:
-    return _PACKAGE.search(text_of(file)) is not None
-
-
-def _trusted(folder: Path) -> Path | None:
-    if not os.path.isdir(folder):
-        return None
+def _trusted(folder: Path) -> Path:
     Trust(os.environ).check(Path(os.path.realpath(folder)))
     return folder
-
-
-def workspace_root(
-    given: Path | None,
-    positionals: Iterable[str],
-    *,
-    builds: bool = False,
-) -> Path | None:
-    """
-    Return what :func:`find_workspace` finds.
-
-    :raises UserError: when the folder that is given does not exist, or what is
-      found belongs to somebody else
-    """
-    if given is not None and not os.path.isdir(given):
-        raise UserError(f"there is no workspace folder '{given}'")
-    return find_workspace(given, positionals, builds=builds)
 
 
 def launch_commands(locator: PackageLocator) -> str:

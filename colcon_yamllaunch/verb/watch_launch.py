@@ -33,7 +33,6 @@ from colcon_yamllaunch.verb.prepare import prepare
 from colcon_yamllaunch.watch import worker
 from colcon_yamllaunch.watch.change_loop import ChangeLoop
 from colcon_yamllaunch.watch.consequences import changed_products
-from colcon_yamllaunch.watch.dependencies import find_dependencies
 from colcon_yamllaunch.watch.python_syntax import source_error
 from colcon_yamllaunch.workspace.building.build_processes import BuildProcesses
 
@@ -123,7 +122,7 @@ def _described(
     workspace, machines = context.workspace, context.machines
     asked = job or worker.Job({}, {})
     assert context.evaluation is not None
-    dependencies = find_dependencies.find_dependencies(
+    dependencies = find_dependencies(
         plan,
         context.evaluation,
         None if workspace.root is None else workspace.colcon,
@@ -141,7 +140,7 @@ def _described(
     if workspace.root is not None:
         names = {p.name for p in dependencies.packages} | asked.built.keys()
         here = [name for name in names if MACHINE_SEPARATOR not in name]
-        built |= find_dependencies.build_products(workspace.colcon, here)
+        built |= build_products(workspace.colcon, here)
     packages = context.builds.names
     if machines is not None:
         built |= machines.records

@@ -104,9 +104,9 @@ class WorkspaceSession:
         """Return the manifests in the workspace that make no package."""
         if self._colcon is None:
             return ()
-        from colcon_yamllaunch.remote.sync import manifest
+        from colcon_yamllaunch.workspace.packages import package
 
-        return manifest.broken_manifests(
+        return package.broken_manifests(
             self._colcon.base_paths(), self._packages.values()
         )
 
@@ -136,7 +136,6 @@ class WorkspaceSession:
         :raises WorkspaceError: when an underlay's script fails
         """
         from colcon_yamllaunch.workspace.environment import sourcing
-        from colcon_yamllaunch.workspace.environment import underlays
 
         source: Callable[[Path, Mapping[str, str]], Environment]
         source = sourcing.source
@@ -146,8 +145,8 @@ class WorkspaceSession:
                 described_environment,
             )
 
-            source = described_environment.described_environment
-        build = underlays.build_environment(
+            source = described_environment
+        build = sourcing.build_environment(
             self._user_environment, self.colcon.install_base, source
         )
         known = self._sourced.notes
@@ -253,10 +252,10 @@ class WorkspaceSession:
 
         :raises WorkspaceError: when one of them is such a package
         """
-        from colcon_yamllaunch.remote.sync import manifest
+        from colcon_yamllaunch.workspace.packages import package
 
         for name in sorted(self.package_names.intersection(names)):
-            reason = manifest.invalid_manifest(self._packages[name])
+            reason = package.invalid_manifest(self._packages[name])
             if reason is not None:
                 raise WorkspaceError(reason)
 

@@ -44,35 +44,12 @@ def test_script_is_not_executable(user: User) -> None:
     assert 'hello from one --ros-args' in user.launch('one', 'one')
 
 
-@pytest.mark.parametrize(
-    ('program', 'texts'),
-    [
-        (
-            'new.sh',
-            [
-                'install(PROGRAMS scripts/new.sh DESTINATION '
-                'lib/${PROJECT_NAME})'
-            ],
-        ),
-        ('hello', ["did you mean 'hello.sh'?"]),
-        (
-            'goodbye',
-            [
-                "error: one has no executable 'goodbye'\n",
-                '\n  help: it has hello.sh\n',
-            ],
-        ),
-    ],
-)
-def test_program_that_no_build_brings(
-    user: User, program: str, texts: list[str]
-) -> None:
-    user.package('one', NODE.replace('hello.sh', program))
-    if program == 'new.sh':
-        user.write('src/one/scripts/new.sh', '#!/bin/sh\n', 0o755)
+def test_script_is_not_installed(user: User) -> None:
+    user.package('one', NODE.replace('hello.sh', 'new.sh'))
+    user.write('src/one/scripts/new.sh', '#!/bin/sh\n', 0o755)
     output = user.launch('one', 'one', code=1)
-    for text in texts:
-        assert text in output
+    cure = 'install(PROGRAMS scripts/new.sh DESTINATION lib/${PROJECT_NAME})'
+    assert cure in output
     assert not (user.root / 'install').exists()
 
 
@@ -85,6 +62,19 @@ def test_script_that_may_be_installed_after_all(user: User) -> None:
         f'{cmake.read_text()}\nfile(GLOB SCRIPTS scripts/*)\n{rule}\n'
     )
     assert '] new\n' in user.launch('one', 'one')
+
+
+def test_program_without_its_extension(user: User) -> None:
+    user.package('one', NODE.replace('hello.sh', 'hello'))
+    output = user.launch('one', 'one', code=1)
+    assert "did you mean 'hello.sh'?" in output
+
+
+def test_unknown_program_lists_those_there_are(user: User) -> None:
+    user.package('one', NODE.replace('hello.sh', 'goodbye'))
+    output = user.launch('one', 'one', code=1)
+    assert "error: one has no executable 'goodbye'\n" in output
+    assert '\n  help: it has hello.sh\n' in output
 
 
 def test_launch_folder_is_not_installed(user: User) -> None:
