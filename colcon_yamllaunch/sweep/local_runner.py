@@ -16,11 +16,10 @@ them, as each fork makes both processes copy their memory.
 
 from collections import deque
 from collections.abc import Callable
-from collections.abc import Iterator
 from collections.abc import Mapping
 from collections.abc import Sequence
 from contextlib import closing
-from contextlib import contextmanager
+from contextlib import ExitStack
 from contextlib import suppress
 import gc
 import json
@@ -164,9 +163,18 @@ class LocalRunner:
         with (
             closing(self._domains),
             caught(STOPPING) as signals,
-            _most_files(),
-            _frozen_memory(),
+            ExitStack() as stack,
         ):
+            # each run has two descriptors here
+            most = self._file_limits[1]
+            resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
+            stack.callback(
+                resource.setrlimit, resource.RLIMIT_NOFILE, self._file_limits
+            )
+            # workers share all objects as long as nobody writes to them
+            gc.collect()
+            gc.freeze()
+            stack.callback(gc.unfreeze)
             self._loop.add_reader(signals, self._read_signals, signals)
             self._wake()
             try:
@@ -420,28 +428,6 @@ class LocalRunner:
             child.kill(signal.SIGTERM if child.is_launched else signal.SIGKILL)
         for child in self._children.copy():
             self._reap(child)
-
-
-@contextmanager
-def _most_files() -> Iterator[None]:
-    """Allow as many descriptors as possible; each run has two here."""
-    limits = resource.getrlimit(resource.RLIMIT_NOFILE)
-    resource.setrlimit(resource.RLIMIT_NOFILE, (limits[1], limits[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_NOFILE, limits)
-
-
-@contextmanager
-def _frozen_memory() -> Iterator[None]:
-    """Let workers share all objects as long as nobody writes to them."""
-    gc.collect()
-    gc.freeze()
-    try:
-        yield
-    finally:
-        gc.unfreeze()
 
 
 def _fork(action: Callable[[], int | None], output: int = -1) -> int:

@@ -23,7 +23,6 @@ from colcon_yamllaunch.sweep.reports import SweepReports
 from colcon_yamllaunch.sweep.results import Code
 from colcon_yamllaunch.sweep.results import ResultsFolder
 from colcon_yamllaunch.sweep.results import RunResult
-from colcon_yamllaunch.sweep.results import shown_path
 from colcon_yamllaunch.sweep.table import Run
 
 #: Seconds between two drawings of the line in a terminal.
@@ -132,7 +131,7 @@ class Progress:
         )
         logs = self._folder.run_folder(run.number)
         if logs.is_dir():
-            self._line(f'  logs: {shown_path(logs)}')
+            self._line(f'  logs: {self._folder.shown(logs)}')
 
     def interrupted(self, running: int, *, escalates: bool) -> None:
         """Show that the running runs are being stopped."""

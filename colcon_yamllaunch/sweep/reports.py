@@ -27,7 +27,6 @@ from colcon_yamllaunch.sweep.results import REPORT
 from colcon_yamllaunch.sweep.results import RESULTS
 from colcon_yamllaunch.sweep.results import ResultsFolder
 from colcon_yamllaunch.sweep.results import RunResult
-from colcon_yamllaunch.sweep.results import shown_path
 from colcon_yamllaunch.sweep.results import SweepDefinition
 from colcon_yamllaunch.sweep.results import versions_of
 from colcon_yamllaunch.sweep.table import RunTable
@@ -132,7 +131,7 @@ class SweepReports:
                 f'; that is {_percent(succeeded / total)}, and '
                 f'{_percent(required)} are required: {reached}'
             )
-        path = shown_path(self._folder.path / REPORT)
+        path = self._folder.shown(self._folder.path / REPORT)
         return [
             line,
             *self._version_warning(),

@@ -34,6 +34,7 @@ from colcon_yamllaunch.common.fingerprint import digest
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.json_files import read_json
 from colcon_yamllaunch.common.json_files import write_json
+from colcon_yamllaunch.plan.position import shown_path
 from colcon_yamllaunch.sweep.table import RunTable
 
 #: Exists in each folder of a sweep, and in no other.
@@ -211,6 +212,7 @@ class ResultsFolder:
     ) -> None:
         self.path = path
         self.definition = definition
+        self._cwd = os.getcwd()
         self._lock = -1
         try:
             self._open(say)
@@ -234,26 +236,16 @@ class ResultsFolder:
             raise self._unwritable(e) from e
         self._wait_for_lock(say)
         known = read_json(file)
-        if known is None:
-            if any(entry != file for entry in path.iterdir()):
-                raise UserError(
-                    f"--results: '{path}' has other files than the results of "
-                    'a sweep',
-                    'give a new or an empty folder',
-                )
-        elif self._is_unused():
-            # its command had a mistake, so it has no result
-            known = None
+        values = known if isinstance(known, dict) else {}
+        if known is None and any(entry != file for entry in path.iterdir()):
+            raise UserError(
+                f"--results: '{path}' has other files than the results of a "
+                'sweep',
+                'give a new or an empty folder',
+            )
+        if known is None or self._is_unused():
+            # the command of an unused one had a mistake
             shutil.rmtree(path / _RUNS, ignore_errors=True)
-        else:
-            values = known if isinstance(known, dict) else {'command': ''}
-            if values.get('fingerprint') != definition.fingerprint:
-                raise UserError(
-                    f"--results: '{path}' has the results of another sweep: "
-                    f'{values.get("command")}',
-                    'give another folder, or delete that one',
-                )
-        if known is None:
             write_json(
                 file,
                 {
@@ -261,6 +253,12 @@ class ResultsFolder:
                     'command': definition.command,
                     'fingerprint': definition.fingerprint,
                 },
+            )
+        elif values.get('fingerprint') != definition.fingerprint:
+            raise UserError(
+                f"--results: '{path}' has the results of another sweep: "
+                f'{values.get("command", "")}',
+                'give another folder, or delete that one',
             )
         if not file.is_file() or not os.access(path, os.W_OK | os.X_OK):
             raise self._unwritable(None)
@@ -314,6 +312,10 @@ class ResultsFolder:
     def run_folder(self, number: int) -> Path:
         """Return the folder for the logs of a run."""
         return self.path / _RUNS / f'{number:04}'
+
+    def shown(self, path: Path) -> str:
+        """Return a path as the user would write it."""
+        return shown_path(str(path), self._cwd)
 
     def clear(self, number: int) -> None:
         """Delete the files of an earlier try of a run."""
@@ -465,11 +467,3 @@ class SweepJournal:
             f'{self._path} cannot be written: {error.strerror or error}',
             'what it has is kept, and the same command goes on from there',
         )
-
-
-def shown_path(path: Path) -> str:
-    """Return `path` relative to the current folder, if it is below it."""
-    try:
-        return str(path.relative_to(Path.cwd()))
-    except (OSError, ValueError):
-        return str(path)

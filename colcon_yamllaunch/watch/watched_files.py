@@ -18,6 +18,7 @@ from typing import Literal
 from typing import NamedTuple
 
 from colcon_yamllaunch.common.fingerprint import Fingerprint
+from colcon_yamllaunch.common.fingerprint import fingerprint
 from colcon_yamllaunch.common.fingerprint import has_same_times
 from colcon_yamllaunch.common.fingerprint import TICK
 from colcon_yamllaunch.common.fingerprint import with_content
@@ -27,6 +28,8 @@ from colcon_yamllaunch.workspace.packages.package import is_skipped_folder
 
 #: Exists while git writes the work tree.
 _GIT_LOCK = 'index.lock'
+#: The size of a folder in its fingerprint.
+_FOLDER = -1
 #: What happened to a file; `mode` means that it became executable or is not
 #: any more, and `again` that it was rewritten with its former content.
 Kind = Literal['new', 'changed', 'deleted', 'mode', 'again']
@@ -66,14 +69,6 @@ class _File(NamedTuple):
 
     real: str
     fingerprint: Fingerprint
-
-
-class _Found(NamedTuple):
-    """A file that a scan found."""
-
-    name: str
-    real: str
-    status: os.stat_result
 
 
 class WatchedFiles:
@@ -122,7 +117,7 @@ class WatchedFiles:
         """
         found = []
         for name, real in self._watched(paths):
-            change = self._changed(name, real, _status(name))
+            change = self._changed(name, real, fingerprint(name))
             if change is not None:
                 found.append(change)
         return sorted(found, key=lambda change: change.path)
@@ -143,13 +138,11 @@ class WatchedFiles:
     def is_partly_written(self, path: str) -> bool:
         """Return whether a file seems to be being saved."""
         for name, _ in self._watched([path]):
-            before = self._known.get(name)
-            status = _status(name)
+            before, now = self._known.get(name), fingerprint(name)
             if before is None:
-                return status is not None and status.st_size == 0
-            return before.fingerprint.size > 0 and (
-                status is None or status.st_size == 0
-            )
+                return now is not None and now.size == 0
+            is_empty = now is None or now.size == 0
+            return before.fingerprint.size > 0 and is_empty
         return False
 
     def _watched(self, paths: Iterable[str]) -> Iterator[tuple[str, str]]:
@@ -171,15 +164,14 @@ class WatchedFiles:
         changes = []
         missing = set(self._known)
         # one by one, as thousands of them take memory
-        for name, real, status in self._scan():
+        for name, real, now in self._scan():
             is_new = name not in self._known
             missing.discard(name)
-            change = self._changed(name, real, status)
+            change = self._changed(name, real, now)
             if is_new and since is not None:
                 # the file may be old, as it was not watched before
-                written = max(status.st_mtime_ns, status.st_ctime_ns)
                 change = None
-                if written > since - TICK:
+                if max(now.mtime, now.ctime) > since - TICK:
                     change = Change('changed', name, real)
             if change is not None:
                 changes.append(change)
@@ -195,16 +187,15 @@ class WatchedFiles:
         )
 
     def _changed(
-        self, name: str, real: str, status: os.stat_result | None
+        self, name: str, real: str, now: Fingerprint | None
     ) -> Change | None:
         """Return the change of a file, and update its known state."""
         before = self._known.get(name)
-        if status is None or stat.S_ISDIR(status.st_mode):
+        if now is None or now.size == _FOLDER:
             if before is None:
                 return None
             del self._known[name]
             return Change('deleted', name, before.real)
-        now = Fingerprint.of(status)
         then = None if before is None else before.fingerprint
         if (
             then is not None
@@ -223,7 +214,8 @@ class WatchedFiles:
             self._rewritten.append(Change('again', name, real))
         return None
 
-    def _scan(self) -> Iterator[_Found]:
+    def _scan(self) -> Iterator[tuple[str, str, Fingerprint]]:
+        """Iterate over names, paths behind all links, and fingerprints."""
         self._names, self._single = {}, {}
         self._roots = set()
         for folder in self._folders:
@@ -232,9 +224,9 @@ class WatchedFiles:
         for name in self._files:
             real = os.path.realpath(name)
             self._single.setdefault(real, set()).add(name)
-            status = _status(name)
-            if status is not None and not stat.S_ISDIR(status.st_mode):
-                yield _Found(name, real, status)
+            now = fingerprint(name)
+            if now is not None and now.size != _FOLDER:
+                yield name, real, now
         self.watched_folders = frozenset(
             folder
             for folder in (
@@ -245,8 +237,8 @@ class WatchedFiles:
             if os.path.isdir(folder) and os.access(folder, os.R_OK)
         )
 
-    def _below(self, folder: str) -> Iterator[_Found]:
-        """Iterate over the files of a package."""
+    def _below(self, folder: str) -> Iterator[tuple[str, str, Fingerprint]]:
+        """Iterate over the files of a package, as :meth:`_scan` does."""
         pending = [(folder, os.path.realpath(folder))]
         seen: set[tuple[int, int]] = set()
         while pending:
@@ -271,7 +263,7 @@ class WatchedFiles:
                     if its_real == its_name:
                         # share one string
                         its_real = its_name
-                    yield _Found(its_name, its_real, status)
+                    yield its_name, its_real, Fingerprint.of(status)
 
 
 def _kind(then: Fingerprint | None, now: Fingerprint) -> Kind | None:
@@ -283,16 +275,6 @@ def _kind(then: Fingerprint | None, now: Fingerprint) -> Kind | None:
     ):
         return 'changed'
     return 'mode' if then.executable != now.executable else None
-
-
-def _status(path: str) -> os.stat_result | None:
-    try:
-        return os.stat(path)
-    except OSError:
-        try:
-            return os.lstat(path)
-        except OSError:
-            return None
 
 
 def _git_lock(folder: str) -> str:
