@@ -6,11 +6,8 @@
 from collections.abc import Callable
 import os
 from pathlib import Path
-import signal
 import socket
-import time
 
-from colcon_yamllaunch.common.prctl import end_with_parent
 from colcon_yamllaunch.sweep.isolation import DOMAIN_IDS
 from colcon_yamllaunch.sweep.isolation import DomainIds
 from colcon_yamllaunch.sweep.isolation import enter_own_network
@@ -68,27 +65,6 @@ def test_a_process_can_enter_its_own_network() -> None:
         assert in_child(look).split()[0] == 'lo'
     # neither is what is shared there seen here
     assert not Path('/dev/shm/colcon-sweep-test').exists()
-
-
-def test_a_process_ends_with_its_parent() -> None:
-    def have_a_child() -> str:
-        ours = os.getpid()
-        pid = os.fork()
-        if not pid:
-            end_with_parent(signal.SIGTERM, ours)
-            while True:
-                time.sleep(60)
-        time.sleep(0.2)
-        return str(pid)
-
-    pid = int(in_child(have_a_child))
-    deadline = time.monotonic() + DEADLINE
-    while Path(f'/proc/{pid}/cmdline').exists():
-        # nobody may reap it here
-        if Path(f'/proc/{pid}/stat').read_text().split()[2] == 'Z':
-            break
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
 
 
 def test_dds_ports_of_all_domains_are_free() -> None:

@@ -17,15 +17,12 @@ from colcon_yamllaunch.sweep.reports import junit_report
 from colcon_yamllaunch.sweep.reports import refuse_columns_twice
 from colcon_yamllaunch.sweep.reports import results_csv
 from colcon_yamllaunch.sweep.results import Code
-from colcon_yamllaunch.sweep.results import result_from_json
 from colcon_yamllaunch.sweep.results import ResultsFolder
 from colcon_yamllaunch.sweep.results import RunResult
 from colcon_yamllaunch.sweep.results import SweepDefinition
 from colcon_yamllaunch.sweep.results import SweepJournal
 from colcon_yamllaunch.sweep.results import versions_of
 from colcon_yamllaunch.sweep.table import run_table
-from hypothesis import given
-from hypothesis import strategies as st
 import pytest
 
 TABLE = run_table({'seed': '1..2', 'outcome': 'a,b'}, repeats=2)
@@ -109,35 +106,6 @@ def test_unexpected_types_in_the_journal_are_skipped(
     path = tmp_path / 'journal.jsonl'
     path.write_text(f'{json.dumps(to_json(BAD))}\n{line}\n')
     assert SweepJournal(path).results == {3: BAD}
-
-
-@given(
-    st.recursive(
-        st.none()
-        | st.booleans()
-        | st.integers()
-        | st.just(10**400)
-        | st.floats()
-        | st.text(max_size=5),
-        lambda inner: (
-            st.lists(inner, max_size=3)
-            | st.dictionaries(
-                st.sampled_from(
-                    (
-                        *('run', 'outcome', 'reason', 'seconds', 'metrics'),
-                        'cpu',
-                    )
-                ),
-                inner,
-                max_size=5,
-            )
-        ),
-        max_leaves=8,
-    )
-)
-def test_any_json_is_a_result_or_none(values: object) -> None:
-    result = result_from_json(values)
-    assert result is None or result.run > 0
 
 
 def test_results_as_a_table() -> None:

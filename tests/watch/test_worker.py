@@ -192,38 +192,27 @@ def test_suspended_worker_leaves_nothing_behind(make_worker):
     wait_until(lambda: not is_running(pid))
 
 
-def test_another_job_cancels_the_running_one(make_worker):
+def test_many_jobs_in_a_row_are_cancelled_at_once(make_worker):
     cleaned, clean = os.pipe()
 
-    def prepare(request, announce):
-        if request == 1:
-            signal.pause()
-        return str(request)
-
-    jobs = make_worker(prepare, lambda pid: os.write(clean, str(pid).encode()))
-    jobs.ask(1)
-    group = jobs.wait_for(Begun).pid
-    jobs.ask(2)
-    assert jobs.answer() == ['2']
-    assert not is_running(group)
-    assert int(os.read(cleaned, 100)) == group
-    os.close(cleaned)
-    os.close(clean)
-
-
-def test_many_jobs_in_a_row_are_cancelled_at_once(make_worker):
     def prepare(request, announce):
         while request < 30:
             signal.pause()
         return str(request)
 
-    jobs = make_worker(prepare)
+    jobs = make_worker(prepare, lambda pid: os.write(clean, b'%d\n' % pid))
     begun = time.monotonic()
-    for number in range(31):
+    jobs.ask(0)
+    first = jobs.wait_for(Begun).pid
+    for number in range(1, 31):
         jobs.ask(number)
     assert jobs.answer() == ['30']
     # none of them waited for SIGTERM
     assert time.monotonic() - begun < worker._GRACE
+    assert not is_running(first)
+    assert int(os.read(cleaned, 1000).split()[0]) == first
+    os.close(cleaned)
+    os.close(clean)
 
 
 def test_worker_and_job_end_with_a_killed_launcher(tmp_path):
