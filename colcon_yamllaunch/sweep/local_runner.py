@@ -49,9 +49,9 @@ from colcon_yamllaunch.sweep.results import failed_run
 from colcon_yamllaunch.sweep.results import MESSAGES
 from colcon_yamllaunch.sweep.results import result_from_json
 from colcon_yamllaunch.sweep.results import RunResult
-from colcon_yamllaunch.sweep.run import first_error
 from colcon_yamllaunch.sweep.run import NotBuiltError
 from colcon_yamllaunch.sweep.run import perform
+from colcon_yamllaunch.sweep.run import plan_failure
 from colcon_yamllaunch.sweep.run import PlanError
 from colcon_yamllaunch.sweep.run import Sweep
 from colcon_yamllaunch.sweep.table import Run
@@ -533,12 +533,10 @@ class _Worker:
             planned = sweep.plan(run, folder, variables)
         except NotBuiltError:
             return {'not built': True}
-        except UserError as e:
-            return _error(run, str(e))
-        except PlanError:
+        except (PlanError, UserError) as e:
             sys.stderr.flush()
             text = os.pread(self._child.messages, _MESSAGES_SIZE, 0)
-            return _error(run, first_error(text.decode(errors='replace')))
+            return _error(run, plan_failure(e, text.decode(errors='replace')))
 
         def wait() -> None:
             self._send({'planned': planned.uses[:_MOST_USES]})

@@ -19,6 +19,7 @@ from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.common.table import duration
 from colcon_yamllaunch.engine.channels import DEFAULT_SIZE
 from colcon_yamllaunch.engine.channels import size_of
+from colcon_yamllaunch.observers.presentation import only_prints
 from colcon_yamllaunch.sweep.reports import SweepReports
 from colcon_yamllaunch.sweep.results import Code
 from colcon_yamllaunch.sweep.results import ResultsFolder
@@ -61,7 +62,8 @@ class Progress:
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._stream = stream
-        self._is_terminal = _is_terminal(stream)
+        can_redraw = stream.isatty() and not only_prints(os.environ)
+        self._is_terminal = can_redraw
         self._color = color and self._is_terminal
         self._table = folder.definition.table
         self._journal = folder.journal
@@ -214,10 +216,3 @@ class Progress:
         with suppress(OSError, ValueError):
             self._stream.write(text)
             self._stream.flush()
-
-
-def _is_terminal(stream: TextIO) -> bool:
-    with suppress(OSError, ValueError):
-        terminal = os.environ.get('TERM', '') not in ('', 'dumb')
-        return stream.isatty() and terminal
-    return False

@@ -128,11 +128,18 @@ class Sweep:
     share_network: bool = False
 
 
-def first_error(text: str) -> str:
-    """Return the line that says why a run cannot be planned."""
-    lines = [line for line in text.splitlines() if line.strip()]
+def plan_failure(error: Exception, messages: str) -> str:
+    """
+    Return why a run cannot be planned, in one line.
+
+    :param error: What :attr:`Sweep.plan` has raised
+    :param messages: What was printed meanwhile
+    """
+    lines = [line for line in messages.splitlines() if line.strip()]
     errors = [line for line in lines if 'error: ' in line]
-    return next(iter([*errors, *lines]), 'it cannot be planned')
+    return next(
+        filter(None, [str(error), *errors, *lines]), 'it cannot be planned'
+    )
 
 
 def read_metric(option: str, text: str) -> Metric:

@@ -35,8 +35,8 @@ from colcon_yamllaunch.plan.position import shown_position
 from colcon_yamllaunch.sweep.isolation import VARIABLE
 from colcon_yamllaunch.sweep.results import failed_run
 from colcon_yamllaunch.sweep.results import RunResult
-from colcon_yamllaunch.sweep.run import first_error
 from colcon_yamllaunch.sweep.run import NotBuiltError
+from colcon_yamllaunch.sweep.run import plan_failure
 from colcon_yamllaunch.sweep.run import PlanError
 from colcon_yamllaunch.sweep.run import PlannedRun
 from colcon_yamllaunch.sweep.run import Sweep
@@ -242,7 +242,7 @@ class SlurmRunner:
             with redirect_stderr(messages):
                 self._write(sweep.plan(run, folder, {}), run, folder)
         except (PlanError, UserError) as e:
-            reason = str(e) or first_error(messages.getvalue())
+            reason = plan_failure(e, messages.getvalue())
             sweep.progress.done(run, failed_run(run.number, reason))
             return False
         return True

@@ -101,9 +101,8 @@ class ChangeLoop(Participant):
         self._labels: set[str] = set()
         # files that were different for a moment, with when that was noticed
         self._rewritten: list[tuple[float, Change]] = []
-        # those of them to check when no job runs, and since when
-        self._unchecked: list[Change] = []
-        self._unchecked_since = 0.0
+        # those of them to check when no job runs, likewise
+        self._unchecked: list[tuple[float, Change]] = []
         # the process group of the job, if one runs
         self._group = 0
         # what the last failed job left undone, if the last job failed
@@ -156,14 +155,12 @@ class ChangeLoop(Participant):
     def handle(self, event: events.Event) -> None:
         """Note an event of the launch."""
         match event:
-            case events.Started():
-                self._started(event.process, failed=False)
-            case events.StartFailed():
-                self._started(event.process, failed=True)
-            case events.Loaded():
-                self._started(event.component, failed=False)
-            case events.LoadFailed():
-                self._started(event.component, failed=True)
+            case events.Started() | events.StartFailed():
+                failed = isinstance(event, events.StartFailed)
+                self._started(event.process, failed=failed)
+            case events.Loaded() | events.LoadFailed():
+                failed = isinstance(event, events.LoadFailed)
+                self._started(event.component, failed=failed)
             case events.Exited(asked=False, failed=True):
                 self._crashed(event)
             case events.Dropped():
@@ -205,8 +202,10 @@ class ChangeLoop(Participant):
                 self._watcher.hang_up()
             return
         if self._can_check:
-            files, self._unchecked = tuple(self._unchecked), []
-            self._receive(Batch(files, round(self._unchecked_since * 1e9)))
+            since = self._unchecked[0][0]
+            files = tuple(file for _, file in self._unchecked)
+            self._unchecked = []
+            self._receive(Batch(files, round(since * 1e9)))
         for change in self._changes.pop_done(self._clock()):
             self._report(change)
         if self._is_due:
@@ -288,10 +287,11 @@ class ChangeLoop(Participant):
     ) -> tuple[Consequence, ...]:
         """Return what follows from files that were different for a moment."""
         recent = [r for r in self._rewritten if r[0] >= seen - READ_WINDOW]
-        self._rewritten = recent + [(seen, file) for file in files]
+        now = [(seen, file) for file in files]
+        self._rewritten = recent + now
         if files and self._has_job:
             # the job has probably read the right content, so it goes on
-            self._check_later(files, seen)
+            self._unchecked += now
             return ()
         since = seen - READ_WINDOW
         needed = since if self._has_failed_job else seen
@@ -301,11 +301,6 @@ class ChangeLoop(Participant):
             failed=self._crashed_since(since) | self._unstarted,
             has_prepared=self._prepared_at >= needed,
         )
-
-    def _check_later(self, files: Iterable[Change], seen: float) -> None:
-        if not self._unchecked:
-            self._unchecked_since = seen
-        self._unchecked += files
 
     @property
     def _can_check(self) -> bool:
@@ -595,8 +590,9 @@ class ChangeLoop(Participant):
         now = self._clock()
         # it may have read a file that was different at that moment
         since = now - min(event.seconds, READ_WINDOW)
-        files = [change for seen, change in self._rewritten if seen >= since]
-        self._check_later(files, now)
+        self._unchecked += [
+            (now, file) for seen, file in self._rewritten if seen >= since
+        ]
         reported = self._changes.crashed(event.process.label, now)
         if reported is not None:
             self._report(reported)

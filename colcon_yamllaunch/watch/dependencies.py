@@ -12,6 +12,7 @@ source files stand for installed files. Nothing is started to find them.
 from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import field
 from dataclasses import replace
 from functools import cache
@@ -561,9 +562,7 @@ def mapped_files(
     """
     found: set[str] = set()
     is_known = False
-    pending = [pid]
-    while pending:
-        current = pending.pop()
+    for current in (pid, *_descendants(pid)):
         try:
             # fields are separated by spaces, and the path comes last
             with open(f'/proc/{current}/maps', errors='surrogateescape') as f:
@@ -576,20 +575,16 @@ def mapped_files(
             path = path.removesuffix(_DELETED)
             if is_user_file(path, folders):
                 found.add(path)
-        pending += _children(current)
     return frozenset(found) if is_known else None
 
 
-def _children(pid: int) -> list[int]:
-    found: list[int] = []
-    try:
-        for thread in os.listdir(f'/proc/{pid}/task'):
-            with open(f'/proc/{pid}/task/{thread}/children') as file:
-                found += map(int, file.read().split())
-    except OSError:
-        # not every kernel has these files
-        pass
-    return found
+def _descendants(pid: int) -> Iterator[int]:
+    # not every kernel has these files
+    for file in Path(f'/proc/{pid}/task').glob('*/children'):
+        with suppress(OSError):
+            for child in map(int, file.read_text().split()):
+                yield child
+                yield from _descendants(child)
 
 
 def _may_run_python(path: str) -> bool:
