@@ -8,6 +8,6 @@ Many runs of one launch, each with other arguments.
 `local_runner`, through its worker processes, or `slurm_runner`, through tasks
 of Slurm (`slurm_task`). Both use `run`, which launches one run, and report to
 `progress`, which records each result in the folder of `results`. From these,
-`reports` writes `results.csv`, `junit.xml` and, with `report_page` and
-`plots`, `report.html`. Start with `run.Sweep`, which a runner gets.
+`reports` writes `results.csv`, `junit.xml` and, with `report_page`,
+`report.html`. Start with `run.Sweep`, which a runner gets.
 """

@@ -347,7 +347,7 @@ def read_place(option: str, text: str) -> tuple[str, ...]:
 
     :raises UserError: if it is anything else
     """
-    from colcon_yamllaunch.sweep.slurm_client import read_slurm_options
+    from colcon_yamllaunch.sweep.slurm_runner import read_slurm_options
 
     return read_slurm_options(option, text)
 

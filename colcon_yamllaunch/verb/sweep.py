@@ -198,7 +198,7 @@ def _launch(
     if options.on is None:
         return LocalRunner(sweep).run(runs)
     # few have a cluster
-    from colcon_yamllaunch.sweep.slurm_client import SlurmClient
+    from colcon_yamllaunch.sweep.slurm_runner import SlurmClient
     from colcon_yamllaunch.sweep.slurm_runner import SlurmRunner
 
     name = ' '.join(['colcon sweep', *options.positionals])

@@ -7,11 +7,11 @@ from html.parser import HTMLParser
 from itertools import pairwise
 import re
 
-from colcon_yamllaunch.sweep.plots import histogram
-from colcon_yamllaunch.sweep.plots import number_text
-from colcon_yamllaunch.sweep.plots import Point
-from colcon_yamllaunch.sweep.plots import scatter
+from colcon_yamllaunch.sweep.report_page import histogram
+from colcon_yamllaunch.sweep.report_page import number_text
+from colcon_yamllaunch.sweep.report_page import Point
 from colcon_yamllaunch.sweep.report_page import report_page
+from colcon_yamllaunch.sweep.report_page import scatter
 from colcon_yamllaunch.sweep.results import RunResult
 from colcon_yamllaunch.sweep.results import SweepDefinition
 from colcon_yamllaunch.sweep.table import run_table

@@ -24,12 +24,12 @@ from colcon_yamllaunch.sweep.run import Goal
 from colcon_yamllaunch.sweep.run import PlannedRun
 from colcon_yamllaunch.sweep.run import read_metric
 from colcon_yamllaunch.sweep.run import Sweep
-from colcon_yamllaunch.sweep.slurm_client import Ending
-from colcon_yamllaunch.sweep.slurm_client import read_slurm_options
-from colcon_yamllaunch.sweep.slurm_client import SlurmClient
-from colcon_yamllaunch.sweep.slurm_client import SlurmError
 from colcon_yamllaunch.sweep.slurm_runner import batch_script
+from colcon_yamllaunch.sweep.slurm_runner import Ending
+from colcon_yamllaunch.sweep.slurm_runner import read_slurm_options
 from colcon_yamllaunch.sweep.slurm_runner import reason_of
+from colcon_yamllaunch.sweep.slurm_runner import SlurmClient
+from colcon_yamllaunch.sweep.slurm_runner import SlurmError
 from colcon_yamllaunch.sweep.slurm_runner import SlurmRunner
 from colcon_yamllaunch.sweep.slurm_task import Common
 from colcon_yamllaunch.sweep.slurm_task import environment_here
