@@ -139,7 +139,7 @@ def launch(tmp_path: Path) -> Iterator[Callable[..., Launch]]:
 def status(launch: Callable[..., Launch]) -> Iterator[Callable[..., Any]]:
     """Return a function that launches in a terminal with a status block."""
     # few tests emulate one
-    from support.status_launch import StatusLaunch
+    from support.virtual_screen import StatusLaunch
 
     made: list[Any] = []
 

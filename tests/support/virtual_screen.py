@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""A terminal, and what can be read on its screen."""
+"""A terminal, what can be read on its screen, and a launch in it."""
 
 from collections.abc import Callable
 import fcntl
@@ -10,11 +10,14 @@ import select
 import struct
 import termios
 import time
+from typing import Any
 
 import pyte
 
 #: Seconds after which something will not be shown any more.
 DEADLINE = 60.0
+#: How the line begins that tells what the keys mean.
+HINT = ' ? help'
 
 
 class VirtualScreen:
@@ -108,3 +111,66 @@ def _without_empty(lines: list[str]) -> list[str]:
     while lines and not lines[-1]:
         lines.pop()
     return lines
+
+
+class StatusLaunch:
+    """A launch that has a terminal for itself, or the shell that runs it."""
+
+    def __init__(
+        self,
+        make: Callable[..., Any],
+        size: tuple[int, int],
+        entries: tuple[dict[str, Any], ...],
+        shell: tuple[str, ...],
+        settings: dict[str, Any],
+    ) -> None:
+        self.screen = VirtualScreen(*size)
+        self.modes = termios.tcgetattr(self.screen.theirs)
+        terminal = self.screen.theirs
+        environment = {
+            'TERM': 'xterm',
+            'PYTHONIOENCODING': 'utf-8',
+            **settings.pop('variables', {}),
+        }
+        self.launch = make(
+            *entries,
+            color=True,
+            status=True,
+            environment=environment,
+            popen={
+                'stdin': settings.pop('stdin', terminal),
+                'stdout': terminal,
+                'stderr': terminal,
+                'preexec_fn': lambda: fcntl.ioctl(1, termios.TIOCSCTTY, 0),
+            },
+            shell=shell,
+            **settings,
+        )
+
+    def types(self, keys: str) -> 'StatusLaunch':
+        """Type at the terminal."""
+        os.write(self.screen.ours, keys.encode())
+        return self
+
+    def shows(self, *texts: str) -> list[str]:
+        """
+        Wait until the last lines begin with some texts, and return all.
+
+        What the keys mean is left out.
+        """
+
+        def are_there(lines: list[str]) -> bool:
+            lines = [line for line in lines if not line.startswith(HINT)]
+            return len(lines) >= len(texts) and all(
+                line.startswith(text)
+                for line, text in zip(lines[-len(texts) :], texts, strict=True)
+            )
+
+        return self.screen.shows(are_there)
+
+    def ends(self) -> int:
+        """Wait for the end; the terminal is as it was."""
+        # who writes at a terminal waits for it to be read
+        self.screen.shows(lambda _: self.launch.popen.poll() is not None)
+        assert termios.tcgetattr(self.screen.theirs) == self.modes
+        return int(self.launch.popen.wait())

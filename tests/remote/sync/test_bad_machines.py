@@ -15,9 +15,9 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.remote.sync.code_sync import Synced
 import pytest
 from support.developer import Developer
+from support.developer import MachineHere
 from support.hostile import Mounts
 from support.hostile import REMOUNT
-from support.machine_here import MachineHere
 
 pytestmark = [pytest.mark.full, pytest.mark.hostile]
 
