@@ -77,7 +77,7 @@ class Progress:
         self._begin = clock()
         self._before = len(results)
         self._failures = sum(not result.succeeded for result in results)
-        self._told = 0
+        self._failures_shown = 0
         self._running = 0
         self._waiting = ''
         self._shown = -_PLAIN_INTERVAL
@@ -117,10 +117,10 @@ class Progress:
         if result.succeeded:
             return
         self._failures += 1
-        self._told += 1
-        if self._told > _SHOWN_FAILURES + 1:
+        self._failures_shown += 1
+        if self._failures_shown > _SHOWN_FAILURES + 1:
             return
-        if self._told > _SHOWN_FAILURES:
+        if self._failures_shown > _SHOWN_FAILURES:
             self._line('more that fail are in results.csv')
             return
         name = f'run {run.number}'

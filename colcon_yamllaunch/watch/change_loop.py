@@ -259,11 +259,11 @@ class ChangeLoop(Participant):
             paths = tuple(dict.fromkeys(c.path for c in relevant))
             self.launch.tell(events.Changed(paths))
         # a build may have failed because a file was missing
-        may_mend = (self._has_failed_job or self._has_job) and any(
+        may_help = (self._has_failed_job or self._has_job) and any(
             c.kind != 'changed' for c in relevant
         )
         self._changes.add(current)
-        self._do(wanted, current, may_mend=may_mend)
+        self._do(wanted, current, may_help=may_help)
 
     def _suspects(self, found: Iterable[Consequence]) -> tuple[str, ...]:
         """Return the changed Python files that may not compile."""
@@ -311,7 +311,7 @@ class ChangeLoop(Participant):
         return self._changes.with_job is not None
 
     def _do(
-        self, wanted: Steps, current: PendingChange, *, may_mend: bool
+        self, wanted: Steps, current: PendingChange, *, may_help: bool
     ) -> None:
         missing = self._missing(wanted.restart)
         needs_job = bool(
@@ -322,7 +322,7 @@ class ChangeLoop(Participant):
             # a launch that begins now would build it
             or (missing and not self._has_job)
         )
-        if self._worker.pid and (needs_job or may_mend):
+        if self._worker.pid and (needs_job or may_help):
             # a restart may need what the job builds
             current.late |= {*wanted.after_build, *wanted.restart, *self._late}
             self._late = set()
@@ -485,7 +485,7 @@ class ChangeLoop(Participant):
             for label, reason in affected.items():
                 self._explain(f'restart {label}, as {reason}')
         wanted = {*affected, *current.late, *self._unstarted, *new.differs}
-        wanted |= self._mended_by(prepared)
+        wanted |= self._worth_retrying(prepared)
         if not new.is_empty:
             started = tuple(part.label for part in _parts(new.new))
             launch.tell(events.Replanned(started, new.gone, new.differs))
@@ -544,7 +544,7 @@ class ChangeLoop(Participant):
         current.broken = tuple(label for label in labels if label in held)
         return without(labels, held)
 
-    def _mended_by(self, prepared: Prepared) -> set[str]:
+    def _worth_retrying(self, prepared: Prepared) -> set[str]:
         """
         Return what has failed, and may succeed after a build.
 

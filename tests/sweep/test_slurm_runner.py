@@ -10,7 +10,6 @@ import json
 import os
 from pathlib import Path
 import re
-import signal
 import stat
 
 from colcon_yamllaunch.common.errors import UserError
@@ -234,25 +233,6 @@ def test_cancelled_tasks_have_no_result(tmp_path: Path) -> None:
     case.runner().run(case.runs)
     assert list(case.seen.results) == [1]
     assert len(case.seen.lines) == 1
-
-
-def test_ctrl_c(tmp_path: Path) -> None:
-    case = Case(tmp_path, 3)
-    case.slurm.fates = {2: 'CANCELLED'}
-    case.slurm.kept = {(1, 1): ('R', 'None')}
-    asked = []
-
-    def interrupt() -> None:
-        asked.append(1)
-        if len(asked) == 1:
-            os.kill(os.getpid(), signal.SIGINT)
-        elif case.slurm.cancelled:
-            case.slurm.kept = {}
-
-    case.slurm.when_asked = interrupt
-    assert case.runner().run(case.runs) == signal.SIGINT
-    assert case.slurm.cancelled == [1]
-    assert sorted(case.seen.results) == [1, 3]
 
 
 def test_tasks_of_a_killed_sweep_are_taken_over(tmp_path: Path) -> None:

@@ -10,8 +10,6 @@ import os
 from pathlib import Path
 import shutil
 import signal
-import subprocess
-import sys
 import time
 from typing import Any
 
@@ -24,23 +22,9 @@ from colcon_yamllaunch.watch.watched_files import Change
 from colcon_yamllaunch.watch.watcher import WatcherClient
 import pytest
 from support.waiting import is_running
-from support.waiting import wait_until
 
 #: Seconds; a loaded machine needs some.
 DEADLINE = 60
-#: A launcher that watches a folder, says so, and waits.
-LAUNCHER = """\
-import sys, time
-from colcon_yamllaunch.engine.loop import Loop
-from colcon_yamllaunch.watch.watcher import WatcherClient
-loop = Loop()
-link = WatcherClient(loop, print, print)
-link.start()
-link.watch(sys.argv[1:], [], 0)
-loop.run_once()
-print(*loop.children, flush=True)
-time.sleep(60)
-"""
 
 
 class Watched:
@@ -276,20 +260,6 @@ def test_watcher_that_cannot_run_is_given_up(
         "(ModuleNotFoundError: No module named 'no_such_module'; see /"
     )
     assert watched.pid == 0
-
-
-def test_watcher_ends_with_a_killed_launcher(tmp_path: Path) -> None:
-    (tmp_path / 'a.cpp').touch()
-    command = [sys.executable, '-c', LAUNCHER, str(tmp_path)]
-    with subprocess.Popen(
-        command, stdout=subprocess.PIPE, text=True
-    ) as launcher:
-        assert launcher.stdout is not None
-        lines = iter(launcher.stdout.readline, '')
-        pid = next(int(line) for line in lines if line.strip().isdecimal())
-        assert is_running(pid)
-        launcher.kill()
-    wait_until(lambda: not is_running(pid))
 
 
 @pytest.fixture

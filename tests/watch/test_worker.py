@@ -213,32 +213,3 @@ def test_many_jobs_in_a_row_are_cancelled_at_once(make_worker):
     assert int(os.read(cleaned, 1000).split()[0]) == first
     os.close(cleaned)
     os.close(clean)
-
-
-def test_worker_and_job_end_with_a_killed_launcher(tmp_path):
-    program = f"""
-import os, signal, subprocess, sys, time
-from colcon_yamllaunch.engine.loop import Loop
-from colcon_yamllaunch.watch.worker import Worker
-
-def prepare(request, announce):
-    started = subprocess.Popen(['sleep', '1000'])
-    with open({str(tmp_path / 'pids')!r}, 'w') as file:
-        print(os.getppid(), os.getpid(), started.pid, file=file)
-    signal.pause()
-
-worker = Worker(prepare, lambda: None, lambda pid: None)
-worker.begin(Loop(), print)
-worker.ask(1)
-signal.pause()
-"""
-    launcher = subprocess.Popen(
-        [sys.executable, '-c', program],
-        env={'PYTHONPATH': ':'.join(sys.path), 'PATH': os.environ['PATH']},
-    )
-    file = tmp_path / 'pids'
-    wait_until(lambda: file.exists() and file.read_text().endswith('\n'))
-    pids = [int(word) for word in file.read_text().split()]
-    launcher.kill()
-    launcher.wait()
-    wait_until(lambda: not any(map(is_running, pids)))
