@@ -343,8 +343,10 @@ def _modules(package: Package, record: Record, build: Path) -> Iterator[str]:
                 programs.add(target)
     imported = _imported(folder, programs)
     for relative in candidates:
-        above = {relative, *map(str, Path(relative).parents)}
-        if data.isdisjoint(above) and (
+        above = relative
+        while above and above not in data:
+            above = os.path.dirname(above)
+        if not above and (
             relative not in programs
             or Path(relative).stem in imported
             or not os.access(folder / relative, os.X_OK)
