@@ -3,7 +3,6 @@
 
 """Array jobs, with a Slurm that a test plays."""
 
-from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Sequence
 import json
@@ -11,6 +10,7 @@ import os
 from pathlib import Path
 import re
 import stat
+from unittest.mock import Mock
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.plan.plan import Plan
@@ -33,7 +33,6 @@ from colcon_yamllaunch.sweep.slurm_runner import SlurmRunner
 from colcon_yamllaunch.sweep.slurm_task import Common
 from colcon_yamllaunch.sweep.slurm_task import environment_here
 from colcon_yamllaunch.sweep.slurm_task import SlurmFiles
-from colcon_yamllaunch.sweep.table import Run
 from colcon_yamllaunch.sweep.table import run_table
 import pytest
 
@@ -86,37 +85,6 @@ class PlayedSlurm(SlurmClient):
         return None if not state else Ending(state, '1:0', 'n7')
 
 
-class Seen(Progress):
-    """Records the events and results of a sweep."""
-
-    def __init__(self) -> None:
-        self.results: dict[int, RunResult] = {}
-        self.lines: list[str] = []
-        self.waits: list[str] = []
-
-    def began(self, running: int) -> None:
-        pass
-
-    def waiting(self, text: str) -> None:
-        self.waits.append(text)
-
-    def planned(self, run: Run, uses: Collection[str] = ()) -> None:
-        pass
-
-    def done(self, run: Run, result: RunResult) -> None:
-        assert run.number not in self.results
-        self.results[run.number] = result
-
-    def interrupted(self, running: int, *, escalates: bool) -> None:
-        self.lines.append(f'interrupted {running}')
-
-    def say(self, text: str) -> None:
-        self.lines.append(text)
-
-    def tick(self) -> None:
-        pass
-
-
 class Case:
     """A sweep with a Slurm that the test plays."""
 
@@ -128,13 +96,26 @@ class Case:
         self.files = SlurmFiles(folder)
         self.files.make()
         self.slurm = PlayedSlurm(self.files, size)
-        self.seen = Seen()
+        self.progress = Mock(spec=Progress)
+
+    @property
+    def results(self) -> dict[int, RunResult]:
+        """The recorded results, each recorded once."""
+        calls = self.progress.done.call_args_list
+        found = {run.number: result for (run, result), _ in calls}
+        assert len(found) == len(calls)
+        return found
+
+    @property
+    def lines(self) -> list[str]:
+        """The lines that were shown."""
+        return [c.args[0] for c in self.progress.say.call_args_list]
 
     def runner(self, jobs: int | None = None) -> SlurmRunner:
         options = read_slurm_options('--on', 'slurm:partition=cpu,time=10')
         planned = PlannedRun(Plan(()), {})
         sweep = Sweep(
-            *(Goal(), self.folder, self.seen, {}),
+            *(Goal(), self.folder, self.progress, {}),
             plan=lambda *_: planned,
             build=bool,
             jobs=jobs,
@@ -165,7 +146,7 @@ def test_arrays_respect_the_maximum_array_size(tmp_path: Path) -> None:
     case = Case(tmp_path / 'a', 25, size=10)
     case.runner().run(case.runs)
     assert [len(runs) for runs in case.slurm.submitted] == [10, 10, 5]
-    assert len(case.seen.results) == 25
+    assert len(case.results) == 25
     assert '--array=0-4' in case.slurm.options[2]
     assert '--partition=cpu' in case.slurm.options[0]
     assert not list(case.files.done.iterdir())
@@ -184,7 +165,7 @@ def test_refused_submission_is_retried(tmp_path: Path) -> None:
 
     case.slurm.when_asked = more
     case.runner().run(case.runs)
-    assert len(case.seen.results) == 4
+    assert len(case.results) == 4
 
 
 def test_first_refused_submission_is_an_error(tmp_path: Path) -> None:
@@ -212,9 +193,9 @@ def test_failed_tasks_have_the_reason_of_slurm(
     case = Case(tmp_path, 3)
     case.slurm.fates = {2: state}
     case.runner().run(case.runs)
-    assert case.seen.results[2].outcome == 'error'
-    assert reason in case.seen.results[2].reason
-    assert case.seen.results[3].succeeded
+    assert case.results[2].outcome == 'error'
+    assert reason in case.results[2].reason
+    assert case.results[3].succeeded
 
 
 def test_reason_has_the_last_line_of_the_task() -> None:
@@ -231,8 +212,8 @@ def test_cancelled_tasks_have_no_result(tmp_path: Path) -> None:
     case = Case(tmp_path, 3)
     case.slurm.fates = {2: 'CANCELLED', 3: 'CANCELLED'}
     case.runner().run(case.runs)
-    assert list(case.seen.results) == [1]
-    assert len(case.seen.lines) == 1
+    assert list(case.results) == [1]
+    assert len(case.lines) == 1
 
 
 def test_tasks_of_a_killed_sweep_are_taken_over(tmp_path: Path) -> None:
@@ -242,8 +223,8 @@ def test_tasks_of_a_killed_sweep_are_taken_over(tmp_path: Path) -> None:
     case.slurm.kept = {(7, 1): ('R', 'None'), (7, 2): ('CA', 'None')}
     left = case.runner().take_over(case.runs)
     assert [run.number for run in left] == [3, 4]
-    assert case.seen.results[1].reason == 'it fell'
-    assert case.seen.lines == ['1 run is with Slurm already']
+    assert case.results[1].reason == 'it fell'
+    assert case.lines == ['1 run is with Slurm already']
 
 
 def test_unusual_wait_reason_is_shown_once(tmp_path: Path) -> None:
@@ -262,8 +243,8 @@ def test_unusual_wait_reason_is_shown_once(tmp_path: Path) -> None:
 
     case.slurm.when_asked = end
     case.runner().run(case.runs)
-    assert case.seen.lines == ['Slurm lets 2 runs wait: PartitionTimeLimit']
-    assert '2 waiting' in case.seen.waits
+    assert case.lines == ['Slurm lets 2 runs wait: PartitionTimeLimit']
+    case.progress.waiting.assert_any_call('2 waiting')
 
 
 def test_a_script_is_plain_sh(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ from dataclasses import replace
 import signal
 from types import SimpleNamespace
 from typing import Any
+from unittest.mock import Mock
 
 from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine import events
@@ -30,6 +31,7 @@ from colcon_yamllaunch.watch.worker import Announced
 from colcon_yamllaunch.watch.worker import Begun
 from colcon_yamllaunch.watch.worker import Failed
 from colcon_yamllaunch.watch.worker import Prepared
+from colcon_yamllaunch.watch.worker import Worker
 import pytest
 
 ARM = '/ws/src/arm'
@@ -56,47 +58,6 @@ KNOWN = Dependencies(
 )
 
 
-class PlayedWorker:
-    """A worker whose jobs report what a test says."""
-
-    pid = WORKER
-    written = b''
-    asked = 0
-    is_busy = False
-
-    def begin(self, _: object, handle: Callable[[object], None]) -> None:
-        self.handle = handle
-
-    def ask(self, job: object) -> None:
-        self.asked += 1
-        self.is_busy = True
-
-    def cancel(self) -> None:
-        self.is_busy = False
-
-    forget = cancel
-
-    def ended(self) -> None:
-        self.pid = 0
-
-
-class PlayedWatcher:
-    """What tells of changes, when a test says so."""
-
-    def __init__(self, _: object, take: Any, *__: object) -> None:
-        self.take = take
-        self.seen: list[str] = []
-
-    def start(self) -> None:
-        pass
-
-    def watch(self, *wanted: object) -> None:
-        pass
-
-    def hang_up(self) -> None:
-        self.seen.append('hung up')
-
-
 class Played:
     """A launch of two processes, and what is asked of it."""
 
@@ -107,7 +68,8 @@ class Played:
         why: bool = False,
     ) -> None:
         self.now = 10.0
-        self.worker = PlayedWorker()
+        self.worker = Mock(spec=Worker, pid=WORKER, written=b'')
+        self.worker.ended.side_effect = lambda: setattr(self.worker, 'pid', 0)
         self.loop = SimpleNamespace(wake=self.wake)
         self.turns = 0
         self.told: list[events.Event] = []
@@ -126,7 +88,7 @@ class Played:
         self.state.expect(self.plan.entries)
         self.watching = ChangeLoop(
             Prepared(self.plan, {}, KNOWN, {}, {}, (), 0, grown_from),
-            self.worker,  # type: ignore[arg-type]
+            self.worker,
             None,
             clock=lambda: self.now,
             why=why,
@@ -134,7 +96,7 @@ class Played:
         )
         self.watching.join(self)  # type: ignore[arg-type]
         self.watching.begin()
-        self.watcher: PlayedWatcher = self.watching._watcher  # type: ignore
+        self.watcher: Any = self.watching._watcher
         for part in (TALK, LOOP):
             self.happens(events.Started(part, 1))
 
@@ -197,13 +159,14 @@ class Played:
         """Save files of the package; return what is asked at once."""
         paths = [f'{ARM}/{name}' for name in names]
         changes = tuple(Change(kind, path, path) for path in paths)
-        self.watcher.take(Batch(changes, int(self.now * 1e9)))
+        receive = change_loop.WatcherClient.call_args.args[1]
+        receive(Batch(changes, int(self.now * 1e9)))
         return self.was_asked()
 
     def answer(self, *answers: object) -> list[Any]:
         """Have the worker answer; return what is asked at once."""
         for answer in answers:
-            self.worker.handle(answer)
+            self.worker.begin.call_args.args[1](answer)
         return self.was_asked()
 
     def prepared(self, *parts: Process, **more: Any) -> list[Any]:
@@ -230,7 +193,7 @@ def paths_without(gone: str) -> Callable[[str], bool]:
 
 @pytest.fixture
 def played(monkeypatch: pytest.MonkeyPatch) -> Played:
-    monkeypatch.setattr(change_loop, 'WatcherClient', PlayedWatcher)
+    monkeypatch.setattr(change_loop, 'WatcherClient', Mock())
     # there is no workspace
     monkeypatch.setattr('os.path.exists', paths_without(''))
     return Played()
@@ -238,7 +201,7 @@ def played(monkeypatch: pytest.MonkeyPatch) -> Played:
 
 def test_linked_script_is_restarted_at_once(played: Played) -> None:
     assert played.save('talk.py') == ['restart talk']
-    assert not played.worker.asked
+    assert not played.worker.ask.called
     assert played.lines() == []
     played.now += 0.25
     assert played.lines(TALK) == ['talk.py changed: restarted talk (0.25 s)']
@@ -279,9 +242,9 @@ def test_change_during_a_build_cancels_it(played: Played) -> None:
     played.save('loop.c')
     # what needs no build does not wait for it
     assert played.save('talk.py') == ['restart talk']
-    assert played.worker.asked == 1
+    assert played.worker.ask.call_count == 1
     played.save('loop.h')
-    assert played.worker.asked == 2
+    assert played.worker.ask.call_count == 2
     assert played.lines(TALK) == ['talk.py changed: restarted talk (0.00 s)']
     played.prepared()
     assert played.lines() == [
@@ -309,7 +272,7 @@ def test_uninstalled_program_is_built_before_its_restart(
     # as by `rm -rf install`
     monkeypatch.setattr('os.path.exists', paths_without(gone))
     assert played.save('talk.py') == []
-    assert played.worker.asked == 1
+    assert played.worker.ask.call_count == 1
     assert played.prepared(packages=('arm',)) == ['restart talk']
     # without a worker all runs on
     played.helpers[WORKER](1 << 8)
@@ -504,8 +467,8 @@ def test_changes_have_no_effect_while_the_launch_stops(played: Played) -> None:
     played.save('loop.c')
     played.is_stopping = True
     played.watching.end_turn()
-    assert not played.worker.is_busy
-    assert played.watcher.seen == ['hung up']
+    played.worker.cancel.assert_called_once()
+    played.watcher.hang_up.assert_called_once()
     assert played.prepared() == []
     assert played.lines() == []
 
@@ -536,7 +499,7 @@ def test_killed_job_is_repeated_at_the_next_change(
         'everything runs on as before (0.00 s)'
     ]
     played.save('README.md')
-    assert played.worker.asked == 2
+    assert played.worker.ask.call_count == 2
 
 
 def test_pause_collects_changes_until_it_ends(played: Played) -> None:
@@ -547,7 +510,7 @@ def test_pause_collects_changes_until_it_ends(played: Played) -> None:
     assert played.save('talk.py') == played.save('talk.py', 'other.py') == []
     switch(Watch('resume'), bool)
     assert played.was_asked() == []
-    assert played.worker.asked == 1
+    assert played.worker.ask.call_count == 1
     assert played.lines() == [
         'off: what is saved now has to wait',
         'on again',

@@ -12,6 +12,7 @@ import shutil
 import signal
 import time
 from typing import Any
+from unittest.mock import Mock
 
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.loop import ended_children
@@ -343,17 +344,9 @@ def test_polling_variable_makes_the_watcher_poll(
 def test_scan_finds_changes_that_the_kernel_missed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    class Silent:
-        def __init__(self, *_: object) -> None:
-            """Tell nothing, as after a suspend or a flood."""
-
-        def watch(self, *_: object) -> str:
-            return 'timeout'
-
-        def close(self) -> None:
-            """Leave it at that."""
-
-    monkeypatch.setattr('watchfiles._rust_notify.RustNotify', Silent)
+    # as after a suspend or a flood
+    silent = Mock(return_value=Mock(watch=lambda *_: 'timeout'))
+    monkeypatch.setattr('watchfiles._rust_notify.RustNotify', silent)
     monkeypatch.setattr(watcher, 'SCAN_INTERVAL', 0.01)
     monkeypatch.setattr(watcher, 'SCAN_FACTOR', 0)
     (tmp_path / 'first').touch()
