@@ -132,25 +132,21 @@ class DomainIds:
 
 def reason_for_no_network() -> str:
     """Return why a run cannot have its own network, '' if it can."""
-    reader, writer = os.pipe()
     pid = os.fork()
     if not pid:
+        number = errno.EPERM
         try:
-            os.close(reader)
-            try:
-                enter_own_network()
-                text = b'.'
-            except OSError as e:
-                text = _REASONS.get(e.errno or 0, e.strerror or '?').encode()
-            os.write(writer, text)
+            enter_own_network()
+            number = 0
+        except OSError as e:
+            number = e.errno or number
         finally:
-            os._exit(0)
-    os.close(writer)
-    with open(reader, 'rb') as file:
-        answer = file.read()
-    os.waitpid(pid, 0)
-    # there is no answer if it was killed
-    return '' if answer == b'.' else answer.decode() or 'it is not allowed'
+            os._exit(number)
+    _, status = os.waitpid(pid, 0)
+    number = os.waitstatus_to_exitcode(status)
+    if number < 0:
+        return 'it is not allowed'
+    return _REASONS.get(number, os.strerror(number)) if number else ''
 
 
 def enter_own_network(*, again: bool = False) -> None:

@@ -61,6 +61,11 @@ _MOST_COMPILED = 50
 #: Seconds after a file was different for a moment, or before that was noticed,
 #: within which a process may fail because of it.
 READ_WINDOW = 3.0
+_FAILURES = {
+    'build': 'the build failed',
+    'plan': 'it cannot be launched so',
+    'job': 'what prepares it was killed',
+}
 
 
 class ChangeLoop(Participant):
@@ -450,7 +455,8 @@ class ChangeLoop(Participant):
             built = events.Built(failure.packages, seconds, failed=True)
             self.launch.tell(built)
         self._changes.remove(current)
-        text = current.failure_line(failure.what, now)
+        what = f'{_FAILURES[failure.what]}, everything runs on as before'
+        text = current.line(what, now)
         self.launch.tell(events.Watched(text, failed=True, details=output))
 
     def _apply(self, prepared: Prepared, current: PendingChange) -> None:

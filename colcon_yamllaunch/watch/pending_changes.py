@@ -24,11 +24,6 @@ FAILURE_WINDOW = 10.0
 #: Files that a line names before it only counts them.
 _FILES_SHOWN = 3
 _KINDS = {'new': 'added', 'deleted': 'deleted', 'again': 'saved again'}
-_FAILURES = {
-    'build': 'the build failed',
-    'plan': 'it cannot be launched so',
-    'job': 'what prepares it was killed',
-}
 
 
 @dataclass(slots=True, eq=False)
@@ -71,11 +66,6 @@ class PendingChange:
         """Whether its result is known."""
         return not (self.has_job or self.pending)
 
-    @property
-    def is_rewrite(self) -> bool:
-        """Whether all files were rewritten with their former content."""
-        return set(self.files.values()) == {'again'}
-
     def add_restarted(self, labels: Iterable[str]) -> None:
         """Add labels that are being restarted."""
         labels = tuple(labels)
@@ -94,11 +84,6 @@ class PendingChange:
     def line(self, what: str, now: float) -> str:
         """Return the line that reports `what` with the time that it took."""
         return f'{self.title}: {what} ({now - self.since:.2f} s)'
-
-    def failure_line(self, what: str, now: float) -> str:
-        """Return the line that reports the failure of a job."""
-        text = f'{_FAILURES[what]}, everything runs on as before'
-        return self.line(text, now)
 
     @property
     def title(self) -> str:
@@ -131,7 +116,8 @@ class PendingChange:
         ]
         if self.is_lost:
             parts.append('what builds for --watch is gone')
-        if self.is_rewrite and not (parts or self.details):
+        is_rewrite = set(self.files.values()) == {'again'}
+        if is_rewrite and not (parts or self.details):
             return None
         what = ', '.join(parts) or 'nothing that runs differs'
         failed = bool((*down, *self.broken)) or self.is_lost
