@@ -37,7 +37,6 @@ from colcon_yamllaunch.engine.loop import STOPPING
 from colcon_yamllaunch.engine.outcome import signal_name
 from colcon_yamllaunch.plan.plan_json import plan_to_json
 from colcon_yamllaunch.plan.position import shown_position
-from colcon_yamllaunch.sweep.isolation import VARIABLE
 from colcon_yamllaunch.sweep.results import failed_run
 from colcon_yamllaunch.sweep.results import RunResult
 from colcon_yamllaunch.sweep.run import NotBuiltError
@@ -347,8 +346,6 @@ class SlurmRunner:
         self._name = name
         self._files = SlurmFiles(sweep.folder.path)
         self._files.make()
-        # the environment that all runs share
-        self._environment: dict[str, str] | None = None
         self._arrays: dict[int, list[int]] = {}
         self._tasks: dict[int, _Task] = {}
         # the parts that are still to be submitted, and when
@@ -437,15 +434,9 @@ class SlurmRunner:
             if self._plan(run):
                 planned.append(run)
         sweep.progress.waiting('')
-        if self._environment is not None:
-            self._files.write_common(
-                Common(
-                    sweep.goal,
-                    self._environment,
-                    sweep.environment,
-                    sweep.share_network,
-                )
-            )
+        self._files.write_common(
+            Common(sweep.goal, sweep.environment, sweep.share_network)
+        )
         return planned
 
     def _plan(self, run: Run) -> bool:
@@ -485,14 +476,8 @@ class SlurmRunner:
                     f'{place}, so its plan cannot be sent to a node',
                     'leave out --on',
                 )
-            environment = dict(planned.environment)
-            environment.pop(VARIABLE, None)
-            if self._environment is None:
-                self._environment = environment
-            own = dict(environment.items() - self._environment.items())
             plan = json.loads(plan_to_json(planned.plan))
-            values = {'environment': own, 'plan': plan}
-            self._files.write_plan(folder, values)
+            self._files.write_plan(folder, planned.environment, plan)
             self._sweep.progress.planned(run, planned.uses)
         finally:
             planned.close()

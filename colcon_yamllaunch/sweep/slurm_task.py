@@ -53,14 +53,12 @@ class Common:
     """
     The part of the runs that they have in common.
 
-    :param environment: The environment of their processes
     :param user: The environment of the user; variables that differ on a node
       were set by Slurm
     :param share_network: Whether runs stay in the network of the machine
     """
 
     goal: Goal
-    environment: Mapping[str, str]
     user: Mapping[str, str]
     share_network: bool = False
 
@@ -120,12 +118,15 @@ class SlurmFiles:
         _write(path, runs)
         return path
 
-    def write_plan(self, folder: Path, values: Mapping[str, Any]) -> None:
+    def write_plan(
+        self, folder: Path, environment: Mapping[str, str], plan: Any
+    ) -> None:
         """
-        Write the part of a run that others do not have.
+        Write the plan of a run, and the environment of its processes.
 
         :param folder: The folder of the run
         """
+        values = {'environment': dict(environment), 'plan': plan}
         _write(folder / _PLAN, values, 0o600)
 
     def write_result(self, result: RunResult) -> None:
@@ -195,23 +196,23 @@ def _launch(number: int, folder: Path, common: Common) -> RunResult | None:
         with suppress(OSError):
             enter_own_network()
             own_network = True
-    domains = DomainIds(common.environment, shared=not own_network)
+    sourced = values['environment']
+    domains = DomainIds(sourced, shared=not own_network)
     domain = domains.reserve()
     if domain is None:
         reason = 'every ROS_DOMAIN_ID of the node is taken by other runs'
         return failed_run(number, reason)
-    environment = {
-        **environment_here(common, os.environ),
-        **values['environment'],
-        VARIABLE: str(domain),
-    }
+    environment = environment_here(sourced, common.user, os.environ)
+    environment[VARIABLE] = str(domain)
     plan = plan_from_json(json.dumps(values['plan']))
     planned = PlannedRun(plan, environment)
     return perform(number, planned, folder, common.goal)
 
 
 def environment_here(
-    common: Common, environment: Mapping[str, str]
+    sourced: Mapping[str, str],
+    user: Mapping[str, str],
+    environment: Mapping[str, str],
 ) -> dict[str, str]:
     """
     Return the environment of a run on this node.
@@ -219,12 +220,13 @@ def environment_here(
     It is that of the workspace, with the variables that Slurm has set for the
     task, such as `CUDA_VISIBLE_DEVICES`; sourced variables remain.
 
+    :param sourced: That of the workspace
+    :param user: That of the user, see :class:`Common`
     :param environment: That of this task
     """
-    here = dict(common.environment)
+    here = dict(sourced)
     for name, value in environment.items():
-        is_new = common.user.get(name) != value
-        is_sourced = common.user.get(name) != common.environment.get(name)
-        if is_new and not is_sourced:
+        before = user.get(name)
+        if before == sourced.get(name) and before != value:
             here[name] = value
     return here

@@ -266,8 +266,7 @@ def test_task_environment_has_variables_of_slurm() -> None:
         'CUDA_VISIBLE_DEVICES': '1',
         'SLURM_JOB_ID': '7',
     }
-    common = Common(Goal(), sourced, user)
-    assert environment_here(common, here) == {
+    assert environment_here(sourced, user, here) == {
         'PATH': '/ws/bin:/bin',
         'HOME': '/home/me',
         'LANG': 'de',
@@ -281,12 +280,12 @@ def test_common_file_is_private_and_complete(tmp_path: Path) -> None:
     files = SlurmFiles(tmp_path)
     files.make()
     goal = Goal(timeout=3.0, metrics=(read_metric('--metric', 'a=(b)'),))
-    common = Common(goal, {'TOKEN': 'secret'}, {}, share_network=True)
+    common = Common(goal, {'TOKEN': 'secret'}, share_network=True)
     files.write_common(common)
     (path,) = files.folder.glob('*.json')
     assert stat.S_IMODE(path.stat().st_mode) == 0o600
     read = files.read_common()
-    assert read.environment == common.environment
+    assert read.user == common.user
     assert read.goal.timeout == 3.0
     assert read.goal.metrics[0].pattern.text == '(b)'
     assert read.share_network
