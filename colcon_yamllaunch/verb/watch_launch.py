@@ -24,7 +24,6 @@ from colcon_yamllaunch.engine.cgroup import CGROUP_VARIABLE
 from colcon_yamllaunch.engine.cgroup import expect_moves
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import render
-from colcon_yamllaunch.plan.labels import MACHINE_SEPARATOR
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.verb.context import GiveUpError
 from colcon_yamllaunch.verb.context import LaunchContext
@@ -32,7 +31,8 @@ from colcon_yamllaunch.verb.messages import say
 from colcon_yamllaunch.verb.prepare import prepare
 from colcon_yamllaunch.watch import worker
 from colcon_yamllaunch.watch.change_loop import ChangeLoop
-from colcon_yamllaunch.watch.consequences import changed_products
+from colcon_yamllaunch.watch.dependencies import build_products
+from colcon_yamllaunch.watch.dependencies import find_dependencies
 from colcon_yamllaunch.watch.python_syntax import source_error
 from colcon_yamllaunch.workspace.building.build_processes import BuildProcesses
 
@@ -71,9 +71,15 @@ def change_loop(
 
 
 def prepare_again(
-    first: LaunchContext, job: worker.Job, announce: worker.Announce
+    first: LaunchContext,
+    suspects: tuple[str, ...],
+    announce: worker.Announce,
 ) -> worker.Prepared | worker.Failed:
-    """Prepare the launch as one that begins now, in a child."""
+    """
+    Prepare the launch as one that begins now, in a child.
+
+    :param suspects: Python files that may not compile
+    """
     context = None
     try:
         # the folder may have been removed and created again
@@ -87,7 +93,7 @@ def prepare_again(
             )
         with closing(context), context.workspace.lock:
             plan, environment = prepare(context)
-            return _described(context, plan, environment, job)
+            return _described(context, plan, environment, suspects)
     except GiveUpError as e:
         built = () if context is None else tuple(context.builds.names)
         return worker.Failed('build' if e.is_build else 'plan', built)
@@ -112,15 +118,10 @@ def _described(
     context: LaunchContext,
     plan: Plan,
     environment: Mapping[str, str],
-    job: worker.Job | None = None,
+    suspects: tuple[str, ...] = (),
 ) -> worker.Prepared:
-    """
-    Return what a prepared launch runs, and what that uses.
-
-    :param job: The job that prepared it; None when the launch begins
-    """
+    """Return what a prepared launch runs, and what that uses."""
     workspace, machines = context.workspace, context.machines
-    asked = job or worker.Job({}, {})
     assert context.evaluation is not None
     dependencies = find_dependencies(
         plan,
@@ -128,7 +129,6 @@ def _described(
         None if workspace.root is None else workspace.colcon,
         workspace.locator,
         context.wanted,
-        asked.libraries,
         environment,
         None if machines is None else machines.dependencies,
     )
@@ -138,24 +138,17 @@ def _described(
         dependencies = replace(dependencies, plan_files=plan_files)
     built: dict[str, Any] = {}
     if workspace.root is not None:
-        names = {p.name for p in dependencies.packages} | asked.built.keys()
-        here = [name for name in names if MACHINE_SEPARATOR not in name]
-        built |= build_products(workspace.colcon, here)
+        names = [package.name for package in dependencies.packages]
+        built |= build_products(workspace.colcon, names)
     packages = context.builds.names
     if machines is not None:
         built |= machines.records
         packages += machines.built
-    changed = changed_products(asked.built, built) if job else {}
     return worker.Prepared(
         plan,
         environment,
         dependencies,
         built,
-        {
-            # from what is on a machine, such as `arm│my_pkg`, too
-            path: name.rpartition(MACHINE_SEPARATOR)[2]
-            for path, name in changed.items()
-        },
         tuple(dict.fromkeys(packages)),
         context.begun_ns,
         _grown_from(context.evaluation),
@@ -163,7 +156,7 @@ def _described(
         frozenset() if machines is None else machines.used,
         {
             path: render([error], str(context.cwd))
-            for path in asked.suspects
+            for path in suspects
             if (error := source_error(path, environment)) is not None
         },
     )

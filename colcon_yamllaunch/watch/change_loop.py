@@ -13,6 +13,7 @@ has left undone follows the next successful one.
 from collections.abc import Callable
 from collections.abc import Collection
 from collections.abc import Iterable
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 import os
@@ -33,12 +34,13 @@ from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.plan_difference import plan_difference
 from colcon_yamllaunch.watch.consequences import affected_by_build
 from colcon_yamllaunch.watch.consequences import after_rewrite
+from colcon_yamllaunch.watch.consequences import changed_products
 from colcon_yamllaunch.watch.consequences import Consequence
 from colcon_yamllaunch.watch.consequences import consequences
 from colcon_yamllaunch.watch.consequences import Steps
 from colcon_yamllaunch.watch.consequences import steps
 from colcon_yamllaunch.watch.consequences import why_lines
-from colcon_yamllaunch.watch.dependencies import with_libraries
+from colcon_yamllaunch.watch.dependencies import mapped_files
 from colcon_yamllaunch.watch.pending_changes import PendingChange
 from colcon_yamllaunch.watch.pending_changes import PendingChanges
 from colcon_yamllaunch.watch.pending_changes import without
@@ -49,7 +51,6 @@ from colcon_yamllaunch.watch.watcher import WatcherClient
 from colcon_yamllaunch.watch.worker import Announced
 from colcon_yamllaunch.watch.worker import Begun
 from colcon_yamllaunch.watch.worker import Failed
-from colcon_yamllaunch.watch.worker import Job
 from colcon_yamllaunch.watch.worker import Prepared
 from colcon_yamllaunch.watch.worker import Worker
 
@@ -117,6 +118,8 @@ class ChangeLoop(Participant):
         self._unsure_since: float | None = None
         # when the launch was last prepared
         self._prepared_at = clock()
+        # the files that are mapped into processes, by label
+        self._libraries: dict[str, frozenset[str]] = {}
         # the labels that are not restarted, by file that does not compile
         self._broken: dict[str, set[str]] = {}
 
@@ -370,15 +373,13 @@ class ChangeLoop(Participant):
         self._release_job()
         if self._unsure_since is None:
             self._unsure_since = self._clock()
-        self._dependencies = with_libraries(
-            self._dependencies, self.launch.groups()
-        )
-        libraries = {
-            p.label: p.libraries for p in self._dependencies.processes
-        }
+        products = [p + os.sep for p in self._dependencies.products]
+        for label, pid in self.launch.groups().items():
+            mapped = mapped_files(pid, tuple(products))
+            if mapped is not None:
+                self._libraries[label] = mapped
         try:
-            job = Job(self._current.built, libraries, current.suspects)
-            self._worker.ask(job)
+            self._worker.ask(current.suspects)
         except OSError:
             # its end is noticed soon
             current.is_lost = True
@@ -486,7 +487,10 @@ class ChangeLoop(Participant):
         if not before.grown_from or len(new.plan.blocks) >= len(launch.blocks):
             # otherwise the plan has grown since
             launch.blocks = new.plan.blocks
-        affected = affected_by_build(prepared.changed, self._dependencies)
+        changed = changed_products(before.built, prepared.built)
+        affected = affected_by_build(
+            changed, self._dependencies, self._libraries
+        )
         if self._why:
             for label, reason in affected.items():
                 self._explain(f'restart {label}, as {reason}')
@@ -500,6 +504,7 @@ class ChangeLoop(Participant):
         current.pending.update(new.gone)
         for label in new.gone:
             launch.dispatcher.do(commands.Drop(label))
+            self._libraries.pop(label, None)
         launch.dispatcher.do(commands.Forget(new.dropped))
         kept = {*new.same, *new.differs}
         parts = [p for p in _parts(new.plan.entries) if p.label in kept]
@@ -507,13 +512,15 @@ class ChangeLoop(Participant):
             at_once = part.label not in new.differs
             launch.dispatcher.do(commands.Revise(part, at_once))
         labels = [p.label for p in parts if p.label in wanted]
-        self._restart(self._compiled(labels, prepared, current), current)
+        self._restart(
+            self._compiled(labels, changed, prepared.broken, current), current
+        )
         launch.dispatcher.do(commands.Extend(new.new))
         # others are started by timers
         now = {e.label for e in new.new if isinstance(e, Process)}
         current.pending |= now
         self._current = replace(
-            prepared, plan=new.plan, machines=before.machines, changed={}
+            prepared, plan=new.plan, machines=before.machines
         )
         self._dependencies = prepared.dependencies
         self._watch()
@@ -521,27 +528,35 @@ class ChangeLoop(Participant):
     def _compiled(
         self,
         labels: Collection[str],
-        prepared: Prepared,
+        changed: Mapping[str, str],
+        errors: Mapping[str, str],
         current: PendingChange,
     ) -> tuple[str, ...]:
-        """Return the labels whose Python files compile."""
+        """
+        Return the labels whose Python files compile.
+
+        :param changed: The changed products
+        :param errors: The errors of files that do not compile, by path
+        """
         broken: dict[str, set[str]] = {}
-        for path, error in prepared.broken.items():
-            changed = Change('changed', path, path)
+        for path, error in errors.items():
+            change = Change('changed', path, path)
             found = steps(
-                consequences([changed], self._dependencies), self._dependencies
+                consequences([change], self._dependencies), self._dependencies
             )
             # installed files, here or elsewhere, may be copies
             name = os.path.basename(path)
             copies = {
                 copy: package
-                for copy, package in prepared.changed.items()
+                for copy, package in changed.items()
                 if os.path.basename(copy) == name
             }
             broken[path] = {
                 *self._broken.get(path, ()),
                 *found.restart,
-                *affected_by_build(copies, self._dependencies),
+                *affected_by_build(
+                    copies, self._dependencies, self._libraries
+                ),
             }
             if not broken[path].isdisjoint(labels):
                 current.details = f'{current.details}\n{error}'.lstrip()

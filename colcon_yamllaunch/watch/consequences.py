@@ -38,6 +38,7 @@ Action = Literal[
 
 _PYTHON_SUFFIX = '.py'
 _LIBRARY = '.so'
+_PYTHON_LIBRARY = '/libpython'
 _MODULES = (_PYTHON_SUFFIX, _LIBRARY)
 #: What may have happened to a file in between that was rewritten unchanged.
 _MEANWHILE: tuple[Kind, ...] = ('changed', 'deleted')
@@ -166,7 +167,8 @@ def steps(found: Iterable[Consequence], dependencies: Dependencies) -> Steps:
 def changed_products(before: Products, after: Products) -> dict[str, str]:
     """Return the changed, new and removed files, with their packages."""
     return {
-        path: name
+        # without the machine, as in `arm│my_pkg`
+        path: name.removeprefix(machine_of(name))
         for name, now in after.items()
         for then in [before.get(name, {})]
         for path in then.keys() | now.keys()
@@ -175,17 +177,22 @@ def changed_products(before: Products, after: Products) -> dict[str, str]:
 
 
 def affected_by_build(
-    changed: Mapping[str, str], dependencies: Dependencies
+    changed: Mapping[str, str],
+    dependencies: Dependencies,
+    libraries: Mapping[str, frozenset[str]],
 ) -> dict[str, str]:
     """
     Return the labels whose code a build changed, each with the reason.
 
     :param changed: The changed products, see :func:`changed_products`
+    :param libraries: The files that are mapped into processes, or were when
+      they were last examined, by label
     """
     return {
         process.label: reason
         for process in (dependencies.processes if changed else ())
-        if (reason := next(_reasons(process, changed), None)) is not None
+        for mapped in [libraries.get(process.label)]
+        if (reason := next(_reasons(process, changed, mapped), None))
     }
 
 
@@ -368,7 +375,9 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def _reasons(
-    process: ProcessDependencies, changed: Mapping[str, str]
+    process: ProcessDependencies,
+    changed: Mapping[str, str],
+    libraries: frozenset[str] | None,
 ) -> Iterator[str]:
     machine = process.machine
     place = f' on {machine}' if machine else ''
@@ -377,13 +386,14 @@ def _reasons(
     for path in sorted(process.files.intersection(changed)):
         what = 'is another one' if machine else 'was installed'
         yield f'{os.path.basename(path)} {what}{place}'
-    libraries = process.libraries
     if process.is_component:
         # the container has its code
         return
-    if libraries is not None:
-        for path in sorted(libraries.intersection(changed)):
-            yield f'{os.path.basename(path)}, which it uses, was built'
+    for path in sorted((libraries or set()).intersection(changed)):
+        yield f'{os.path.basename(path)}, which it uses, was built'
+    runs_python = process.may_run_python or any(
+        _PYTHON_LIBRARY in path for path in libraries or ()
+    )
     for path, package in sorted(changed.items()):
         if machine_of(path) != (machine and machine + MACHINE_SEPARATOR):
             continue
@@ -395,7 +405,7 @@ def _reasons(
             # it may have ended before its libraries were examined
             name = os.path.basename(path)
             yield f'{name}, which it may use, was built{place}'
-        elif not is_library and process.may_run_python:
+        elif not is_library and runs_python:
             yield f'a Python module of {package} was installed{place}'
 
 

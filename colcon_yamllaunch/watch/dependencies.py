@@ -97,8 +97,6 @@ class ProcessDependencies:
       its own, those of components in it, and their dependencies
     :param files: Other files that its plan names, behind all links
     :param may_run_python: Whether it is or may start a Python interpreter
-    :param libraries: The files that are mapped into the process, or were when
-      it was last examined; None if it never was
     :param is_component: Whether it is a component
     :param machine: The machine that it runs on, empty for this computer
     """
@@ -108,7 +106,6 @@ class ProcessDependencies:
     packages: frozenset[str] = frozenset()
     files: frozenset[str] = frozenset()
     may_run_python: bool = False
-    libraries: frozenset[str] | None = None
     is_component: bool = False
     machine: str = ''
 
@@ -208,7 +205,6 @@ def find_dependencies(
     colcon: CachedColcon | None,
     locator: PackageLocator,
     wanted: Iterable[str],
-    libraries: Mapping[str, frozenset[str] | None],
     environment: Mapping[str, str],
     remote: RemoteDependencies | None = None,
 ) -> Dependencies:
@@ -220,7 +216,6 @@ def find_dependencies(
     :param colcon: The colcon of the workspace, None without a workspace
     :param locator: Finds the packages of the workspace
     :param wanted: The packages of the workspace that it names
-    :param libraries: The files mapped into processes, as far as known
     :param environment: The environment of the processes
     :param remote: The dependencies of parts on other machines
     """
@@ -244,7 +239,6 @@ def find_dependencies(
     finder = _ProcessFinder(
         plan,
         packages,
-        libraries,
         environment,
         install,
         tuple(f'{os.path.realpath(p)}{os.sep}' for p in folders),
@@ -371,7 +365,6 @@ class _ProcessFinder:
     Finds what the processes and components of a plan use.
 
     :param packages: Those of the workspace that the launch needs
-    :param libraries: The files mapped into processes, as far as known
     :param environment: The environment of the processes
     :param install: The install base, with a separator at its end
     :param folders: The folders that may have files of the user, each so
@@ -382,7 +375,6 @@ class _ProcessFinder:
         self,
         plan: Plan,
         packages: list[Package],
-        libraries: Mapping[str, frozenset[str] | None],
         environment: Mapping[str, str],
         install: str,
         folders: tuple[str, ...],
@@ -390,7 +382,6 @@ class _ProcessFinder:
     ) -> None:
         self._plan = plan
         self._names = frozenset(package.name for package in packages)
-        self._libraries = libraries
         self._environment = environment
         self._install = install
         self._folders = folders
@@ -427,7 +418,6 @@ class _ProcessFinder:
             ),
             may_run_python=found.may_run_python
             or not os.path.exists(found.program or ''),
-            libraries=None,
             machine=machine,
         )
 
@@ -457,7 +447,6 @@ class _ProcessFinder:
             program is None
             or self._may_run_python(program)
             or any(map(self._may_run_python, named)),
-            self._libraries.get(process.label),
         )
 
     def _of_component(self, component: Component) -> ProcessDependencies:
@@ -521,32 +510,6 @@ class _ProcessFinder:
         is_likely = '.' in os.path.basename(real) and not os.path.exists(real)
         is_likely = is_likely and os.path.isdir(os.path.dirname(real))
         return real if is_likely else None
-
-
-def with_libraries(
-    dependencies: Dependencies, processes: Mapping[str, int]
-) -> Dependencies:
-    """
-    Return `dependencies` with the files that are mapped into processes now.
-
-    A process that has ended keeps its files.
-
-    :param processes: The process IDs of those that run, by label
-    """
-    folders = tuple(folder + os.sep for folder in dependencies.products)
-    found = []
-    for process in dependencies.processes:
-        pid = processes.get(process.label)
-        mapped = mapped_files(pid, folders) if pid else None
-        if mapped is not None:
-            process = replace(
-                process,
-                libraries=mapped,
-                may_run_python=process.may_run_python
-                or any('/libpython' in path for path in mapped),
-            )
-        found.append(process)
-    return replace(dependencies, processes=tuple(found))
 
 
 def mapped_files(

@@ -43,6 +43,7 @@ from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.loop import readable
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.watch.dependencies import Dependencies
+from colcon_yamllaunch.watch.dependencies import Products
 
 _START = b's'
 _CANCEL = b'c'
@@ -52,22 +53,6 @@ _CANCELLING = (signal.SIGINT, signal.SIGTERM)
 _GRACE = 3.0
 #: Seconds until a worker that should end is killed.
 _CLOSE_TIMEOUT = 8.0
-
-
-@dataclass(frozen=True, slots=True)
-class Job:
-    """
-    A request to prepare the launch again, as one that begins now would be.
-
-    :param built: The products that the running processes have, see
-      :data:`.Products`
-    :param libraries: The files that are mapped into each process, by label
-    :param suspects: Python files that may not compile
-    """
-
-    built: Mapping[str, Any]
-    libraries: Mapping[str, frozenset[str] | None]
-    suspects: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,8 +76,6 @@ class Prepared:
 
     :param environment: The environment of its processes
     :param built: The products of its builds
-    :param changed: The products that differ from what the running processes
-      were started with
     :param packages: The packages that the job has built
     :param since_ns: When the job began (nanoseconds since the epoch)
     :param grown_from: The files that the plan was made from, with their
@@ -105,8 +88,7 @@ class Prepared:
     plan: Plan
     environment: Mapping[str, str]
     dependencies: Dependencies
-    built: Mapping[str, Any]
-    changed: Mapping[str, str]
+    built: Products
     packages: tuple[str, ...]
     since_ns: int
     grown_from: Mapping[str, str] | None = None

@@ -72,6 +72,7 @@ class Played:
         self.worker.ended.side_effect = lambda: setattr(self.worker, 'pid', 0)
         self.loop = SimpleNamespace(wake=self.wake)
         self.turns = 0
+        self.built: dict[str, dict[str, str]] = {}
         self.told: list[events.Event] = []
         self.asked: list[Any] = []
         self.guarded: set[int] = set()
@@ -87,7 +88,7 @@ class Played:
         )
         self.state.expect(self.plan.entries)
         self.watching = ChangeLoop(
-            Prepared(self.plan, {}, KNOWN, {}, {}, (), 0, grown_from),
+            Prepared(self.plan, {}, KNOWN, {}, (), 0, grown_from),
             self.worker,
             None,
             clock=lambda: self.now,
@@ -169,9 +170,16 @@ class Played:
             self.worker.begin.call_args.args[1](answer)
         return self.was_asked()
 
-    def prepared(self, *parts: Process, **more: Any) -> list[Any]:
+    def prepared(
+        self, *parts: Process, changed: Any = None, **more: Any
+    ) -> list[Any]:
+        """Have the worker prepare a launch; return what is asked at once."""
         plan = Plan(parts) if parts else self.plan
-        answer = Prepared(plan, {}, KNOWN, {}, {}, (), 0)
+        for path, package in (changed or {}).items():
+            before = self.built.get(package, {})
+            digest = before.get(path, '') + '+'
+            self.built[package] = {**before, path: digest}
+        answer = Prepared(plan, {}, KNOWN, dict(self.built), (), 0)
         return self.answer(replace(answer, **more))
 
     def was_asked(self) -> list[Any]:

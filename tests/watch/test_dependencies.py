@@ -32,7 +32,6 @@ from colcon_yamllaunch.watch.dependencies import find_dependencies
 from colcon_yamllaunch.watch.dependencies import mapped_files
 from colcon_yamllaunch.watch.dependencies import ProcessDependencies
 from colcon_yamllaunch.watch.dependencies import RemoteDependencies
-from colcon_yamllaunch.watch.dependencies import with_libraries
 from colcon_yamllaunch.watch.watched_files import Change
 from colcon_yamllaunch.workspace.freshness.build_record import Record
 from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
@@ -130,7 +129,6 @@ def learn(
         None if workspace.root is None else workspace.colcon,
         workspace.locator,
         [package.name for package in workspace.packages],
-        {},
         {'PATH': os.environ['PATH']},
     )
 
@@ -343,14 +341,15 @@ PYTHON_OF_ARM = {**OF_ARM, 'may_run_python': True}
         ({'program': '/ws/build/arm/other'}, MOTOR, False),
         ({'files': frozenset(('/ws/a.yaml',))}, '/ws/a.yaml', True),
         # a library: as it is mapped, or may have been
-        ({**OF_ARM, 'libraries': frozenset(('/l.so.1',))}, '/l.so.1', True),
-        ({**OF_ARM, 'libraries': frozenset()}, '/l.so', False),
+        ({**OF_ARM, 'libraries': {'/l.so.1'}}, '/l.so.1', True),
+        ({**OF_ARM, 'libraries': set()}, '/l.so', False),
         (OF_ARM, '/l.so', True),
         ({}, '/l.so', False),
         ({**OF_ARM, 'is_component': True}, '/l.so', False),
         # a module
         (PYTHON_OF_ARM, MODULE, True),
         (OF_ARM, MODULE, False),
+        ({**OF_ARM, 'libraries': {'/usr/lib/libpython3.so'}}, MODULE, True),
         ({'may_run_python': True}, MODULE, False),
         # no module
         (PYTHON_OF_ARM, '/ws/install/arm/share/arm/launch/x.py', False),
@@ -360,9 +359,11 @@ PYTHON_OF_ARM = {**OF_ARM, 'may_run_python': True}
 def test_build_affects_the_processes_that_use_its_products(
     use: dict[str, Any], path: str, is_affected: bool
 ) -> None:
+    use = dict(use)
+    mapped = {'x': use.pop('libraries')} if 'libraries' in use else {}
     known = Dependencies((ProcessDependencies('x', **use),))
-    assert bool(affected_by_build({path: 'arm'}, known)) == is_affected
-    assert affected_by_build({}, known) == {}
+    assert bool(affected_by_build({path: 'arm'}, known, mapped)) == is_affected
+    assert affected_by_build({}, known, mapped) == {}
 
 
 def test_files_mapped_into_a_process_are_found() -> None:
@@ -376,19 +377,12 @@ def test_files_mapped_into_a_process_are_found() -> None:
         assert shell.stdout is not None
         shell.stdout.readline()
         found = mapped_files(shell.pid)
-        known = Dependencies(
-            (ProcessDependencies('a'), ProcessDependencies('b'))
-        )
-        known = with_libraries(known, {'a': shell.pid})
         os.killpg(shell.pid, 9)
     python = os.path.realpath(sys.executable)
     assert found is not None
     assert python.startswith('/usr/') or python in found
-    assert known.processes[0].libraries == found
-    assert known.processes[1].libraries is None
-    # what has ended keeps what was found
-    again = with_libraries(known, {'a': shell.pid, 'b': 0})
-    assert again == known
+    # what has ended maps nothing
+    assert mapped_files(shell.pid) is None
 
 
 class Kind(NamedTuple):
@@ -453,7 +447,7 @@ def test_only_changes_on_the_machine_restart_its_processes(
         Plan((process(*files, label=label, package='arm'),)),
         evaluation(f'{workspace.root}/src/arm/{LAUNCH}'),
         *(workspace.colcon, workspace.locator),
-        *(['arm'] if is_installed else [], {}, {}),
+        *(['arm'] if is_installed else [], {}),
         RemoteDependencies(
             {label: 'arm'},
             {label: frozenset(files)},
@@ -476,7 +470,7 @@ def test_only_changes_on_the_machine_restart_its_processes(
     expected = set() if is_launch else {label}
     for place, affected in (('', set()), ('arm│', expected), ('gpu│', set())):
         changed = {f'{place}{install}/{kind.built}': 'arm'}
-        assert affected_by_build(changed, known).keys() == affected
+        assert affected_by_build(changed, known, {}).keys() == affected
 
 
 def test_file_of_no_package_is_compared_on_the_machine() -> None:

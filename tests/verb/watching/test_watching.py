@@ -12,7 +12,6 @@ from types import SimpleNamespace
 
 from colcon_yamllaunch.verb.watch_launch import prepare_again
 from colcon_yamllaunch.watch.worker import Failed
-from colcon_yamllaunch.watch.worker import Job
 import pytest
 from support.manifest import manifest
 from support.waiting import is_running
@@ -173,8 +172,7 @@ def test_mistakes_stop_nothing_that_runs(flow):
 def test_removed_workspace_is_no_internal_error(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     cwd = tmp_path / 'ws'
-    context = SimpleNamespace(cwd=cwd)
-    answer = prepare_again(context, Job({}, {}), print)
+    answer = prepare_again(SimpleNamespace(cwd=cwd), (), print)
     assert answer == Failed('plan')
     assert capsys.readouterr().err == (
         f'colcon launch: error: there is no {cwd} any more, in which the '
