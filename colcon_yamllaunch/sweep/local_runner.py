@@ -94,7 +94,7 @@ class _Child:
         self.messages = messages
         self.domain = domain
         self.run = run
-        self.result: RunResult | None = None
+        self.has_result = False
         self.state: Literal['planning', 'ready', 'running', 'over', 'idle']
         self.state = 'planning'
         self.link, self.its_link = socket.socketpair(
@@ -106,7 +106,7 @@ class _Child:
         """Send it the next run."""
         self.link.send(str(run.number).encode())
         self.run = run
-        self.result = None
+        self.has_result = False
         self.state = 'planning'
 
     @property
@@ -315,7 +315,7 @@ class LocalRunner:
         waiting = [
             child.run
             for child in self._children
-            if child.state != 'idle' and child.run not in self._unbuilt
+            if not child.has_result and child.run not in self._unbuilt
         ]
         self._end_all()
         for run in self._unbuilt:
@@ -343,22 +343,19 @@ class LocalRunner:
             case {'not built': True}:
                 self._unbuilt.append(child.run)
             case {'result': values, 'idle': is_idle}:
-                child.result = result_from_json(values)
-                if is_idle and child.result is not None:
-                    self._done(child, child.result)
-                    child.state = 'idle'
+                result = result_from_json(values)
+                if result is not None:
+                    self._done(child, result)
+                    if is_idle:
+                        child.state = 'idle'
             case _:
                 return
 
     def _ended(self, child: _Child) -> None:
         """Handle the end of a worker, in order or not."""
-        has_result = child.state == 'idle'
-        if child.result is not None and not has_result:
-            self._done(child, child.result)
-            has_result = True
         status = self._reap(child)
-        is_unbuilt = child.run in self._unbuilt
-        if not has_result and not is_unbuilt and self._stopped_by is None:
+        is_expected = child.has_result or child.run in self._unbuilt
+        if not is_expected and self._stopped_by is None:
             code = os.waitstatus_to_exitcode(status)
             how = (
                 f'was killed by {signal_name(-code)}'
@@ -370,6 +367,7 @@ class LocalRunner:
 
     def _done(self, child: _Child, result: RunResult) -> None:
         """Record a result, and the messages of the planning of the run."""
+        child.has_result = True
         if text := os.pread(child.messages, _MESSAGES_SIZE, 0):
             folder = self._sweep.folder.run_folder(child.run.number)
             with suppress(OSError):
@@ -516,7 +514,9 @@ class _Worker:
             return 130
         except Exception as e:  # noqa: BLE001 - the other runs go on
             with suppress(OSError):
-                self._send(_error(run, f'internal error: {e!r}'))
+                self._send(
+                    {**_error(run, f'internal error: {e!r}'), 'idle': False}
+                )
             return 1
         finally:
             with suppress(Exception):
