@@ -21,8 +21,8 @@ from colcon_yamllaunch.common.fingerprint import with_content
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.sweep.results import Code
-from colcon_yamllaunch.workspace.freshness.build_inputs import is_document
 from colcon_yamllaunch.workspace.freshness.source_changes import snapshot
+from colcon_yamllaunch.workspace.packages.build_files import is_document
 
 #: Seconds between two looks for edits, and that git may take.
 _INTERVAL = 1.0

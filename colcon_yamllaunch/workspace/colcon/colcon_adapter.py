@@ -821,7 +821,7 @@ class _NameReader:
             if name is None or not python.is_reading_cfg_sufficient(setup):
                 return
         else:
-            name = build_files.written_name(desc.path)
+            name = build_files.python_name(desc.path)
         desc.type = 'python'
         if desc.name is None:
             desc.name = name or setup.absolute().parent.name

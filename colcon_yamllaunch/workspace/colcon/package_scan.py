@@ -12,16 +12,15 @@ read.
 from collections.abc import Mapping
 import os
 from pathlib import Path
-import re
 from typing import Any
 
 from colcon_yamllaunch.common.search_path import split_path
-from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.colcon.colcon_cache import BuildArguments
 from colcon_yamllaunch.workspace.colcon.colcon_cache import decode
 from colcon_yamllaunch.workspace.colcon.colcon_cache import read_cache
 from colcon_yamllaunch.workspace.environment.sourcing import chained_underlays
-from colcon_yamllaunch.workspace.packages.build_files import written_name
+from colcon_yamllaunch.workspace.packages.build_files import cmake_name
+from colcon_yamllaunch.workspace.packages.build_files import python_name
 from colcon_yamllaunch.workspace.packages.package import is_merged
 from colcon_yamllaunch.workspace.packages.package import manifest_name
 from colcon_yamllaunch.workspace.packages.package import Package
@@ -34,8 +33,6 @@ from colcon_yamllaunch.workspace.packages.workspace_root import is_ignored
 
 #: What `colcon build` does without arguments and defaults.
 _USUAL = BuildArguments('build', 'install', False, ('.',), {})
-
-_CMAKE_NAME = re.compile(r'^[^#\n]*\bproject\s*\(\s*"?([^\s")]+)', re.I | re.M)
 
 
 def scan_packages(
@@ -113,26 +110,17 @@ class _FolderReader:
         return {f: (package, '') for f, package in self._packages.items()}
 
 
-def _cmake_name(folder: Path) -> str | None:
-    path = folder / 'CMakeLists.txt'
-    if not os.path.isfile(path):
-        return None
-    match = _CMAKE_NAME.search(text_of(path))
-    # the name may come from a variable
-    return folder.name if match is None or '$' in match[1] else match[1]
-
-
 def _python_name(folder: Path) -> str | None:
     is_setup = os.path.isfile(folder / 'setup.py')
     if not is_setup and not os.path.isfile(folder / 'setup.cfg'):
         return None
-    return written_name(folder) or (folder.name if is_setup else None)
+    return python_name(folder) or (folder.name if is_setup else None)
 
 
 # in the order in which colcon asks its extensions; of a package with a
 # manifest, what builds it matters to nobody here
 _NAMES = (
     ('ros.', manifest_name),
-    ('cmake', _cmake_name),
+    ('cmake', cmake_name),
     ('python', _python_name),
 )

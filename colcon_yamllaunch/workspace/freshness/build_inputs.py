@@ -4,17 +4,13 @@
 """
 What a build reads, as CMake's generators wrote it down.
 
-Documents in a package's source that no CMake file reads do not matter: only
-what people read where it lies counts as a document, and only where no word in
-the CMake files may mean it: its name, a pattern that fits, a folder that it is
-in. In doubt it is a file like any other.
+make and Ninja have the paths of all that they compare in files of their own;
+CMake has what it read itself in `Makefile.cmake` or `build.ninja`.
 """
 
 from collections.abc import Callable
-from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Iterator
-from fnmatch import fnmatchcase
 import os
 from pathlib import Path
 import re
@@ -22,31 +18,10 @@ import struct
 import sys
 
 from colcon_yamllaunch.common.text_files import content_of
-
-#: Where documents are, relative to the package.
-_FOLDERS = ('', 'doc', 'docs')
-_NAMES = re.compile(
-    r'(readme|license|licence|copying|notice|authors|contributors|changelog'
-    r'|changes|history|contributing|code_of_conduct|security'
-    r'|quality_declaration)(\.\w+)?|[^.].*\.(md|rst)',
-    re.IGNORECASE,
-)
-#: What runs programs, which may read whatever they like.
-_PROGRAMS = re.compile(
-    r'\b(execute_process|exec_program|add_custom_\w+|externalproject_\w+'
-    r'|fetchcontent_\w+|try_run)\s*\(',
-    re.IGNORECASE,
-)
-_COMMENT = re.compile(r'^\s*#.*$', re.MULTILINE)
-#: Where something is installed to.
-_DESTINATION = re.compile(r'\bDESTINATION\s+\S+')
-_SEPARATORS = re.compile(r'[\s"\'();<>:=]+')
-_VARIABLE = re.compile(r'\$\w*\{[^{}]*\}')
-#: The folder of the source itself, or the one around it.
-_WHOLE = re.compile(
-    r'(\.{1,2}|\$\{\w*(SOURCE_DIR|LIST_DIR|HOME_DIRECTORY)\})[./]*'
-)
-
+from colcon_yamllaunch.workspace.packages.build_files import cmake_texts
+from colcon_yamllaunch.workspace.packages.build_files import found_by
+from colcon_yamllaunch.workspace.packages.build_files import may_be_meant
+from colcon_yamllaunch.workspace.packages.build_files import reading_commands
 
 #: What the compilers read; CMake's own inputs are in the other ones.
 _COMPILED = frozenset(('build.make', 'build.ninja'))
@@ -72,86 +47,11 @@ _NINJA_WORD = re.compile(r'(?:[^\s$|:]|\$.)+')
 #: What make takes for itself in a word, and the commands of a rule.
 _MAKE_ESCAPE = re.compile(r'\\([\s#:\\])')
 _MAKE_COMMAND = re.compile(r'(?m)^\t.*$')
-#: Commands of CMake that read files without writing it down (`file`), or run
-#: programs that may.
-_READING = re.compile(
-    r'(?i)\b((?:file|execute_process|configure_file|add_custom_\w+)\s*\([^)]*)'
-)
-#: Packages that CMake looks for, and variables of the environment that it
-#: reads.
-_FINDING = re.compile(r'(?i)\bfind_(?:package|dependency)\s*\(\s*"?([\w.+-]+)')
 _FOUND = re.compile(r'(?m)^([\w.+-]+)_DIR:PATH=')
-_ENVIRONMENT = re.compile(r'\bENV(?:\{|\s+"?)(\w+)')
-#: Commands of CMake and ament_cmake that look for nothing but what they name,
-#: and what is meant by these names.
-_INSTALLING = frozenset(
-    (
-        *('add_subdirectory', 'add_test', 'ament_export_dependencies'),
-        *('ament_package', 'ament_python_install_package'),
-        *('cmake_minimum_required', 'else', 'elseif', 'enable_testing'),
-        *('endforeach', 'endif', 'find_package', 'foreach', 'if', 'install'),
-        *('message', 'option', 'project', 'set'),
-    )
-)
-_TOOLS = 'ament_cmake'
-_COMMAND = re.compile(r'(?m)^\s*(\w+)\s*\(')
-_SET = re.compile(r'(?mi)^\s*(?:set|foreach|option)\s*\(\s*(\w+)')
-_USED = re.compile(r'\$\{([^}]*)\}')
-_OWN_VARIABLES = frozenset(
-    (
-        *('CMAKE_CURRENT_LIST_DIR', 'CMAKE_CURRENT_SOURCE_DIR'),
-        *('CMAKE_PROJECT_NAME', 'CMAKE_SOURCE_DIR', 'PROJECT_NAME'),
-        'PROJECT_SOURCE_DIR',
-    )
-)
-#: A path that leads elsewhere, a variable of the environment, one that says
-#: where CMake looks, an expression, and what `install` runs.
-_ELSEWHERE = re.compile(
-    r'\.\.|[\s"(;]/|ENV\{|CMAKE_\w*(?:PATH|ROOT)|\$<|\bCODE\b|\bSCRIPT\b'
-)
 #: What a shell keeps for itself.
 _OF_SHELLS = frozenset(('PWD', 'OLDPWD', 'SHLVL', '_'))
 #: Tools and libraries of the machine: what is below comes from installers.
 _SYSTEM = ('/usr', '/lib', '/bin', '/opt', '/etc', '/nix', '/snap')
-
-
-def is_document(relative: str) -> bool:
-    """
-    Tell whether a file is one that people read and tools do not.
-
-    :param relative: Its path in the package
-    """
-    folder, _, name = relative.rpartition('/')
-    return folder in _FOLDERS and _NAMES.fullmatch(name) is not None
-
-
-def may_be_meant(relative: str, texts: Iterable[str]) -> bool:
-    """
-    Tell whether CMake files may read or install a file of the source.
-
-    :param texts: Their texts
-    """
-    parts = [part.lower() for part in relative.split('/')]
-    # a name may be put together from its parts
-    parts += [part.partition('.')[0] for part in parts]
-    for text in texts:
-        if _PROGRAMS.search(text):
-            return True
-        text = _DESTINATION.sub('', _COMMENT.sub('', text))
-        if any(_means(word, parts) for word in _SEPARATORS.split(text)):
-            return True
-    return False
-
-
-def _means(word: str, parts: list[str]) -> bool:
-    if _WHOLE.fullmatch(word):
-        return True
-    name = word.rstrip('/').rpartition('/')[2].lower()
-    if not _VARIABLE.sub('', name):
-        # what the variables are made of stands elsewhere
-        return False
-    pattern = _VARIABLE.sub('*', name)
-    return any(fnmatchcase(part, pattern) for part in parts)
 
 
 class BuildInputs:
@@ -163,11 +63,7 @@ class BuildInputs:
 
     def __init__(self, source: Path, build: Path) -> None:
         self._source, self._build = source, build
-        self._commands = '\n'.join(
-            command
-            for path in _own_cmake_files(source)
-            for command in _READING.findall(_text(path))
-        )
+        self._commands = reading_commands(source)
         compiled: list[str] = []
         configured: list[str] = []
         self._paths: set[str] = set()
@@ -181,7 +77,11 @@ class BuildInputs:
     def reads(self, relative: str) -> bool:
         """Tell whether a source file is read by the build itself."""
         name = os.path.basename(relative)
-        return f'/{relative}' in self._all or name in self._commands
+        return f'/{relative}' in self._all or any(
+            name in argument
+            for command in self._commands
+            for argument in command.arguments
+        )
 
     def may_take_in(self, relative: str) -> bool:
         """Tell whether a CMake file may read or install a document."""
@@ -192,7 +92,7 @@ class BuildInputs:
     @property
     def has_commands(self) -> bool:
         """Whether the build runs programs beside compilers."""
-        return 'add_custom_' in self._commands.lower()
+        return any(c.name.startswith('add_custom_') for c in self._commands)
 
     def compiles(self, relative: str) -> bool:
         """Tell whether the build tool looks after a file by itself."""
@@ -223,12 +123,12 @@ class BuildInputs:
         They are those that CMake files name, but for those of the machine, and
         those that say where a package is.
         """
-        texts = self._cmake_texts()
         found = set(_FOUND.findall(_text(self._build / 'CMakeCache.txt')))
         variables = set()
-        for text in texts:
-            found.update(_FINDING.findall(text))
-            variables.update(_ENVIRONMENT.findall(text))
+        for text in self._cmake_texts():
+            packages, names = found_by(text)
+            found |= packages
+            variables |= names
         for name in found:
             # see find_package() of CMake, and its policies 74 and 144
             variables |= {f'{name}_DIR', f'{name}_ROOT'}
@@ -244,36 +144,7 @@ class BuildInputs:
             if path.endswith('.cmake') and not is_foreign(path)
         }
         texts = [_text(Path(path)) for path in sorted(files)]
-        return [*texts, *map(_text, _own_cmake_files(self._source))]
-
-
-def only_installs(source: Path, packages: Collection[str]) -> bool:
-    """
-    Return whether a build certainly takes nothing from other packages.
-
-    That is so if its CMake files do no more than install files of the package,
-    with ament_cmake at most, which is not in the workspace.
-
-    :param packages: Packages of the workspace that it needs
-    """
-    texts = [
-        re.sub(r'(?m)#.*', '', _text(path))
-        for path in _own_cmake_files(source)
-    ]
-    text = '\n'.join(texts)
-    commands = [name.lower() for name in _COMMAND.findall(text)]
-    found = [n for n in _FINDING.findall(text) if n.startswith(_TOOLS)]
-    made = _SET.findall(text)
-    return (
-        bool(commands)
-        and _INSTALLING.issuperset(commands)
-        # not one whose name is in a variable
-        and commands.count('find_package') == len(found)
-        and not any(name.startswith(_TOOLS) for name in packages)
-        and not any(name.startswith('CMAKE_') for name in made)
-        and {*_OWN_VARIABLES, *made}.issuperset(_USED.findall(text))
-        and not _ELSEWHERE.search(text)
-    )
+        return [*texts, *cmake_texts(self._source)]
 
 
 def _system() -> tuple[str, ...]:
@@ -285,13 +156,6 @@ def _below(folders: Iterable[str]) -> Callable[[str], bool]:
     known |= {os.path.realpath(path) for path in known}
     prefixes = tuple(f'{path}{os.sep}' for path in known)
     return lambda path: path.startswith(prefixes)
-
-
-def _own_cmake_files(source: Path) -> Iterator[Path]:
-    for folder, _, files in os.walk(source):
-        for name in files:
-            if name == 'CMakeLists.txt' or name.endswith('.cmake'):
-                yield Path(folder, name)
 
 
 def _written_down(build: Path) -> Iterator[Path]:

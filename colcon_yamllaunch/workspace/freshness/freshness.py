@@ -343,10 +343,10 @@ class Freshness:
     ) -> tuple[Record, tuple[Change, ...]]:
         """Leave out what the build cannot have to do with, for good."""
         # most launches find nothing changed
-        from colcon_yamllaunch.workspace.freshness.build_inputs import (
+        from colcon_yamllaunch.workspace.packages.build_files import (
             is_document,
         )
-        from colcon_yamllaunch.workspace.freshness.build_inputs import (
+        from colcon_yamllaunch.workspace.packages.build_files import (
             may_be_meant,
         )
 
@@ -567,9 +567,7 @@ def _is_apart(
     if not before and all(then[name] == now[name] for name in own):
         # most launches find them as they were
         return False
-    from colcon_yamllaunch.workspace.freshness.build_inputs import (
-        only_installs,
-    )
+    from colcon_yamllaunch.workspace.packages.build_files import only_installs
 
     return only_installs(package.path, own)
 

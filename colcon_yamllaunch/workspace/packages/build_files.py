@@ -4,36 +4,41 @@
 """
 What CMake files and `setup.py` say, without running them.
 
-This is the only reader of build files.
+This is the only reader of build files. It finds the programs, components and
+names of packages before they are built, and what a build may read.
 """
 
 import ast
+from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Sequence
 from dataclasses import dataclass
 from dataclasses import field
+from fnmatch import fnmatchcase
 from itertools import pairwise
 from itertools import product
+from itertools import takewhile
+import os
 from pathlib import Path
 from pathlib import PurePosixPath
 import re
+from typing import NamedTuple
 
 from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.packages.package_index import cmake_files
 
-#: How many commands of CMake are gone through, in loops and functions too.
-MAXIMUM_COMMANDS = 20_000
-#: How many loops and functions are gone through inside of one another.
-MAXIMUM_DEPTH = 30
-#: How many values a variable, and how many words an argument may come to.
+#: How many values a variable may come to.
 MAXIMUM_VALUES = 100
+#: How long a value may be (characters).
+MAXIMUM_LENGTH = 1000
 
 # stands for whatever cannot be known
 _ANY = '\0'
 _COMMENT = re.compile(
     r'#\[(=*)\[.*?\]\1\]|("(?:\\.|[^"\\])*")|#[^\n]*', re.DOTALL
 )
+_COMMENT_LINE = re.compile(r'^\s*#.*$', re.MULTILINE)
 _COMMAND = re.compile(r'([A-Za-z_]\w*)\s*\(')
 _ARGUMENT = re.compile(r'"((?:\\.|[^"\\])*)"|([()])|([^\s()"]+)', re.DOTALL)
 _VARIABLE = re.compile(r'\$\{([\w.+/-]+)\}')
@@ -42,23 +47,11 @@ _OTHER_VALUE = re.compile(r'\$(?:ENV|CACHE)?\{[^}]*\}|\$<.*')
 _KEYWORD = re.compile(r'[A-Z][A-Z_]+')
 # the arguments that name a program
 _NAMING = ('EXECUTABLE', 'OUTPUT_NAME', 'RENAME')
-# what computes a variable in a way that is not followed
-_COMPUTING = frozenset(
-    [
-        'cmake_parse_arguments',
-        'cmake_path',
-        'execute_process',
-        'file',
-        'find_file',
-        'find_path',
-        'find_program',
-        'get_filename_component',
-        'get_property',
-        'get_target_property',
-        'list',
-        'math',
-        'string',
-    ]
+# what sets a variable to something that is not known
+_COMPUTING = re.compile(
+    r'cmake_(parse_arguments|path)|execute_process|file|function|list|macro|'
+    r'math|string|find_(file|path|program)|'
+    r'get_(filename_component|property|target_property)'
 )
 # what brings no program but those that it names
 _HARMLESS = re.compile(
@@ -66,19 +59,11 @@ _HARMLESS = re.compile(
     r'target)_\w+|add_(compile_definitions|compile_options|custom_command|'
     r'custom_target|definitions|dependencies|library|subdirectory|test)|'
     r'configure_file|enable_testing|include|install|mark_as_advanced|message|'
-    r'option|pkg_check_modules|project|return|unset|(end)?(if|while)|else|'
-    r'elseif|break|continue'
+    r'option|pkg_check_modules|project|return|set|unset|break|continue|'
+    r'(end)?(if|while|foreach|function|macro)|else|elseif'
 )
-_ENTRY = re.compile(r'([\w.-]+)\s*=\s*[\w.]+\s*:\s*\w+')
-_ASSIGNED = re.compile(r'^(\w+)\s*=\s*[\'"]([\w.-]+)[\'"]', re.M)
-# a list of entry points that Python puts together
-_COMPUTED = re.compile(r'[{%+]|\bfor\b|\.format\(')
-
-
-_COMMENT_RULES = re.compile(r'#.*')
-_COMMAND_RULES = re.compile(r'^[ \t]*(\w+)\s*\(([^()]*)', re.M)
-#: Commands of CMake that install nothing unless their arguments say so.
-_KNOWN_COMMANDS = re.compile(
+#: Commands that install nothing unless their arguments say so.
+_PLAIN = re.compile(
     r'cmake_minimum_required|project|find_package|set|option|message'
     r'|if|elseif|else|endif|enable_testing|add_test|set_tests_properties'
     r'|add_executable|add_library|add_compile_options|add_subdirectory'
@@ -88,17 +73,114 @@ _KNOWN_COMMANDS = re.compile(
     r'|ament_lint_auto_find_test_dependencies|ament_add_\w*test\w*'
     r'|ament_python_install_package'
 )
-_KNOWN_MODULES = ('CTest', 'GNUInstallDirs')
-_KNOWN_VARIABLES = ('${PROJECT_NAME}', '${CMAKE_CURRENT_SOURCE_DIR}')
+_PLAIN_MODULES = ('CTest', 'GNUInstallDirs')
+_PLAIN_VARIABLES = re.compile(r'\$\{(PROJECT_NAME|CMAKE_CURRENT_SOURCE_DIR)\}')
+#: Commands of CMake and ament_cmake that look for nothing but what they name,
+#: and what is meant by these names.
+_INSTALLING = frozenset(
+    (
+        *('add_subdirectory', 'add_test', 'ament_export_dependencies'),
+        *('ament_package', 'ament_python_install_package'),
+        *('cmake_minimum_required', 'else', 'elseif', 'enable_testing'),
+        *('endforeach', 'endif', 'find_package', 'foreach', 'if', 'install'),
+        *('message', 'option', 'project', 'set'),
+    )
+)
+_TOOLS = 'ament_cmake'
+_USED = re.compile(r'\$\{([^}]*)\}')
+_SETTING = ('set', 'foreach', 'option')
+_OWN_VARIABLES = frozenset(
+    (
+        *('CMAKE_CURRENT_LIST_DIR', 'CMAKE_CURRENT_SOURCE_DIR'),
+        *('CMAKE_PROJECT_NAME', 'CMAKE_SOURCE_DIR', 'PROJECT_NAME'),
+        'PROJECT_SOURCE_DIR',
+    )
+)
+#: A path that leads elsewhere, a variable of the environment, one that says
+#: where CMake looks, an expression, and what `install` runs.
+_ELSEWHERE = re.compile(
+    r'\.\.|[\s;]/|ENV\{|CMAKE_\w*(?:PATH|ROOT)|\$<|\bCODE\b|\bSCRIPT\b'
+)
+#: Commands that read files without writing it down, or run programs that may.
+_READING = re.compile(r'file|execute_process|configure_file|add_custom_\w+')
+#: What runs programs, which may read whatever they like.
+_PROGRAMS = re.compile(
+    r'\b(execute_process|exec_program|add_custom_\w+|externalproject_\w+'
+    r'|fetchcontent_\w+|try_run)\s*\(',
+    re.IGNORECASE,
+)
+#: Packages that CMake looks for, and variables of the environment that it
+#: reads.
+_FINDING = re.compile(r'(?i)\bfind_(?:package|dependency)\s*\(\s*"?([\w.+-]+)')
+_ENVIRONMENT = re.compile(r'\bENV(?:\{|\s+"?)(\w+)')
+#: Where documents are, relative to the package.
+_DOCUMENT_FOLDERS = ('', 'doc', 'docs')
+_DOCUMENTS = re.compile(
+    r'(readme|license|licence|copying|notice|authors|contributors|changelog'
+    r'|changes|history|contributing|code_of_conduct|security'
+    r'|quality_declaration)(\.\w+)?|[^.].*\.(md|rst)',
+    re.IGNORECASE,
+)
+#: Where something is installed to.
+_DESTINATION = re.compile(r'\bDESTINATION\s+\S+')
+_SEPARATORS = re.compile(r'[\s"\'();<>:=]+')
+_PLACEHOLDER = re.compile(r'\$\w*\{[^{}]*\}')
+#: The folder of the source itself, or the one around it.
+_WHOLE = re.compile(
+    r'(\.{1,2}|\$\{\w*(SOURCE_DIR|LIST_DIR|HOME_DIRECTORY)\})[./]*'
+)
+_ENTRY = re.compile(r'([\w.-]+)\s*=\s*[\w.]+\s*:\s*\w+')
+_ASSIGNED = re.compile(r'^(\w+)\s*=\s*[\'"]([\w.-]+)[\'"]', re.M)
+# a list of entry points that Python puts together
+_COMPUTED = re.compile(r'[{%+]|\bfor\b|\.format\(')
 #: What declares the build of a Python package, beside its `setup.py`.
 _DECLARATIONS = ('setup.cfg', 'pyproject.toml')
-_COMPUTED_RULES = re.compile('(?:data|script)[_-]files')
-#: The arguments of `setup()` that name programs.
-_NAMING_RULES = ('entry_points', 'scripts')
+_INSTALLED_FILES = re.compile('(?:data|script)[_-]files')
 _SECTION = re.compile(
     r'^\[(?:metadata|project)\]\s*$(.*?)(?=^\[|\Z)', re.M | re.S
 )
 _NAME = re.compile(r'^name\s*[=:]\s*[\'"]?([\w.-]+)', re.M)
+
+
+class Command(NamedTuple):
+    """
+    A command of CMake.
+
+    :param name: Its name in lower case
+    :param arguments: Its arguments, variables not put in
+    """
+
+    name: str
+    arguments: tuple[str, ...]
+
+
+def cmake_texts(folder: Path) -> list[str]:
+    """Return the CMake files of a package, those in its root first."""
+    names = sorted(cmake_files(str(folder))[0], key=lambda n: n.count('/'))
+    return [text_of(folder / name) for name in names]
+
+
+def cmake_commands(folder: Path) -> list[Command]:
+    """Return the commands in the CMake files of a package."""
+    return [c for text in cmake_texts(folder) for c in _commands(text)]
+
+
+def _commands(text: str) -> Iterator[Command]:
+    """Return the commands in a text; one without a name is not complete."""
+    text = _COMMENT.sub(lambda found: found[2] or ' ', text)
+    at = 0
+    while start := _COMMAND.search(text, at):
+        arguments, depth, at = [], 1, start.end()
+        while depth and (found := _ARGUMENT.search(text, at)):
+            at = found.end()
+            depth += {'(': 1, ')': -1}.get(found[2] or '', 0)
+            if found[2] is None:
+                arguments.append(found[3] if found[1] is None else found[1])
+        if depth:
+            # nothing is known of the rest
+            yield Command('', ())
+            return
+        yield Command(start[1].lower(), tuple(arguments))
 
 
 @dataclass(slots=True)
@@ -141,22 +223,34 @@ def source_programs(folder: Path) -> SourcePrograms:
     """
     Return the programs that a package's build would install.
 
-    Variables, loops, functions and macros of CMake are followed as far as
-    their values stand in the files; conditions are taken to hold.
+    Variables of CMake have all values that the files give them anywhere. Where
+    something else computes one, such as a function, any name fits.
 
     :param folder: The source of the package
     """
-    names = sorted(cmake_files(str(folder))[0], key=lambda n: n.count('/'))
-    files = [list(_commands(text_of(folder / name))) for name in names]
-    cmake = _CMake()
-    # one file may use the functions and variables of another
-    for _ in range(2):
-        cmake.found = found = SourcePrograms()
-        cmake.left = MAXIMUM_COMMANDS
-        for commands in files:
-            cmake.run(commands, 0)
-    for name in ('setup.py', 'setup.cfg'):
-        _read_setup(text_of(folder / name), found)
+    found = SourcePrograms()
+    commands = cmake_commands(folder)
+    variables = _Variables(commands)
+    for name, arguments in commands:
+        if name.endswith('add_executable') and arguments:
+            for program in variables.words(arguments[:1]):
+                found.add(program)
+        elif not (_HARMLESS.fullmatch(name) or _COMPUTING.fullmatch(name)):
+            stems = {PurePosixPath(w).stem for w in variables.words(arguments)}
+            found.hints |= {s for s in stems if len(s) > 2 and _ANY not in s}
+        for keyword, argument in pairwise(arguments):
+            if keyword in _NAMING:
+                for program in variables.words((argument,)):
+                    found.add(program)
+        if 'PROGRAMS' in arguments:
+            files = arguments[arguments.index('PROGRAMS') + 1 :]
+            for word in variables.words(_until_keyword(files)):
+                program = PurePosixPath(word).name
+                # the source has those that are looked for by a pattern
+                if program.strip(_ANY) and '*' not in program:
+                    found.add(program)
+    for file in ('setup.py', 'setup.cfg'):
+        _read_scripts(text_of(folder / file), found)
     return found
 
 
@@ -169,235 +263,107 @@ def source_plugins(folder: Path) -> set[str]:
     :param folder: The source of the package
     """
     found: set[str] = set()
-    for name in cmake_files(str(folder))[0]:
-        for command in _commands(text_of(folder / name)):
-            words = command.arguments
-            if command.name == 'rclcpp_components_register_nodes':
-                found.update(words[1:])
-            elif command.name == 'rclcpp_components_register_node':
-                after = pairwise(words)
-                found.update(n for word, n in after if word == 'PLUGIN')
+    for name, words in cmake_commands(folder):
+        if name == 'rclcpp_components_register_nodes':
+            found.update(words[1:])
+        elif name == 'rclcpp_components_register_node':
+            after = pairwise(words)
+            found.update(n for word, n in after if word == 'PLUGIN')
     return {name for name in found if '::' in name and '$' not in name}
 
 
-@dataclass(frozen=True, slots=True)
-class _Command:
+class _Variables:
     """
-    A command of CMake.
+    The values that variables of CMake may have.
 
-    :param name: Its name in lower case
-    :param arguments: Its arguments, variables not put in
+    A list has `;` between its items.
     """
 
-    name: str
-    arguments: tuple[str, ...]
+    def __init__(self, commands: Sequence[Command]) -> None:
+        self._values: dict[str, set[str]] = {}
+        # one file may use the variables of another
+        for _ in range(2):
+            for command in commands:
+                self._read(command.name, command.arguments)
 
-
-def _commands(text: str) -> Iterator[_Command]:
-    text = _COMMENT.sub(lambda found: found[2] or ' ', text)
-    at = 0
-    while start := _COMMAND.search(text, at):
-        arguments, depth, at = [], 1, start.end()
-        while depth and (found := _ARGUMENT.search(text, at)):
-            at = found.end()
-            depth += {'(': 1, ')': -1}.get(found[2] or '', 0)
-            if found[2] is None:
-                arguments.append(found[3] if found[1] is None else found[1])
-        if depth:
-            return
-        yield _Command(start[1].lower(), tuple(arguments))
-
-
-class _CMake:
-    """Goes through commands, and keeps what variables may be."""
-
-    def __init__(self) -> None:
-        self.found = SourcePrograms()
-        #: How many commands are gone through at most.
-        self.left = 0
-        # a list has ; between its items
-        self._variables: dict[str, set[str]] = {}
-        self._functions: dict[str, tuple[tuple[str, ...], list[_Command]]] = {}
-
-    def run(self, commands: list[_Command], depth: int) -> None:
-        """Go through some commands."""
-        at = 0
-        while at < len(commands):
-            command = commands[at]
-            at += 1
-            self.left -= 1
-            if self.left < 0 or depth > MAXIMUM_DEPTH:
-                self.found.add(_ANY)
-                return
-            if command.name in ('function', 'macro', 'foreach'):
-                end = _end(commands, at, command.name)
-                body, at = commands[at:end], end + 1
-                if command.name == 'foreach':
-                    self._loop(command.arguments, body, depth)
-                elif command.arguments:
-                    name, *parameters = command.arguments
-                    self._functions[name.lower()] = tuple(parameters), body
-            elif command.name in self._functions:
-                self._call(command, depth)
-            else:
-                self._do(command)
-
-    def _do(self, command: _Command) -> None:
-        name, arguments = command.name, command.arguments
-        if name == 'project' and arguments:
-            for variable in ('PROJECT_NAME', 'CMAKE_PROJECT_NAME'):
-                self._add(variable, self._words(arguments[:1]))
-        elif name == 'set' and arguments:
-            self._set(arguments[0], arguments[1:])
-        elif name == 'list' and 'APPEND' in arguments[:-1]:
-            variable, *items = arguments[1:]
-            if variable in self._variables:
-                items.insert(0, f'${{{variable}}}')
-            self._set(variable, tuple(items))
-        elif name == 'get_filename_component' and len(arguments) > 2:
-            self._add(arguments[0], self._components(*arguments[1:3]))
-        elif name in _COMPUTING:
-            for argument in arguments:
-                self._add(argument, (_ANY,))
-        elif name.endswith('add_executable') and arguments:
-            self._add_programs(self._words(arguments[:1]))
-        elif not _HARMLESS.fullmatch(name):
-            for word in self._words(arguments):
-                stem = PurePosixPath(word).stem
-                if len(stem) > 2 and _ANY not in stem:
-                    self.found.hints.add(stem)
-        self._read_keywords(arguments)
-
-    def _read_keywords(self, arguments: tuple[str, ...]) -> None:
-        for keyword, argument in pairwise(arguments):
-            if keyword in _NAMING:
-                self._add_programs(self._words((argument,)))
-        if 'PROGRAMS' in arguments:
-            files = arguments[arguments.index('PROGRAMS') + 1 :]
-            for word in self._words(_until_keyword(files)):
-                name = PurePosixPath(word).name
-                # the source has those that are looked for by a pattern
-                if name.strip(_ANY) and '*' not in name:
-                    self.found.add(name)
-
-    def _add_programs(self, names: Iterable[str]) -> None:
-        for name in names:
-            self.found.add(name)
-
-    def _loop(
-        self, arguments: tuple[str, ...], body: list[_Command], depth: int
-    ) -> None:
-        if not arguments:
-            return
-        variable, *items = arguments
-        if items[:1] == ['RANGE']:
-            words = [_ANY]
-        elif items[:1] == ['IN']:
-            words, are_names = [], False
-            for item in items[1:]:
-                if item in ('LISTS', 'ITEMS'):
-                    are_names = item == 'LISTS'
-                else:
-                    item = f'${{{item}}}' if are_names else item
-                    words += self._words((item,))
-        else:
-            words = self._words(items)
-        outer = self._variables.get(variable)
-        for word in dict.fromkeys(words):
-            self._variables[variable] = {word}
-            self.run(body, depth + 1)
-        self._variables.pop(variable, None)
-        if outer is not None:
-            self._variables[variable] = outer
-
-    def _call(self, command: _Command, depth: int) -> None:
-        parameters, body = self._functions[command.name]
-        values = [self._values(argument) for argument in command.arguments]
-        own = dict(zip(parameters, values, strict=False))
-        rest = command.arguments[len(parameters) :]
-        own['ARGN'] = {';'.join(self._words(rest))}
-        own['ARGV'] = {';'.join(self._words(command.arguments))}
-        own |= {f'ARGV{index}': value for index, value in enumerate(values)}
-        outer = {name: self._variables.get(name) for name in own}
-        self._variables |= own
-        self.run(body, depth + 1)
-        for name, value in outer.items():
-            self._variables.pop(name, None)
-            if value is not None:
-                self._variables[name] = value
-
-    def _set(self, name: str, arguments: tuple[str, ...]) -> None:
-        for end in ('CACHE', 'PARENT_SCOPE'):
-            if end in arguments:
-                arguments = arguments[: arguments.index(end)]
-        choices = [self._values(argument) for argument in arguments]
-        self._add(
-            name, (';'.join(c).strip(';') for c in _combinations(choices))
-        )
-
-    def _add(self, name: str, values: Iterable[str]) -> None:
-        # a condition may decide which of them it is
-        known = self._variables.setdefault(name, set())
-        known.update(values)
-        if len(known) > MAXIMUM_VALUES:
-            self._variables[name] = {_ANY}
-
-    def _components(self, path: str, part: str) -> list[str]:
-        if part not in ('NAME', 'NAME_WE'):
-            return [_ANY]
-        names = [PurePosixPath(word).name for word in self._words((path,))]
-        # NAME_WE is without the longest suffix
-        return names if part == 'NAME' else [n.split('.')[0] for n in names]
-
-    def _words(self, arguments: Iterable[str]) -> list[str]:
+    def words(self, arguments: Iterable[str]) -> list[str]:
         """Return the words that arguments may come to."""
-        found = [
+        return [
             word
             for argument in arguments
-            for value in sorted(self._values(argument))
+            for value in sorted(self._evaluate(argument))
             for word in value.split(';')
             if word
         ]
-        return found if len(found) <= MAXIMUM_VALUES * 10 else [_ANY]
 
-    def _values(self, argument: str) -> set[str]:
-        """Return what an argument may come to."""
-        pieces = _VARIABLE.split(argument)
-        choices = [
-            self._variables.get(piece, {_ANY}) if index % 2 else {piece}
-            for index, piece in enumerate(pieces)
-        ]
+    def _read(self, name: str, arguments: tuple[str, ...]) -> None:
+        if name == 'project' and arguments:
+            for variable in ('PROJECT_NAME', 'CMAKE_PROJECT_NAME'):
+                self._add(variable, self.words(arguments[:1]))
+        elif name == 'set' and arguments:
+            items = takewhile(_is_item, arguments[1:])
+            # each item stands for the list
+            self._add(arguments[0], self.words(items))
+        elif name == 'list' and 'APPEND' in arguments[:-1]:
+            self._add(arguments[1], self.words(arguments[2:]))
+        elif name == 'foreach' and arguments:
+            self._add(arguments[0], self._items(arguments[1:]))
+        elif _COMPUTING.fullmatch(name):
+            for argument in arguments:
+                self._add(argument, (_ANY,))
+
+    def _items(self, arguments: tuple[str, ...]) -> Iterator[str]:
+        """Return what the variable of a loop may be."""
+        are_names = False
+        for argument in arguments:
+            if argument == 'RANGE':
+                yield _ANY
+            elif argument in ('IN', 'LISTS', 'ITEMS'):
+                are_names = argument == 'LISTS'
+            else:
+                item = f'${{{argument}}}' if are_names else argument
+                yield from self.words((item,))
+
+    def _add(self, name: str, values: Iterable[str]) -> None:
+        known = self._values.setdefault(name, set())
+        known.update(v if len(v) <= MAXIMUM_LENGTH else _ANY for v in values)
+        if len(known) > MAXIMUM_VALUES:
+            self._values[name] = {_ANY}
+
+    def _evaluate(self, argument: str) -> set[str]:
+        names = sorted(set(_VARIABLE.findall(argument)))
+        choices = [self._values.get(name) or {_ANY} for name in names]
+        count = 1
+        for choice in choices:
+            count *= len(choice)
+        if count > MAXIMUM_VALUES:
+            choices = [{_ANY} for _ in names]
         return {
-            _OTHER_VALUE.sub(_ANY, ''.join(choice))
-            for choice in _combinations(choices)
+            _OTHER_VALUE.sub(_ANY, _with_values(argument, names, values))
+            for values in product(*choices)
         }
 
 
-def _combinations(choices: list[set[str]]) -> Iterable[tuple[str, ...]]:
-    count = 1
-    for choice in choices:
-        count *= len(choice)
-    return product(*choices) if count <= MAXIMUM_VALUES else ((_ANY,),)
+def _with_values(
+    argument: str, names: Sequence[str], values: Sequence[str]
+) -> str:
+    for name, value in zip(names, values, strict=True):
+        argument = argument.replace(f'${{{name}}}', value)
+    return argument
 
 
-def _end(commands: list[_Command], at: int, name: str) -> int:
-    depth = 1
-    for index in range(at, len(commands)):
-        depth += commands[index].name == name
-        depth -= commands[index].name == f'end{name}'
-        if not depth:
-            return index
-    return len(commands)
+def _is_item(argument: str) -> bool:
+    return argument not in ('CACHE', 'PARENT_SCOPE')
 
 
-def _until_keyword(arguments: tuple[str, ...]) -> Iterator[str]:
+def _until_keyword(arguments: Iterable[str]) -> Iterator[str]:
     for argument in arguments:
         if _KEYWORD.fullmatch(argument):
             return
         yield argument
 
 
-def _read_setup(text: str, found: SourcePrograms) -> None:
+def _read_scripts(text: str, found: SourcePrograms) -> None:
     values = dict(_ASSIGNED.findall(text))
     _, key, scripts = text.partition('console_scripts')
     if not key:
@@ -417,70 +383,49 @@ def _read_setup(text: str, found: SourcePrograms) -> None:
 
 def spells_out_programs(folder: Path) -> bool:
     """
-    Tell whether a build installs no script but those whose names it spells.
+    Return whether a build installs no script but those whose names it spells.
 
     Then the files that describe the build do nothing but what is known: other
     commands of CMake, variables and patterns may come to any name.
 
     :param folder: The source of the package
     """
-    cmake = [text_of(folder / n) for n in cmake_files(str(folder))[0]]
-    if cmake:
-        return all(
-            _is_plain_cmake(_COMMENT_RULES.sub('', text)) for text in cmake
-        )
-    if any(_COMPUTED_RULES.search(text_of(folder / n)) for n in _DECLARATIONS):
+    if cmake_files(str(folder))[0]:
+        return all(map(_is_plain, cmake_commands(folder)))
+    declared = ''.join(text_of(folder / name) for name in _DECLARATIONS)
+    if _INSTALLED_FILES.search(declared):
         return False
-    return _is_plain_setup(text_of(folder / 'setup.py'))
-
-
-def _is_plain_cmake(text: str) -> bool:
-    for word, written in _COMMAND_RULES.findall(text):
-        command, arguments = word.lower(), written
-        for variable in _KNOWN_VARIABLES:
-            arguments = arguments.replace(variable, '')
-        if (
-            not _KNOWN_COMMANDS.fullmatch(command)
-            or (command == 'include' and written.strip() not in _KNOWN_MODULES)
-            or (command == 'add_executable' and '$' in written.split()[0])
-            or (command == 'install' and not _is_plain_rule(arguments))
-        ):
-            return False
-    return True
-
-
-def _is_plain_rule(arguments: str) -> bool:
-    kind = arguments.split(maxsplit=1)[:1]
-    if '$' in arguments or kind in (['CODE'], ['SCRIPT']):
-        return False
-    # in a folder that is installed to the programs, any file may be one
-    _, _, destination = arguments.partition('DESTINATION')
-    folder = destination.strip().strip('"')
-    return kind != ['DIRECTORY'] or folder.startswith(('share', 'include'))
-
-
-def _is_plain_setup(text: str) -> bool:
-    try:
-        tree = ast.parse(text)
-    except (SyntaxError, ValueError, RecursionError):
-        return False
-    calls = [
-        node
-        for node in ast.walk(tree)
-        if isinstance(node, ast.Call)
-        and isinstance(node.func, ast.Name)
-        and node.func.id == 'setup'
-    ]
+    calls, _ = _setup_calls(text_of(folder / 'setup.py'))
     return len(calls) == 1 and all(
         keyword.arg not in (None, 'cmdclass')
-        and (keyword.arg not in _NAMING_RULES or _is_named(keyword.value))
+        and (
+            keyword.arg not in ('entry_points', 'scripts')
+            or _is_named(keyword.value)
+        )
         and (keyword.arg != 'data_files' or _is_data(keyword.value))
         for keyword in calls[0].keywords
     )
 
 
+def _is_plain(command: Command) -> bool:
+    name, arguments = command
+    first = arguments[0] if arguments else ''
+    if name == 'include':
+        return first in _PLAIN_MODULES
+    if name == 'add_executable':
+        return '$' not in first
+    if name != 'install':
+        return _PLAIN.fullmatch(name) is not None
+    text = _PLAIN_VARIABLES.sub('', ' '.join(arguments))
+    if '$' in text or first in ('CODE', 'SCRIPT'):
+        return False
+    # in a folder that is installed to the programs, any file may be one
+    _, _, destination = text.partition('DESTINATION ')
+    return first != 'DIRECTORY' or destination.startswith(('share', 'include'))
+
+
 def _is_named(node: ast.AST | None) -> bool:
-    """Tell whether texts begin with what is no variable: `name = …`."""
+    """Return whether texts begin with what is no variable: `name = …`."""
     if isinstance(node, (ast.List, ast.Tuple)):
         return all(map(_is_named, node.elts))
     if isinstance(node, ast.Dict):
@@ -492,7 +437,7 @@ def _is_named(node: ast.AST | None) -> bool:
 
 
 def _is_data(files: ast.expr) -> bool:
-    """Tell whether files are installed to folders that have no programs."""
+    """Return whether files are installed to folders without programs."""
     if not isinstance(files, ast.List):
         return False
     for item in files.elts:
@@ -504,14 +449,129 @@ def _is_data(files: ast.expr) -> bool:
     return True
 
 
-def written_name(folder: Path) -> str | None:
-    """Return the name of a Python package as far as its files write it."""
-    names = list(_in_setup(text_of(folder / 'setup.py')))
-    return names[0] if names else configured_name(folder)
+def only_installs(folder: Path, packages: Collection[str]) -> bool:
+    """
+    Return whether a build certainly takes nothing from other packages.
+
+    That is so if its CMake files do no more than install files of the package,
+    with ament_cmake at most, which is not in the workspace.
+
+    :param folder: The source of the package
+    :param packages: Packages of the workspace that it needs
+    """
+    made: set[str] = set()
+    text = ''
+    commands = cmake_commands(folder)
+    for name, arguments in commands:
+        first = arguments[0] if arguments else ''
+        if name not in _INSTALLING or (
+            # not one whose name is in a variable
+            name == 'find_package' and not first.startswith(_TOOLS)
+        ):
+            return False
+        if name in _SETTING:
+            made.add(first)
+        text += f'{name} {" ".join(arguments)}\n'
+    return (
+        bool(commands)
+        and not any(name.startswith(_TOOLS) for name in packages)
+        and not any(name.startswith('CMAKE_') for name in made)
+        and (made | _OWN_VARIABLES).issuperset(_USED.findall(text))
+        and not _ELSEWHERE.search(text)
+    )
+
+
+def reading_commands(folder: Path) -> list[Command]:
+    """Return the commands of a package's CMake files that may read files."""
+    commands = cmake_commands(folder)
+    return [c for c in commands if _READING.fullmatch(c.name)]
+
+
+def found_by(text: str) -> tuple[set[str], set[str]]:
+    """
+    Return what a CMake file looks for: packages and environment variables.
+
+    :param text: The file
+    """
+    return set(_FINDING.findall(text)), set(_ENVIRONMENT.findall(text))
+
+
+def is_document(relative: str) -> bool:
+    """
+    Return whether a file is one that people read and tools do not.
+
+    :param relative: Its path in the package
+    """
+    folder, _, name = relative.rpartition('/')
+    return (
+        folder in _DOCUMENT_FOLDERS and _DOCUMENTS.fullmatch(name) is not None
+    )
+
+
+def may_be_meant(relative: str, texts: Iterable[str]) -> bool:
+    """
+    Return whether CMake files may read or install a file of the source.
+
+    Any word in them may mean it: its name, a pattern that fits, a folder that
+    it is in.
+
+    :param texts: Their texts
+    """
+    parts = [part.lower() for part in relative.split('/')]
+    # a name may be put together from its parts
+    parts += [part.partition('.')[0] for part in parts]
+    for text in texts:
+        if _PROGRAMS.search(text):
+            return True
+        text = _DESTINATION.sub('', _COMMENT_LINE.sub('', text))
+        if any(_means(word, parts) for word in _SEPARATORS.split(text)):
+            return True
+    return False
+
+
+def _means(word: str, parts: list[str]) -> bool:
+    if _WHOLE.fullmatch(word):
+        return True
+    name = word.rstrip('/').rpartition('/')[2].lower()
+    if not _PLACEHOLDER.sub('', name):
+        # what the variables are made of stands elsewhere
+        return False
+    pattern = _PLACEHOLDER.sub('*', name)
+    return any(fnmatchcase(part, pattern) for part in parts)
+
+
+def cmake_name(folder: Path) -> str | None:
+    """Return the name that the CMakeLists.txt in a folder gives it."""
+    path = folder / 'CMakeLists.txt'
+    if not os.path.isfile(path):
+        return None
+    for name, arguments in _commands(text_of(path)):
+        # the name may come from a variable
+        if name == 'project' and arguments and '$' not in arguments[0]:
+            return arguments[0]
+    return folder.name
+
+
+def python_name(folder: Path) -> str | None:
+    """
+    Return the name of a Python package as far as its files write it.
+
+    colcon runs `setup.py` for the name, and so does a launch, which builds the
+    package anyway. Who only looks reads it: the name that `setup()` is given
+    as a text, or by a variable that is one, else that of `setup.cfg` or
+    `pyproject.toml`.
+    """
+    calls, values = _setup_calls(text_of(folder / 'setup.py'))
+    for call in calls:
+        for keyword in call.keywords:
+            if keyword.arg == 'name':
+                name = _name_of(keyword.value)
+                return _text(keyword.value) or values.get(name or '')
+    return configured_name(folder)
 
 
 def configured_name(
-    folder: Path, files: Sequence[str] = ('setup.cfg', 'pyproject.toml')
+    folder: Path, files: Sequence[str] = _DECLARATIONS
 ) -> str | None:
     """Return the name that the metadata files of a package give it."""
     for file in files:
@@ -522,24 +582,28 @@ def configured_name(
     return None
 
 
-def _in_setup(text: str) -> Iterator[str | None]:
-    """Return the names that `setup()` is given, None for one not known."""
+def _setup_calls(text: str) -> tuple[list[ast.Call], dict[str, str | None]]:
+    """
+    Return the calls of `setup()`, and the texts that variables are set to.
+
+    :param text: A `setup.py`
+    """
     try:
         nodes = list(ast.walk(ast.parse(text)))
     except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return
+        return [], {}
     values: dict[str, str | None] = {}
+    calls = []
     for node in nodes:
-        for target in getattr(node, 'targets', ()):
-            if isinstance(node, ast.Assign) and isinstance(target, ast.Name):
-                known = _text(node.value) if target.id not in values else None
-                values[target.id] = known
-    for node in nodes:
-        if isinstance(node, ast.Call) and _name_of(node.func) == 'setup':
-            for keyword in node.keywords:
-                if keyword.arg == 'name':
-                    name = _name_of(keyword.value)
-                    yield _text(keyword.value) or values.get(name or '')
+        if isinstance(node, ast.Assign):
+            for target in node.targets:
+                if isinstance(target, ast.Name):
+                    # it may be any of them
+                    is_first = target.id not in values
+                    values[target.id] = _text(node.value) if is_first else None
+        elif isinstance(node, ast.Call) and _name_of(node.func) == 'setup':
+            calls.append(node)
+    return calls, values
 
 
 def _name_of(node: ast.expr) -> str | None:

@@ -8,11 +8,11 @@ import struct
 import subprocess
 
 from colcon_yamllaunch.workspace.freshness.build_inputs import BuildInputs
-from colcon_yamllaunch.workspace.freshness.build_inputs import only_installs
 from colcon_yamllaunch.workspace.freshness.build_record import BuildMode
 from colcon_yamllaunch.workspace.freshness.build_record import (
     relevant_environment,
 )
+from colcon_yamllaunch.workspace.packages.build_files import only_installs
 import pytest
 from support.package_builds import PackageBuilds
 

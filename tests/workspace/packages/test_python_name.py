@@ -6,7 +6,7 @@
 import os
 from pathlib import Path
 
-from colcon_yamllaunch.workspace.packages.build_files import written_name
+from colcon_yamllaunch.workspace.packages.build_files import python_name
 import pytest
 
 
@@ -35,7 +35,7 @@ def test_name(tmp_path: Path, setup: str, expected: str | None) -> None:
         '[options]\nname = no\n[metadata]\nversion = 1\nname = cfg\n',
         encoding='utf-8',
     )
-    assert written_name(tmp_path) == expected
+    assert python_name(tmp_path) == expected
 
 
 def test_name_in_pyproject(tmp_path: Path) -> None:
@@ -44,11 +44,11 @@ def test_name_in_pyproject(tmp_path: Path) -> None:
         '[build-system]\nname = "no"\n[project]\nname = "one"\n',
         encoding='utf-8',
     )
-    assert written_name(tmp_path) == 'one'
+    assert python_name(tmp_path) == 'one'
 
 
 @pytest.mark.hostile
 def test_pipes_are_not_read(tmp_path: Path) -> None:
     for name in ('setup.py', 'setup.cfg', 'pyproject.toml'):
         os.mkfifo(tmp_path / name)
-    assert written_name(tmp_path) is None
+    assert python_name(tmp_path) is None
