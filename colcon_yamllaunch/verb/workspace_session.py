@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING
 from colcon_yamllaunch.common.errors import WorkspaceError
 from colcon_yamllaunch.language.evaluation.request import Exposed
 from colcon_yamllaunch.language.evaluation.request import FindExposed
-from colcon_yamllaunch.workspace.building import build_lock
+from colcon_yamllaunch.workspace.building.build_lock import is_taken
+from colcon_yamllaunch.workspace.building.build_lock import WorkspaceLock
 from colcon_yamllaunch.workspace.environment.sourcing import Environment
 from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
@@ -58,7 +59,7 @@ class WorkspaceSession:
         self.root = root
         self._runs = runs
         #: What keeps others from building in the workspace meanwhile.
-        self.lock = build_lock.WorkspaceLock(title)
+        self.lock = WorkspaceLock(title)
         self.announce = announce
         self._user_environment = environment
         self._sourced = Environment(environment)
@@ -214,10 +215,11 @@ class WorkspaceSession:
         try:
             self._source()
         except WorkspaceError:
-            if not build_lock.is_taken(base):
+            if not is_taken(base):
                 raise
             # it is being built; when that is done, it is sourced again
-            with build_lock.build_lock(base, self.announce):
+            with WorkspaceLock() as lock:
+                lock.take(base, self.announce)
                 self._source()
 
     def _source(self) -> None:

@@ -11,15 +11,12 @@ other arguments begins by removing it.
 from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Iterator
-from contextlib import contextmanager
-from contextlib import ExitStack
 from contextlib import suppress
 import errno
 import fcntl
 import os
 from pathlib import Path
 import time
-from typing import Any
 
 from colcon_yamllaunch.common.errors import WorkspaceError
 from colcon_yamllaunch.common.frozen import dataclass
@@ -34,8 +31,8 @@ LOCK_NAME = '.colcon_launch.lock'
 WAITING = 'waiting for another launch in this workspace'
 #: How much is told of what the other one is and builds (characters).
 _SHOWN = 200
-#: How long it may take until who holds it has said its name (seconds).
-_UNNAMED = 1.0
+#: How long it may take until who holds it has written its name (seconds).
+_NAME_TIMEOUT = 1.0
 #: How what it does begins when it builds.
 _BUILDS = 'builds'
 #: Where nobody can build, and what is up to date stays so.
@@ -44,45 +41,125 @@ _NOT_WRITABLE = frozenset(
 )
 
 
-class BuildLock:
+class WorkspaceLock:
     """
-    The lock of a workspace, while it is held.
+    The lock of a workspace, which one process has at a time.
 
-    :param build_base: The build folder of the workspace
-    :param descriptor: Its file; or -1 for a process that one which holds it
-      has called and waits for, and where there can be none
-    :param title: The command of this process
-    :param waited: Whether another process held it before
-    :param problem: Why nothing can be built, if so
+    It ends with the process at the latest, however that ends. One that is
+    called by the process that holds it, by `$(command …)` for instance, does
+    not wait, as that one waits for it.
+
+    :param title: The command of this process, for those who wait
     """
 
-    def __init__(
-        self,
-        build_base: Path,
-        descriptor: int,
-        title: str,
-        waited: bool,
-        problem: OSError | None = None,
-    ) -> None:
-        self._build_base = build_base
-        self._descriptor = descriptor
+    def __init__(self, title: str = '') -> None:
         self._title = _shown(title)
-        self._problem = problem
-        self.waited = waited
+        self._build_base = Path()
+        #: The open lock file; None where there can be none.
+        self._descriptor: int | None = None
+        #: Why nothing can be built, if so.
+        self._problem: OSError | None = None
+        self._is_held = False
+        self._seen: int | None = None
+
+    def __enter__(self) -> 'WorkspaceLock':
+        return self
+
+    def __exit__(self, kind: object, *error: object) -> None:
+        # what a failed build has left is looked for by who takes it next
+        self._release(clear=kind is None)
+
+    def look(self, build_base: Path) -> None:
+        """Remember when it was last taken, before the workspace is read."""
+        self._seen = _last_taken(build_base)
+
+    def take(self, build_base: Path, announce: Callable[[str], None]) -> bool:
+        """
+        Take the lock, unless it is held already.
+
+        Return whether another process may have built since the last
+        :meth:`look`. Where the disk is full or read-only, there is no lock,
+        and nothing can be built.
+
+        :param build_base: The build folder; made if necessary
+        :param announce: Is called with a line if there is something to wait
+          for
+        :raises WorkspaceError: when there cannot be a build folder, or the
+          build that goes on there has called this process
+        """
+        if self._is_held:
+            return False
+        before = _last_taken(build_base)
+        self._build_base = build_base
+        self._problem = None
+        try:
+            build_base.mkdir(parents=True, exist_ok=True)
+            descriptor = os.open(
+                build_base / LOCK_NAME, os.O_RDWR | os.O_CREAT
+            )
+        except OSError as e:
+            if e.errno not in _NOT_WRITABLE:
+                raise _refusal(build_base, e) from e
+            self._problem = e
+            self._is_held = True
+            return self._seen not in (None, before)
+        try:
+            has_waited = _wait(descriptor, announce)
+            if has_waited is not None and os.pread(descriptor, 1, 0):
+                # who held it before was killed
+                has_waited = True
+                end_orphans(build_base, announce)
+        except BaseException:
+            os.close(descriptor)
+            raise
+        if has_waited is None:
+            os.close(descriptor)
+        else:
+            self._descriptor = descriptor
+        self._is_held = True
         # nothing is to be built yet, so a full disk does not matter
         with suppress(WorkspaceError):
-            self.tell('checks what is to be built')
+            self._describe('checks what is to be built')
+        return bool(has_waited) or self._seen not in (None, before)
 
-    def tell(self, what: str) -> None:
+    def tell_of_build(self, names: Iterable[str]) -> None:
         """
-        Let those who wait know what this process does.
+        Let those who wait know what this process builds.
 
         :raises WorkspaceError: when nothing can be built
         """
+        self._describe(f'{_BUILDS} {", ".join(names)}')
+
+    def tell_of_start(self) -> None:
+        """Let those who wait know that this process has built."""
+        # what was built is there, even if the disk is full now
+        with suppress(WorkspaceError):
+            self._describe('is about to start')
+
+    def hand_over(self) -> None:
+        """Leave no trace: this process becomes another, which ends it."""
+        if self._descriptor is not None:
+            os.ftruncate(self._descriptor, 0)
+
+    def release(self) -> None:
+        """Let it go."""
+        self._release(clear=True)
+
+    def _release(self, *, clear: bool) -> None:
+        self._is_held = False
+        descriptor, self._descriptor = self._descriptor, None
+        if descriptor is not None:
+            if clear:
+                os.ftruncate(descriptor, 0)
+            # also where the file was inherited
+            fcntl.flock(descriptor, fcntl.LOCK_UN)
+            os.close(descriptor)
+
+    def _describe(self, what: str) -> None:
         try:
             if self._problem is not None:
                 raise self._problem
-            if self._descriptor != -1:
+            if self._descriptor is not None:
                 parts = (str(os.getpid()), self._title, _shown(what))
                 line = ('\t'.join(parts) + '\n').encode()
                 # never empty in between, as others read it meanwhile
@@ -91,148 +168,33 @@ class BuildLock:
         except OSError as e:
             raise _refusal(self._build_base, e) from e
 
-    def tell_of_build(self, names: Iterable[str]) -> None:
-        """
-        Let those who wait know what this process builds.
 
-        :raises WorkspaceError: when nothing can be built
-        """
-        self.tell(f'{_BUILDS} {", ".join(names)}')
-
-    def clear(self) -> None:
-        """Leave no trace of this process."""
-        if self._descriptor != -1:
-            os.ftruncate(self._descriptor, 0)
-
-
-class WorkspaceLock:
+def _wait(descriptor: int, announce: Callable[[str], None]) -> bool | None:
     """
-    The lock of a workspace for one launch, which takes it when it decides.
+    Wait for the lock, and return whether another process held it.
 
-    It keeps it until it lets it go, which is when its processes have started.
-
-    :param title: The command, for those who wait
+    Return None if that process has called this one and waits for it.
     """
-
-    def __init__(self, title: str = '') -> None:
-        self._title = title
-        self._stack = ExitStack()
-        self._held: BuildLock | None = None
-        self._seen: int | None = None
-
-    def __enter__(self) -> 'WorkspaceLock':
-        return self
-
-    def __exit__(self, *error: Any) -> None:
-        self._held = None
-        self._stack.__exit__(*error)
-
-    def look(self, build_base: Path) -> None:
-        """Remember when it was last taken, before the workspace is read."""
-        self._seen = _last_taken(build_base)
-
-    def take(self, build_base: Path, announce: Callable[[str], None]) -> bool:
-        """
-        Take it, unless it is held already.
-
-        The parameters are those of :func:`build_lock`. Return whether another
-        process may have built since the last :meth:`look`.
-        """
-        if self._held is not None:
-            return False
-        now = _last_taken(build_base)
-        lock = build_lock(build_base, announce, self._title)
-        self._held = self._stack.enter_context(lock)
-        return self._held.waited or self._seen not in (None, now)
-
-    def tell_of_build(self, names: Iterable[str]) -> None:
-        """
-        Let those who wait know what this process builds.
-
-        :raises WorkspaceError: when nothing can be built
-        """
-        if self._held is not None:
-            self._held.tell_of_build(names)
-
-    def tell_of_start(self) -> None:
-        """Let those who wait know that this process has built."""
-        if self._held is not None:
-            # what was built is there, even if the disk is full now
-            with suppress(WorkspaceError):
-                self._held.tell('is about to start')
-
-    def hand_over(self) -> None:
-        """Leave no trace: this process becomes another, which ends it."""
-        if self._held is not None:
-            self._held.clear()
-
-    def release(self) -> None:
-        """Let it go."""
-        self._held = None
-        self._stack.close()
-
-
-@contextmanager
-def build_lock(
-    build_base: Path, announce: Callable[[str], None], title: str = ''
-) -> Iterator[BuildLock]:
-    """
-    Keep other launches from building in a workspace at the same time.
-
-    The lock ends with the process at the latest, however it ends. One that is
-    called by the process that holds it, by `$(command …)` for instance, does
-    not wait, as that one waits for it. Where the disk is full or read-only,
-    there is none, and nothing can be built.
-
-    :param build_base: The build folder of the workspace; made if necessary
-    :param announce: Is called with one line if there is something to wait for
-    :param title: The command, for those who wait
-    :raises WorkspaceError: when there cannot be a build folder, or the build
-      that goes on there has called this process
-    """
-    try:
-        build_base.mkdir(parents=True, exist_ok=True)
-        descriptor = os.open(build_base / LOCK_NAME, os.O_RDWR | os.O_CREAT)
-    except OSError as e:
-        if e.errno not in _NOT_WRITABLE:
-            raise _refusal(build_base, e) from e
-        yield BuildLock(build_base, -1, title, False, e)
-        return
-    try:
-        taken = _take(descriptor)
-        waited = not taken
-        holder = None
-        patience = time.monotonic() + _UNNAMED
-        while not taken and holder is None and time.monotonic() < patience:
-            holder = _holder(descriptor)
-            if holder is None:
-                time.sleep(0.01)
-                taken = _take(descriptor)
-        if not taken:
-            if holder is not None and holder.pid in _ancestors():
-                if holder.what.startswith(_BUILDS):
-                    raise WorkspaceError(
-                        f'{holder} in this workspace and has called this '
-                        'command, which cannot build there at the same time',
-                        'give it --no-build',
-                    )
-                yield BuildLock(build_base, -1, title, False)
-                return
-            announce(
-                WAITING if holder is None else f'waiting for {holder.told()}'
+    if _take(descriptor):
+        return False
+    deadline = time.monotonic() + _NAME_TIMEOUT
+    while (holder := _holder(descriptor)) is None:
+        if time.monotonic() > deadline:
+            break
+        time.sleep(0.01)
+        if _take(descriptor):
+            return True
+    if holder is not None and holder.pid in _ancestors():
+        if holder.what.startswith(_BUILDS):
+            raise WorkspaceError(
+                f'{holder} in this workspace and has called this command, '
+                'which cannot build there at the same time',
+                'give it --no-build',
             )
-            fcntl.flock(descriptor, fcntl.LOCK_EX)
-        if os.pread(descriptor, 1, 0):
-            # who held it before was killed
-            waited = True
-            end_orphans(build_base, announce)
-        lock = BuildLock(build_base, descriptor, title, waited)
-        yield lock
-        lock.clear()
-        # also where the file was inherited
-        fcntl.flock(descriptor, fcntl.LOCK_UN)
-    finally:
-        os.close(descriptor)
+        return None
+    announce(WAITING if holder is None else f'waiting for {holder.told()}')
+    fcntl.flock(descriptor, fcntl.LOCK_EX)
+    return True
 
 
 def _take(descriptor: int) -> bool:

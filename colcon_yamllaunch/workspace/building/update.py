@@ -12,7 +12,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.workspace.building.build_lock import build_lock
 from colcon_yamllaunch.workspace.building.build_lock import WorkspaceLock
 from colcon_yamllaunch.workspace.building.build_processes import mark
 from colcon_yamllaunch.workspace.building.build_report import before_build
@@ -151,7 +150,8 @@ def decide(
     needed = _needed(colcon, request)
     if not needed:
         return ()
-    with build_lock(colcon.build_base, announce):
+    with WorkspaceLock() as lock:
+        lock.take(colcon.build_base, announce)
         return _Work(colcon, environment.variables).decide(needed, request)
 
 

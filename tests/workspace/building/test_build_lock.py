@@ -3,6 +3,7 @@
 
 """One build at a time."""
 
+from contextlib import contextmanager
 import fcntl
 import os
 import signal
@@ -13,7 +14,6 @@ import time
 
 from colcon_yamllaunch.common.errors import WorkspaceError
 from colcon_yamllaunch.common.process_scan import is_suspended
-from colcon_yamllaunch.workspace.building.build_lock import build_lock
 from colcon_yamllaunch.workspace.building.build_lock import is_taken
 from colcon_yamllaunch.workspace.building.build_lock import LOCK_NAME
 from colcon_yamllaunch.workspace.building.build_lock import WorkspaceLock
@@ -23,12 +23,21 @@ from support.file_clock import let_files_settle
 HOLDER = """\
 import sys
 from pathlib import Path
-from colcon_yamllaunch.workspace.building.build_lock import build_lock
-with build_lock(Path(sys.argv[1]), print, 'colcon launch x') as lock:
+from colcon_yamllaunch.workspace.building.build_lock import WorkspaceLock
+with WorkspaceLock('colcon launch x') as lock:
+    lock.take(Path(sys.argv[1]), print)
     lock.tell_of_build(['flow', 'my_pkg'])
     print('held', flush=True)
     sys.stdin.read()
 """
+
+
+@contextmanager
+def build_lock(build, announce, title=''):
+    """Hold the lock."""
+    with WorkspaceLock(title) as lock:
+        lock.take(build, announce)
+        yield lock
 
 
 @pytest.fixture
@@ -128,9 +137,10 @@ CHILD = """\
 import sys
 from pathlib import Path
 from colcon_yamllaunch.common.errors import WorkspaceError
-from colcon_yamllaunch.workspace.building.build_lock import build_lock
+from colcon_yamllaunch.workspace.building.build_lock import WorkspaceLock
 try:
-    with build_lock(Path(sys.argv[1]), print):
+    with WorkspaceLock() as lock:
+        lock.take(Path(sys.argv[1]), print)
         print('taken')
 except WorkspaceError as e:
     print(e)
