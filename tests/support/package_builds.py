@@ -32,6 +32,7 @@ class PackageBuilds:
         self.write('src/flow/main.c', 'one')
         self.write('src/flow/CMakeLists.txt', 'project(flow)')
         self.context = _CONTEXT
+        self.variables: dict[str, str] = {}
 
     def write(self, path: str, text: str = '', mode: int = 0o644) -> Path:
         """Write a file, and wait until any further change would show."""
@@ -44,7 +45,9 @@ class PackageBuilds:
 
     def decide(self) -> Decision:
         """Decide in a new launch."""
-        return Freshness(self.products).decide(self.package, self.context)
+        return Freshness(self.products, self.variables).decide(
+            self.package, self.context
+        )
 
     @property
     def why(self) -> str:
@@ -60,7 +63,7 @@ class PackageBuilds:
         :param compiler: What happens during the build
         :param fails: Whether the build fails
         """
-        freshness = Freshness(self.products)
+        freshness = Freshness(self.products, self.variables)
         mode = freshness.decide(self.package, self.context).mode
         attempt = freshness.prepare(self.package, mode)
         compiler()

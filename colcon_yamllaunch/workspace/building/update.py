@@ -179,7 +179,7 @@ class _Work:
         self._products = Products(
             colcon.build_base, colcon.install_base, colcon.merge_install
         )
-        self._freshness = Freshness(self._products)
+        self._freshness = Freshness(self._products, environment)
         self._underlays = PackageLocator(
             (), colcon.install_base, colcon.merge_install, environment
         )
@@ -278,7 +278,6 @@ class _Work:
             self._colcon.settings(name),
             self._relevant,
             dependencies,
-            self._environment,
         )
 
     def _build_in_underlay(self, name: str) -> str | None:

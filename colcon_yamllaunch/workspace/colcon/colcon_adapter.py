@@ -35,8 +35,6 @@ import logging
 import os
 from pathlib import Path
 import signal
-import subprocess
-import sys
 from tempfile import TemporaryDirectory
 import threading
 import time
@@ -92,8 +90,6 @@ _DIRECT = ('build', 'run')
 _RECURSIVE = {'build': _DIRECT, 'run': _DIRECT}
 #: Seconds that a build takes about until it waits for compilers.
 _HEAD_START = 0.06
-#: What colcon's build verb must have for a build within this process.
-_HELPERS = ('_create_paths', '_get_jobs', '_create_prefix_scripts')
 #: A group of extensions that is empty: nobody reads what the parser would say
 #: of colcon's variables.
 _NO_VARIABLES = 'colcon_yamllaunch.no_environment_variable'
@@ -214,18 +210,31 @@ class Colcon:
     def arguments(self) -> BuildArguments:
         """The arguments of a build as far as they are cached."""
         args = self._args
-        values = {
-            key: getattr(args, key, None)
-            for key in sorted({*self._tasks, *_COMMON})
-        }
+        values = self.values
+        base_paths = tuple(values.get('base_paths') or ())
         return BuildArguments(
             build_base=args.build_base,
             install_base=args.install_base,
             merge_install=self._merge_is_asked,
-            base_paths=tuple(getattr(args, 'base_paths', None) or ()),
-            settings={key: _text(value) for key, value in values.items()},
-            values=dict(vars(args)),
+            base_paths=base_paths,
+            settings={
+                key: _text(values.get(key))
+                for key in sorted({*self._tasks, *_COMMON})
+            },
+            is_plain=bool(base_paths)
+            and not any('*' in path for path in base_paths)
+            and not any(
+                value
+                for name, value in values.items()
+                if name == 'paths' or name.startswith('packages_')
+            ),
         )
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """All that colcon's parser returned."""
+        values: dict[str, Any] = vars(self._args)
+        return values
 
     def identify(self, folder: str) -> tuple[str, str]:
         """
@@ -299,8 +308,6 @@ class Colcon:
         descriptors = self._needed(names)
         self.mark()
         variables = _INSTALL_MODE | dict(environment)
-        if not all(hasattr(BuildVerb, helper) for helper in _HELPERS):
-            return self._build_by_command(descriptors, names, variables)
         with self._in_root(), _changed(variables), _own_signals():
             try:
                 return self._build(descriptors, frozenset(names))
@@ -459,29 +466,6 @@ class Colcon:
         for decorator in decorators:
             decorator.selected = decorator.descriptor.name in names
         return decorators
-
-    def _build_by_command(
-        self,
-        descriptors: set[Any],
-        names: Collection[str],
-        variables: Mapping[str, str],
-    ) -> BuildResult:
-        paths = sorted(
-            str(self.root / desc.path)
-            for desc in descriptors
-            if desc.name in names
-        )
-        main = 'import sys, colcon_core.command as c; sys.exit(c.main())'
-        words = [sys.executable, '-c', main, 'build', '--symlink-install']
-        words += [*self.build_arguments, '--base-paths', '--paths', *paths]
-        with subprocess.Popen(words, cwd=self.root, env=variables) as process:
-            try:
-                returncode = process.wait()
-            except KeyboardInterrupt:
-                process.wait()
-                returncode = INTERRUPTED
-        built = frozenset(names) if returncode == 0 else frozenset[str]()
-        return BuildResult(returncode, built)
 
     @contextmanager
     def _in_root(self) -> Iterator[None]:

@@ -15,7 +15,6 @@ from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping
 from collections.abc import Sequence
-from dataclasses import field
 import json
 import os
 from pathlib import Path
@@ -26,6 +25,8 @@ from typing import TYPE_CHECKING
 
 from colcon_core.extension_point import get_extension_points
 import colcon_yamllaunch
+from colcon_yamllaunch.common.codec import from_json
+from colcon_yamllaunch.common.codec import to_json
 from colcon_yamllaunch.common.fingerprint import are_settled
 from colcon_yamllaunch.common.fingerprint import Fingerprint
 from colcon_yamllaunch.common.fingerprint import fingerprints
@@ -74,7 +75,7 @@ _WORKSPACE_DEFAULTS = 'colcon_defaults.yaml'
 #: folder there is none: only colcon knows which one it is.
 CACHE_NAME = '.colcon_launch.index.json'
 #: To be raised when what is in it changes.
-CACHE_VERSION = 2
+CACHE_VERSION = 3
 #: The own settings of a package that has none.
 _NO_METADATA = '[{}, []]'
 #: What is built by its name, type, dependencies and own settings alone, and
@@ -94,7 +95,8 @@ class BuildArguments:
     :param merge_install: Whether all packages are installed into one prefix
     :param base_paths: The folders that are crawled for packages
     :param settings: What every package is built with, as text
-    :param values: All that colcon's parser returned; not in the cache
+    :param is_plain: Whether packages are found by crawling the base paths, all
+      of them; else only colcon knows which ones there are
     """
 
     build_base: str
@@ -102,52 +104,7 @@ class BuildArguments:
     merge_install: bool
     base_paths: tuple[str, ...]
     settings: dict[str, str]
-    values: Mapping[str, Any] = field(default_factory=dict)
-
-    @property
-    def are_plain(self) -> bool:
-        """
-        Whether packages are found by crawling the base paths, all of them.
-
-        Else only colcon knows which ones there are.
-        """
-        if not self.base_paths or any('*' in path for path in self.base_paths):
-            return False
-        return not any(
-            value
-            for name, value in self.values.items()
-            if name == 'paths' or name.startswith('packages_')
-        )
-
-    def encode(self) -> dict[str, Any]:
-        """Return what is to be kept, ready for JSON."""
-        return {
-            name: getattr(self, name)
-            for name in self.__slots__
-            if name != 'values'
-        }
-
-
-def decode(values: Mapping[str, Any]) -> BuildArguments:
-    """
-    Read what :meth:`BuildArguments.encode` returned.
-
-    :raises TypeError: when it is damaged; KeyError likewise
-    """
-    lists = {
-        'base_paths': tuple(values['base_paths']),
-        'settings': dict(values['settings']),
-    }
-    arguments = BuildArguments(**{**values, **lists})
-    texts = [
-        arguments.build_base,
-        arguments.install_base,
-        *arguments.base_paths,
-        *arguments.settings.values(),
-    ]
-    if not all(isinstance(text, str) for text in texts):
-        raise TypeError('not a text')
-    return arguments
+    is_plain: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -317,9 +274,7 @@ class CachedColcon:
         self._key = cache_key(self.root, self.build_arguments, os.environ)
         self._is_settled = self._key is not None and is_settled(self._key)
         self._cache = self._read()
-        if self._cache:
-            self._arguments = decode(self._cache['arguments'])
-        else:
+        if not self._cache:
             self._arguments = self._ask().arguments
         self.build_base = self.root / self._arguments.build_base
         self.install_base = self.root / self._arguments.install_base
@@ -429,7 +384,7 @@ class CachedColcon:
     @property
     def _is_left_to_colcon(self) -> bool:
         """Whether only colcon can tell which packages there are."""
-        return self._key is None or not self._arguments.are_plain
+        return self._key is None or not self._arguments.is_plain
 
     def _is_simple(self, name: str) -> bool:
         """Tell whether colcon builds a package by what is known of it."""
@@ -489,7 +444,7 @@ class CachedColcon:
         """Return what follows from files that the arguments name."""
         if self._cache:
             return {key: self._cache[key] for key in ('named', 'everywhere')}
-        values = self._ask().arguments.values
+        values = self._ask().values
         named = named_files(self.root, values)
         everywhere = bool(metadata_files(os.environ)) or any(
             found is not None and path.endswith('.meta')
@@ -501,7 +456,7 @@ class CachedColcon:
         """Return the cache if all still holds, else nothing."""
         cache = read_cache(self.root)
         try:
-            decode(cache['arguments'])
+            arguments = from_json(BuildArguments, cache['arguments'])
             holds = (
                 _is_same(cache['key'], self._key)
                 and _is_same(cache['named'], fingerprints(cache['named']))
@@ -509,6 +464,7 @@ class CachedColcon:
             )
         except (KeyError, TypeError, AttributeError, ValueError):
             return {}
+        self._arguments = arguments
         return cache if holds else {}
 
     def _write(self) -> None:
@@ -535,7 +491,7 @@ class CachedColcon:
                 'version': CACHE_VERSION,
                 'key': self._key,
                 **named,
-                'arguments': self._arguments.encode(),
+                'arguments': to_json(self._arguments),
                 'folders': index.lasting_entries(),
             },
         )

@@ -14,9 +14,9 @@ import os
 from pathlib import Path
 from typing import Any
 
+from colcon_yamllaunch.common.codec import from_json
 from colcon_yamllaunch.common.search_path import split_path
 from colcon_yamllaunch.workspace.colcon.colcon_cache import BuildArguments
-from colcon_yamllaunch.workspace.colcon.colcon_cache import decode
 from colcon_yamllaunch.workspace.colcon.colcon_cache import read_cache
 from colcon_yamllaunch.workspace.environment.sourcing import chained_underlays
 from colcon_yamllaunch.workspace.packages.build_files import cmake_name
@@ -59,7 +59,7 @@ def scan_packages(
 
 def _arguments(cache: Mapping[str, Any]) -> BuildArguments:
     try:
-        return decode(cache['arguments'])
+        return from_json(BuildArguments, cache['arguments'])
     except (KeyError, TypeError, ValueError):
         return _USUAL
 

@@ -49,11 +49,7 @@ _PROGRAMS = (('cc', 'CC'), ('c++', 'CXX'), ('cmake', ''), ('python3', ''))
 #: The name of a record, below `build/<package>/`.
 RECORD_NAME = 'colcon_launch.json'
 #: To be raised when what is in a record changes.
-RECORD_VERSION = 3
-#: How a file names what goes by another name here.
-_KEYS = {'mode': 'how', 'clean_id': 'origin', 'interface_id': 'shape'}
-#: The parts of the context, which a file has among the rest.
-_CONTEXT = ('settings', 'environment', 'dependencies')
+RECORD_VERSION = 4
 
 
 class BuildMode(IntEnum):
@@ -132,13 +128,11 @@ class BuildContext:
       that it calls
     :param dependencies: The last build of each needed package, as
       :func:`build_of` tells it, or None where that is not known
-    :param variables: All variables, as some packages look for more of them
     """
 
     settings: Mapping[str, str]
     environment: Mapping[str, str]
     dependencies: Mapping[str, str | None]
-    variables: Mapping[str, str] = field(default_factory=dict)
 
 
 def build_of(clean_id: str, interface_id: str, build: str) -> str:
@@ -350,31 +344,19 @@ def read_record(path: Path) -> Record | None:
     except OSError:
         return None
     try:
-        return _decode(json.loads(data))
+        values = json.loads(data)
+        version = values.pop('version')
+        if isinstance(version, int) and version != RECORD_VERSION:
+            return None
+        return _CODEC.from_json(Record, values)
     except (ValueError, TypeError, KeyError, AttributeError) as e:
         raise DamagedRecordError from e
 
 
 def write_record(path: Path, record: Record) -> None:
     """Write a record; without one it is built again, which is no harm."""
-    write_json(path, _encode(record))
-
-
-def _encode(record: Record) -> Mapping[str, Any]:
     values = _CODEC.to_json(record)
-    context = values.pop('context')
-    values |= {name: context[name] for name in _CONTEXT}
-    values |= {key: values.pop(name) for name, key in _KEYS.items()}
-    return {'version': RECORD_VERSION, **values}
-
-
-def _decode(values: Any) -> Record | None:
-    version = values.pop('version')
-    if isinstance(version, int) and version != RECORD_VERSION:
-        return None
-    values |= {name: values.pop(key) for name, key in _KEYS.items()}
-    context = {name: values.pop(name) for name in _CONTEXT}
-    return _CODEC.from_json(Record, {**values, 'context': context})
+    write_json(path, {'version': RECORD_VERSION, **values})
 
 
 def _read_files(data: Any) -> dict[str, Fingerprint]:

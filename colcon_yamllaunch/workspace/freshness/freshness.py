@@ -111,10 +111,17 @@ class Attempt:
 
 
 class Freshness:
-    """Decides which packages are stale, by the records of their builds."""
+    """
+    Decides which packages are stale, by the records of their builds.
 
-    def __init__(self, products: Products) -> None:
+    :param environment: The variables of builds
+    """
+
+    def __init__(
+        self, products: Products, environment: Mapping[str, str]
+    ) -> None:
         self._products = products
+        self._environment = environment
         self._records: dict[str, Record | None] = {}
 
     def decide(
@@ -233,7 +240,7 @@ class Freshness:
                 arguments=self._arguments(name),
                 variables=own_variables(
                     inputs.variables(),
-                    context.variables,
+                    self._environment,
                     products.install_base,
                 ),
                 context=context,
@@ -328,7 +335,7 @@ class Freshness:
             yield from _of_others(record, found)
             yield from changed_variables(
                 record.variables,
-                context.variables,
+                self._environment,
                 self._products.install_base,
             )
         edits = changes(package.path, record.files, record.live)

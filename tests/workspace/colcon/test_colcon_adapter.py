@@ -250,20 +250,6 @@ def wait_for(condition, deadline=60.0):
         time.sleep(0.02)
 
 
-def test_command_is_the_fall_back(workspace):
-    workspace.cmake('base')
-    workspace.cmake('lib', needs=('base',))
-    workspace.cmake('other')
-    text = (
-        'from colcon_core.verb.build import BuildVerb\n'
-        'del BuildVerb._get_jobs\n'
-        'r = colcon.build(["base", "lib"], os.environ)\n'
-        'show([r.returncode, sorted(r.built)])\n'
-    )
-    assert workspace.run(code(workspace, text))[0] == [[0, ['base', 'lib']]]
-    assert not (workspace.root / 'install/other').exists()
-
-
 def test_install_folder_that_cannot_be_made(workspace):
     workspace.cmake('flow')
     workspace.write('taken')

@@ -3,7 +3,6 @@
 
 """What a build reads, be its path as odd as can be."""
 
-from dataclasses import replace
 import struct
 import subprocess
 
@@ -93,7 +92,7 @@ def builds(tmp_path):
 
 
 def why(builds: PackageBuilds, **variables: str) -> str:
-    builds.context = replace(builds.context, variables=variables)
+    builds.variables = variables
     return builds.why
 
 

@@ -61,7 +61,7 @@ def test_what_was_truncated_or_replaced_is_built_again(builds, path, mode):
     assert 'is not as it was' in decision.reason
     assert decision.mode is mode
     # make and CMake would take it for up to date
-    freshness = Freshness(builds.products)
+    freshness = Freshness(builds.products, {})
     freshness.prepare(builds.package, decision.mode)
     assert not (builds.root / path).exists()
 
