@@ -27,10 +27,9 @@ SEQUENCE = (
 #: Characters that end lines as `\n` does, or change the reading direction,
 #: and bytes that are no UTF-8, as Python has them in names of files.
 _MISLEADING = '\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff'
-_UNFIT = re.compile(f'{SEQUENCE}|[{_MISLEADING}]')
-_UNFIT_IN_JSON = re.compile(f'[\x7f-\x9f{_MISLEADING}]')
-_LINE_END = re.compile(r'\r\n|[\r\n]')
-_TABS = re.compile(r'\t+')
+# compiled on use, as most launches show nothing but ASCII
+_UNFIT = f'{SEQUENCE}|[{_MISLEADING}]'
+_UNFIT_IN_JSON = f'[\x7f-\x9f{_MISLEADING}]'
 
 
 def printable(text: str) -> str:
@@ -42,7 +41,7 @@ def printable(text: str) -> str:
     """
     if text.isascii() and text.replace('\n', ' ').isprintable():
         return text
-    return _UNFIT.sub(replaced, text)
+    return re.sub(_UNFIT, replaced, text)
 
 
 def one_line(text: str) -> str:
@@ -53,13 +52,14 @@ def one_line(text: str) -> str:
     """
     if text.isascii() and text.isprintable():
         return text
-    return _TABS.sub(' ', printable(_LINE_END.sub(r'\\n', text)))
+    lines = re.sub(r'\r\n|[\r\n]', r'\\n', text)
+    return re.sub(r'\t+', ' ', printable(lines))
 
 
 def printable_json(text: str) -> str:
     """Return JSON with the same values that does a terminal no harm."""
     # other control characters are escaped in any JSON
-    return _UNFIT_IN_JSON.sub(lambda m: f'\\u{ord(m[0]):04x}', text)
+    return re.sub(_UNFIT_IN_JSON, lambda m: f'\\u{ord(m[0]):04x}', text)
 
 
 def replaced(match: re.Match[str]) -> str:

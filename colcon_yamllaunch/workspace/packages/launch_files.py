@@ -29,8 +29,9 @@ LAUNCH_SUFFIXES = (
     '.launch',
 )
 _YAML_SUFFIXES = ('.yaml', '.yml')
-_LAUNCH = re.compile(r'^\s*[\'"]?launch[\'"]?\s*:|<launch\b', re.M)
-_PYTHON_LAUNCH = re.compile(r'^def generate_launch_description\b', re.M)
+# compiled on use, as few launches look for launch files
+_LAUNCH = r'(?m)^\s*[\'"]?launch[\'"]?\s*:|<launch\b'
+_PYTHON_LAUNCH = r'(?m)^def generate_launch_description\b'
 _MANIFEST = 'package.xml'
 # how many names a message lists at most
 _LISTED = 10
@@ -166,7 +167,7 @@ def _is_likely(file: str) -> bool:
 
 def _looks_like_one(path: Path) -> bool:
     pattern = _PYTHON_LAUNCH if path.suffix == '.py' else _LAUNCH
-    return pattern.search(text_of(path)) is not None
+    return re.search(pattern, text_of(path)) is not None
 
 
 def _is_yaml(file: str) -> bool:

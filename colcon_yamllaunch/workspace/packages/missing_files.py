@@ -39,7 +39,7 @@ _KNOWN_TYPES = frozenset(
 _BUILD_FILES = ('CMakeLists.txt', 'setup.py', 'setup.cfg', 'pyproject.toml')
 
 #: What makes setuptools install programs elsewhere than in `bin/`.
-_SCRIPT_FOLDER = re.compile('script[-_]dir|install[-_]scripts')
+_SCRIPT_FOLDER = 'script[-_]dir|install[-_]scripts'
 
 
 def missing_executable(
@@ -175,7 +175,7 @@ def _in_bin_by_default(
     package: str, name: str, own: Package
 ) -> WorkspaceError | None:
     """Explain why setuptools installs a program where none is looked for."""
-    is_elsewhere = _SCRIPT_FOLDER.search(text_of(own.path / 'setup.cfg'))
+    is_elsewhere = re.search(_SCRIPT_FOLDER, text_of(own.path / 'setup.cfg'))
     if is_elsewhere or not own.type.endswith('python'):
         return None
     return _in_bin(package, name, own)
