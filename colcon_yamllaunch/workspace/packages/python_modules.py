@@ -43,18 +43,11 @@ _INSTALLED = ('lib/python3*/', 'local/lib/python3*/')
 _PACKAGES = ('site-packages', 'dist-packages')
 # where a source usually has its modules
 _IN_SOURCE = ('', 'src', 'python', 'lib')
-# `name = module:attribute [extra]`
-_ENTRY = re.compile(r'^\s*[^#;=\s][^=]*=\s*["\']?([\w.]+)', re.M)
-# up to the next section, or in setup.cfg to the next option
-_SECTION = re.compile(
-    rf'^\[\s*(?:{re.escape(GROUP)}'
-    rf'|project\.entry-points\.["\']{re.escape(GROUP)}["\'])\s*\]'
-    r'\s*$(.*?)(?=^\[|\Z)',
-    re.M | re.S,
-)
-_OPTION = re.compile(
-    rf'^{re.escape(GROUP)}\s*[=:]((?:.*\n?)(?:[ \t]+.*\n?|\s*\n)*)', re.M
-)
+# `name = module:attribute [extra]`, in a line or a text of Python
+_ENTRY = re.compile(r'(?:^|["\'])\s*[\w.-]+\s*=\s*["\']?([\w.]+)', re.M)
+# where entries of another group begin: in metadata, and in Python
+_NEXT_GROUP = re.compile(r'^\[|^[\w.]+\s*[=:]\s*$', re.M)
+_NEXT_LIST = re.compile(r'\]')
 #: How many modules of an extension are looked at.
 MAXIMUM_MODULES = 1000
 #: The largest module that is (bytes).
@@ -119,7 +112,7 @@ def undeclared_imports(
         if path.suffix != '.py' or _TESTS.intersection(Path(name).parts):
             continue
         tree = _parsed(path)
-        for module, node in _imports(ast.walk(tree) if tree else ()):
+        for module, node in _imports(ast.walk(tree)):
             if module not in owners:
                 owners[module] = undeclared_owner(module, user, packages)
             owner = owners[module]
@@ -135,17 +128,16 @@ def certain_imports(path: Path) -> Iterator[tuple[str, ast.stmt]]:
 
     None where it changes `sys.path`.
     """
-    tree = _parsed(path)
-    if tree is None or 'sys.path' in text_of(path):
-        return
-    yield from _imports(tree.body)
+    if 'sys.path' not in text_of(path):
+        yield from _imports(_parsed(path).body)
 
 
-def _parsed(path: Path) -> ast.Module | None:
+def _parsed(path: Path) -> ast.Module:
+    """Return the tree of a module, an empty one where it has none."""
     try:
-        return ast.parse(path.read_bytes())
-    except (OSError, SyntaxError, ValueError, RecursionError):
-        return None
+        return ast.parse(content_of(path, MAXIMUM_SIZE))
+    except (OSError, SyntaxError, ValueError, RecursionError, MemoryError):
+        return ast.Module([], [])
 
 
 def _imports(nodes: Iterable[ast.AST]) -> Iterator[tuple[str, ast.stmt]]:
@@ -191,9 +183,8 @@ def installed_extensions(folders: Iterable[str]) -> Iterator[Extension]:
                 continue
             text = text_of(Path(folder, entry, 'entry_points.txt'))
             seen.add(name)
-            if GROUP in text:
-                for module in _in_sections(text):
-                    yield Extension(name, module, folders)
+            for module in _extension_modules(text, _NEXT_GROUP):
+                yield Extension(name, module, folders)
 
 
 def extensions_in_source(package: str, source: Path) -> Iterator[Extension]:
@@ -204,11 +195,8 @@ def extensions_in_source(package: str, source: Path) -> Iterator[Extension]:
     """
     folders = tuple(str(source / folder) for folder in _IN_SOURCE)
     for file in ('setup.py', 'setup.cfg', 'pyproject.toml'):
-        text = text_of(source / file)
-        if GROUP not in text:
-            continue
-        find = _in_setup if file == 'setup.py' else _in_metadata
-        for module in find(text):
+        end = _NEXT_LIST if file == 'setup.py' else _NEXT_GROUP
+        for module in _extension_modules(text_of(source / file), end):
             yield Extension(package, module, folders, is_installed=False)
 
 
@@ -278,32 +266,14 @@ def _entries(folder: str) -> list[str]:
         return []
 
 
-def _in_sections(text: str) -> Iterator[str]:
-    for section in _SECTION.findall(text):
-        yield from _ENTRY.findall(section)
-
-
-def _in_metadata(text: str) -> Iterator[str]:
-    """Find the modules that a `setup.cfg` or `pyproject.toml` names."""
-    yield from _in_sections(text)
-    for lines in _OPTION.findall(text):
-        yield from _ENTRY.findall(lines)
-
-
-def _in_setup(text: str) -> Iterator[str]:
-    """Find the modules that the mappings in a `setup.py` name."""
-    try:
-        nodes = list(ast.walk(ast.parse(text)))
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return
-    for node in nodes:
-        if not isinstance(node, ast.Dict):
-            continue
-        for key, value in zip(node.keys, node.values, strict=True):
-            if isinstance(key, ast.Constant) and key.value == GROUP:
-                for inner in ast.walk(value):
-                    if isinstance(inner, ast.Constant):
-                        yield from _ENTRY.findall(str(inner.value))
+def _extension_modules(text: str, end: re.Pattern[str]) -> list[str]:
+    """Return the modules in the entry point group :data:`GROUP`."""
+    _, _, rest = text.partition(GROUP)
+    # the quote, bracket or sign between the group and its entries
+    rest = rest.lstrip('"\'] \t')
+    rest = rest[1:] if rest[:1] in ('=', ':') else rest
+    found = end.search(rest)
+    return _ENTRY.findall(rest[: found.start() if found else None])
 
 
 class ExposedNames:
@@ -411,11 +381,10 @@ def exposed_by(extension: Extension) -> Iterator[tuple[str, str]]:
         if module in seen or path is None:
             continue
         seen.add(module)
-        text = _text_of(path)
-        tree = _tree_of(text)
+        tree = _parsed(path)
         yield from _exposed_in(tree)
         is_package = path.name == '__init__.py'
-        if is_package and 'import_module' in text:
+        if is_package and 'import_module' in text_of(path):
             # which modules it is, only running it would tell
             folder = path.parent
             pending += [f'{module}.{f.stem}' for f in folder.glob('*.py')]
@@ -441,20 +410,6 @@ def _file_of(module: str, folders: Iterable[str]) -> Path | None:
             if os.path.isfile(path):
                 return path
     return None
-
-
-def _text_of(path: Path) -> str:
-    try:
-        return content_of(path, MAXIMUM_SIZE).decode(errors='replace')
-    except OSError:
-        return ''
-
-
-def _tree_of(text: str) -> ast.AST:
-    try:
-        return ast.parse(text)
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return ast.Module([], [])
 
 
 def _exposed_in(tree: ast.AST) -> Iterator[tuple[str, str]]:
