@@ -217,12 +217,13 @@ def update(workspace: Workspace) -> Callable[..., tuple[Any, str]]:
     def run(
         *names: str,
         arguments: tuple[str, ...] = (),
+        force: bool = False,
         **variables: str,
     ) -> tuple[Any, str]:
         code = (
             f'colcon = Colcon(Path({str(workspace.root)!r}), {arguments!r})\n'
             f'result = bring_up_to_date(colcon, {names!r}, '
-            'dict(os.environ), print)\n'
+            f'dict(os.environ), print, force={force})\n'
             'fresh = [d.name for d in result.decisions if not d.is_stale]\n'
             'show([result.returncode, dict(result.stale), fresh])\n'
         )

@@ -445,14 +445,30 @@ class Colcon:
         )
         if self._is_warm:
             _count_from_now(context)
-            # they depend on no package
-            with _beside(create_scripts):
+            # they depend on no package, and jobs wait for compilers by then
+            timer = threading.Timer(_HEAD_START, create_scripts)
+            timer.start()
+            try:
                 rc = execute_jobs(context, jobs, on_error=on_error)
+            finally:
+                timer.join()
         else:
             rc = execute_jobs(context, jobs, on_error=on_error)
             create_scripts()
-        done = list(jobs.values())
-        return BuildResult(_exit_code(rc), _succeeded(done), _failed(done))
+        done = [
+            (str(job.task_context.pkg.name), job.returncode)
+            for job in jobs.values()
+        ]
+        # those that were not begun have no return code, and those that were
+        # not ended one of their own
+        good = (None, 0, SIGINT_RESULT)
+        # a package may have several jobs
+        undone = {name for name, code in done if code != 0}
+        return BuildResult(
+            _exit_code(rc),
+            frozenset(name for name, _ in done if name not in undone),
+            frozenset(name for name, code in done if code not in good),
+        )
 
     def _decorators(self, descriptors: set[Any], names: frozenset[str]) -> Any:
         try:
@@ -478,31 +494,6 @@ class Colcon:
                 os.chdir(previous)
 
 
-@contextmanager
-def _beside(function: Callable[[], object]) -> Iterator[None]:
-    """
-    Call a function while the block waits for programs.
-
-    It is called in any case, at the end of the block at the latest, but for a
-    block that raises before.
-    """
-    called = threading.Lock()
-
-    def call() -> None:
-        if called.acquire(blocking=False):
-            function()
-
-    timer = threading.Timer(_HEAD_START, call)
-    timer.start()
-    try:
-        yield
-        timer.cancel()
-        call()
-    finally:
-        timer.cancel()
-        timer.join()
-
-
 def _count_from_now(context: Any) -> None:
     """Have the summary of a build count its time from now on."""
     for handler in get_event_handler_extensions(context=context).values():
@@ -513,22 +504,6 @@ def _count_from_now(context: Any) -> None:
 
 def _text(value: Any) -> str:
     return json.dumps(value, default=str, sort_keys=True)
-
-
-def expand_template(
-    template: Path, destination: Path, values: Mapping[str, Any]
-) -> None:
-    """
-    Make a file of a template of EmPy, as colcon makes its scripts.
-
-    :param destination: The file; its folder is made if necessary
-    :param values: What the template refers to
-    :raises OSError: when the file cannot be written
-    """
-    # EmPy is needed to make things only
-    from colcon_core.shell import template as templates
-
-    templates.expand_template(template, destination, dict(values))
 
 
 def _package(desc: Any, root: Path) -> Package:
@@ -578,21 +553,6 @@ def _exit_code(returncode: Any) -> int:
     if isinstance(returncode, signal.Signals) or returncode == -signal.SIGINT:
         return INTERRUPTED
     return returncode if isinstance(returncode, int) else 1
-
-
-def _succeeded(jobs: Collection[Any]) -> frozenset[str]:
-    return _names_of(jobs) - _names_of(j for j in jobs if j.returncode != 0)
-
-
-def _failed(jobs: Iterable[Any]) -> frozenset[str]:
-    # those that were not begun have no return code, and those that were not
-    # ended one of their own
-    good = (None, 0, SIGINT_RESULT)
-    return _names_of(job for job in jobs if job.returncode not in good)
-
-
-def _names_of(jobs: Iterable[Any]) -> frozenset[str]:
-    return frozenset(str(job.task_context.pkg.name) for job in jobs)
 
 
 @contextmanager
@@ -792,7 +752,7 @@ class _NameReader:
         self._guessed = guessed
 
     def identify(self, desc: Any) -> None:
-        """Say what a folder is; see `PackageIdentificationExtensionPoint`."""
+        """Set what a folder is; see `PackageIdentificationExtensionPoint`."""
         setup = desc.path / 'setup.py'
         if desc.type not in (None, 'python') or not os.path.isfile(setup):
             return

@@ -20,9 +20,9 @@ from typing import Any
 from xml.sax.saxutils import escape
 from xml.sax.saxutils import quoteattr
 
+from colcon_core.shell.template import expand_template
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.workspace.colcon.colcon_adapter import expand_template
 from colcon_yamllaunch.workspace.packages.package import manifest_error
 
 _PACKAGE = re.compile(r'[a-zA-Z][a-zA-Z0-9_-]*')
@@ -281,7 +281,8 @@ def write_file(file: Path, template: str, values: Mapping[str, Any]) -> None:
     :raises OSError: when the file cannot be written
     """
     if template:
-        expand_template(_TEMPLATES / f'{template}.em', file, values)
+        path = _TEMPLATES / f'{template}.em'
+        expand_template(path, file, dict(values))
     else:
         file.parent.mkdir(exist_ok=True)
         file.touch()

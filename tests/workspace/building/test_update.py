@@ -289,26 +289,28 @@ def test_merged_layout(workspace, update, why):
     assert why() == 'launch/flow.yaml was deleted'
 
 
-def test_moved_workspace(workspace, flow, update):
+@pytest.mark.parametrize('arguments', [(), ('--merge-install',)])
+def test_moved_workspace(workspace, update, arguments):
+    workspace.cmake('flow')
     workspace.ament_python('talker')
-    assert update('talker')[0][0] == 0
+    workspace.ament_cmake('node')
+    names = ['flow', 'node', 'talker']
+    assert update(*names, arguments=arguments)[0][0] == 0
     old = workspace.root
     workspace.root = old.parent / 'moved'
     old.rename(workspace.root)
-    code = (
-        f'colcon = Colcon(Path({str(workspace.root)!r}))\n'
-        'result = bring_up_to_date('
-        'colcon, ["flow", "talker"], dict(os.environ), print)\n'
-        'show([result.returncode, sorted(dict(result.stale))])\n'
-    )
-    results, output = workspace.run(code)
-    assert results == [[0, ['flow', 'talker']]]
+    (returncode, stale, _), output = update(*names)
+    assert (returncode, sorted(stale)) == (0, names)
     assert 'moved or copied' in output
     assert not old.exists()
-    launch = workspace.root / 'install/flow/share/flow/launch/flow.yaml'
-    assert launch.resolve() == workspace.root / 'src/flow/launch/flow.yaml'
-    again, output = workspace.run(code)
-    assert again == [[0, []]], output
+    install = workspace.root / 'install'
+    for path in install.rglob('*'):
+        if path.is_symlink():
+            assert old not in path.readlink().parents, path
+            assert path.exists(), path
+    prefix = install if arguments else install / 'talker'
+    assert (prefix / 'share/talker/launch/talk.yaml').exists()
+    assert update(*names)[0] == [0, {}, names]
 
 
 def test_copied_workspace_leaves_the_original_alone(workspace, flow, update):
@@ -317,28 +319,15 @@ def test_copied_workspace_leaves_the_original_alone(workspace, flow, update):
     before = cache.stat().st_mtime_ns
     workspace.root = old.parent / 'copy'
     shutil.copytree(old, workspace.root, symlinks=True)
-    code = (
-        f'colcon = Colcon(Path({str(workspace.root)!r}))\n'
-        'result = bring_up_to_date('
-        'colcon, ["flow"], dict(os.environ), print)\n'
-        'show(result.returncode)\n'
-    )
-    results, _ = workspace.run(code)
-    assert results == [0]
+    assert update('flow')[0][0] == 0
     launch = workspace.root / 'install/flow/share/flow/launch/flow.yaml'
     assert launch.resolve() == workspace.root / 'src/flow/launch/flow.yaml'
     assert cache.stat().st_mtime_ns == before
     assert (old / 'install/flow/share/flow/launch/flow.yaml').exists()
 
 
-def test_force(workspace, flow):
-    code = (
-        f'colcon = Colcon(Path({str(workspace.root)!r}))\n'
-        'result = bring_up_to_date('
-        'colcon, ["flow"], dict(os.environ), print, force=True)\n'
-        'show(dict(result.stale))\n'
-    )
-    assert workspace.run(code)[0] == [{'flow': 'asked for'}]
+def test_force(flow, why):
+    assert why(force=True) == 'asked for'
 
 
 def test_nothing_of_the_workspace_is_needed(workspace, update):
@@ -361,49 +350,15 @@ def test_rebuilt_dependency_in_an_underlay(workspace, update):
     underlay = workspace.root / 'install'
     workspace.root = workspace.root.parent / 'over'
     workspace.cmake('above', needs=('below',))
-    sourced = {'COLCON_PREFIX_PATH': str(underlay)}
-    code = (
-        f'colcon = Colcon(Path({str(workspace.root)!r}))\n'
-        'result = bring_up_to_date('
-        'colcon, ["above"], dict(os.environ), print)\n'
-        'show(dict(result.stale))\n'
-    )
-    environment = workspace.environment(**sourced)
 
     def stale():
-        return workspace.run(code, environment=environment)[0]
+        return update('above', COLCON_PREFIX_PATH=str(underlay))[0][1]
 
-    assert stale() == [{'above': 'never built'}]
-    assert stale() == [{}]
+    assert stale() == {'above': 'never built'}
+    assert stale() == {}
     os.utime(underlay / 'below/share/below/package.sh')
-    assert stale() == [{'above': 'below was rebuilt'}]
-    assert stale() == [{}]
-
-
-def test_moved_merged_workspace(workspace, update):
-    workspace.cmake('flow')
-    workspace.ament_python('talker')
-    workspace.ament_cmake('node')
-    names = ['flow', 'node', 'talker']
-    result, _ = update(*names, arguments=('--merge-install',))
-    assert result[0] == 0
-    old = workspace.root
-    workspace.root = old.parent / 'moved'
-    old.rename(workspace.root)
-    code = (
-        f'colcon = Colcon(Path({str(workspace.root)!r}))\n'
-        f'result = bring_up_to_date('
-        f'colcon, {names!r}, dict(os.environ), print)\n'
-        'show([result.returncode, sorted(dict(result.stale))])\n'
-    )
-    assert workspace.run(code)[0] == [[0, names]]
-    install = workspace.root / 'install'
-    for path in install.rglob('*'):
-        if path.is_symlink():
-            assert old not in path.readlink().parents, path
-            assert path.exists(), path
-    assert (install / 'share/talker/launch/talk.yaml').exists()
-    assert (install / 'lib/node/counter.py').exists()
+    assert stale() == {'above': 'below was rebuilt'}
+    assert stale() == {}
 
 
 def test_user_defaults_hold(workspace, update):

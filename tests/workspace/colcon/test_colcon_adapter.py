@@ -19,6 +19,17 @@ def code(workspace, text, arguments=()):
     return COLCON.format(root=str(workspace.root), arguments=arguments) + text
 
 
+def refusal(workspace, text, arguments=()):
+    """Return the error that a line of code raises."""
+    text = (
+        f'try:\n    colcon = Colcon(Path("."), {arguments!r})\n    {text}\n'
+        'except UserError as e:\n    show(str(e))\n'
+    )
+    (error,), output = workspace.run(text)
+    assert 'usage' not in output
+    return error
+
+
 def test_packages(workspace):
     workspace.cmake('flow')
     workspace.ament_cmake(
@@ -111,49 +122,12 @@ def test_failed_build(workspace):
     ],
 )
 def test_refused_arguments_are_one_error(workspace, arguments, message):
-    text = (
-        'try:\n'
-        f'    Colcon(Path("."), {arguments!r})\n'
-        'except UserError as e:\n'
-        '    show(str(e))\n'
-    )
-    (error,), output = workspace.run(text)
-    assert message in error
-    assert 'usage' not in output
-
-
-def test_arguments_reach_the_build(workspace):
-    workspace.cmake('flow')
-    text = 'colcon.build(["flow"], os.environ)\nshow(colcon.settings("flow"))'
-    arguments = ('--cmake-args', '-DWITH=1', '--build-base', 'b')
-    (settings,), _ = workspace.run(code(workspace, text, arguments))
-    assert json.loads(settings['cmake_args']) == ['-DWITH=1']
-    cache = (workspace.root / 'b/flow/CMakeCache.txt').read_text()
-    assert 'WITH:UNINITIALIZED=1' in cache
-    assert not (workspace.root / 'build').exists()
-
-
-def test_merged_layout_is_kept(workspace):
-    workspace.cmake('flow')
-    build = 'colcon.build(["flow"], os.environ)\n'
-    workspace.run(code(workspace, build, ('--merge-install',)))
-    (merged,), _ = workspace.run(
-        code(workspace, build + 'show(colcon.merge_install)')
-    )
-    assert merged is True
-    share = workspace.root / 'install/share/flow'
-    assert (share / 'launch/flow.yaml').exists()
+    assert message in refusal(workspace, 'pass', arguments)
 
 
 def test_unknown_package_makes_nothing(workspace):
     workspace.cmake('flow')
-    text = (
-        'try:\n'
-        '    colcon.build(["flaw"], os.environ)\n'
-        'except UserError as e:\n'
-        '    show(str(e))\n'
-    )
-    (error,), _ = workspace.run(code(workspace, text))
+    error = refusal(workspace, 'colcon.build(["flaw"], os.environ)')
     assert "'flaw'" in error
     assert not (workspace.root / 'build').exists()
     assert not (workspace.root / 'install').exists()
@@ -208,13 +182,7 @@ def test_select_is_relative_to_the_caller(workspace):
 def test_select_without_package(workspace, path):
     workspace.cmake('a')
     workspace.write('docs/x/y.md')
-    text = (
-        'try:\n'
-        f'    show(colcon.select([{path!r}]))\n'
-        'except UserError as e:\n'
-        '    show(str(e))\n'
-    )
-    (error,), _ = workspace.run(code(workspace, text))
+    error = refusal(workspace, f'show(colcon.select([{path!r}]))')
     assert f"'{path}'" in error
     assert '--paths' in error
 
@@ -253,14 +221,9 @@ def wait_for(condition, deadline=60.0):
 def test_install_folder_that_cannot_be_made(workspace):
     workspace.cmake('flow')
     workspace.write('taken')
-    text = (
-        'try:\n'
-        '    colcon.build(["flow"], os.environ)\n'
-        'except UserError as e:\n'
-        '    show(str(e))\n'
-    )
     arguments = ('--install-base', 'taken/install')
-    (error,), _ = workspace.run(code(workspace, text, arguments))
+    build = 'colcon.build(["flow"], os.environ)'
+    error = refusal(workspace, build, arguments)
     assert 'taken' in error
 
 

@@ -244,62 +244,9 @@ def plain(workspace, compare, cached):
     return workspace
 
 
-def new_package(workspace):
-    named(workspace, 'group/notes/new')
-
-
-def deleted_package(workspace):
-    shutil.rmtree(workspace.root / 'src/ros_a')
-
-
-def renamed_folder(workspace):
-    (workspace.root / 'src/ros_a').rename(workspace.root / 'src/other')
-
-
-def other_dependencies(workspace):
-    workspace.manifest('ros_a', depends='<depend>plain</depend>')
-
-
-def other_name(workspace):
-    text = CMAKE.format('renamed', '')
-    workspace.write('src/plain/CMakeLists.txt', text)
-
-
-def new_cmake_file(workspace):
-    workspace.write('src/plain/src/more.cmake', 'find_package(py)')
-
-
-def other_setup(workspace):
-    workspace.write('src/py/setup.cfg', CFG.format('pi', ''))
-
-
 def other_setup_to_run(workspace):
     (workspace.root / 'src/py/setup.cfg').unlink()
     workspace.write('src/py/setup.py', SETUP.format('pi'))
-
-
-def ignored_now(workspace):
-    workspace.write('src/ros_a/COLCON_IGNORE')
-
-
-def group_ignored_now(workspace):
-    workspace.write('src/COLCON_IGNORE')
-
-
-def no_longer_ignored(workspace):
-    (workspace.root / 'src/group/ignored/AMENT_IGNORE').unlink()
-
-
-def package_around_others(workspace):
-    workspace.write('src/package.xml', manifest('around', 'ament_cmake'))
-
-
-def manifest_for_cmake(workspace):
-    workspace.manifest('plain')
-
-
-def invalid_manifest(workspace):
-    workspace.write('src/ros_a/package.xml', '<package/>')
 
 
 def same_size_and_time(workspace):
@@ -324,47 +271,51 @@ def new_member_of_a_group(workspace):
     workspace.manifest('ros_a', depends=depends)
 
 
-def workspace_defaults(workspace):
-    text = 'build: {merge-install: true, cmake-args: [-DA=1]}\n'
-    workspace.write('colcon_defaults.yaml', text)
-
-
-def other_base_paths(workspace):
-    text = 'build: {base-paths: [src/group, src/py]}\n'
-    workspace.write('colcon_defaults.yaml', text)
-
-
-def patterns_as_base_paths(workspace):
-    workspace.write('colcon_defaults.yaml', 'build: {base-paths: [src/p*]}\n')
-
-
-def ignored_by_name(workspace):
-    text = 'build: {packages-ignore: [ros_a]}\n'
-    workspace.write('colcon_defaults.yaml', text)
-
-
-CHANGES = (
-    new_package,
-    deleted_package,
-    renamed_folder,
-    other_dependencies,
-    other_name,
-    new_cmake_file,
-    other_setup,
-    other_setup_to_run,
-    ignored_now,
-    no_longer_ignored,
-    package_around_others,
-    manifest_for_cmake,
-    invalid_manifest,
-    same_size_and_time,
-    link_to_a_package,
-    new_member_of_a_group,
-    workspace_defaults,
-    other_base_paths,
-    patterns_as_base_paths,
-    ignored_by_name,
-)
+CHANGES = {
+    'new_package': lambda w: named(w, 'group/notes/new'),
+    'deleted_package': lambda w: shutil.rmtree(w.root / 'src/ros_a'),
+    'renamed_folder': lambda w: (w.root / 'src/ros_a').rename(
+        w.root / 'src/other'
+    ),
+    'other_dependencies': lambda w: w.manifest(
+        'ros_a', depends='<depend>plain</depend>'
+    ),
+    'other_name': lambda w: w.write(
+        'src/plain/CMakeLists.txt', CMAKE.format('renamed', '')
+    ),
+    'new_cmake_file': lambda w: w.write(
+        'src/plain/src/more.cmake', 'find_package(py)'
+    ),
+    'other_setup': lambda w: w.write('src/py/setup.cfg', CFG.format('pi', '')),
+    'other_setup_to_run': other_setup_to_run,
+    'ignored_now': lambda w: w.write('src/ros_a/COLCON_IGNORE'),
+    'no_longer_ignored': lambda w: (
+        w.root / 'src/group/ignored/AMENT_IGNORE'
+    ).unlink(),
+    'package_around_others': lambda w: w.write(
+        'src/package.xml', manifest('around', 'ament_cmake')
+    ),
+    'manifest_for_cmake': lambda w: w.manifest('plain'),
+    'invalid_manifest': lambda w: w.write(
+        'src/ros_a/package.xml', '<package/>'
+    ),
+    'same_size_and_time': same_size_and_time,
+    'link_to_a_package': link_to_a_package,
+    'new_member_of_a_group': new_member_of_a_group,
+    'workspace_defaults': lambda w: w.write(
+        'colcon_defaults.yaml',
+        'build: {merge-install: true, cmake-args: [-DA=1]}\n',
+    ),
+    'other_base_paths': lambda w: w.write(
+        'colcon_defaults.yaml', 'build: {base-paths: [src/group, src/py]}\n'
+    ),
+    'patterns_as_base_paths': lambda w: w.write(
+        'colcon_defaults.yaml', 'build: {base-paths: [src/p*]}\n'
+    ),
+    'ignored_by_name': lambda w: w.write(
+        'colcon_defaults.yaml', 'build: {packages-ignore: [ros_a]}\n'
+    ),
+}
 
 
 def test_paths_in_the_defaults(plain, compare):
@@ -374,7 +325,7 @@ def test_paths_in_the_defaults(plain, compare):
     assert compare()[1]
 
 
-@pytest.mark.parametrize('change', CHANGES, ids=lambda c: c.__name__)
+@pytest.mark.parametrize('change', CHANGES.values(), ids=CHANGES)
 def test_change_is_noticed(plain, compare, cached, change):
     change(plain)
     after, _ = compare()
@@ -395,7 +346,7 @@ def test_setup_is_run_again_for_another_one(workspace, compare, cached):
 
 
 def test_whole_source_is_ignored(plain, compare):
-    group_ignored_now(plain)
+    plain.write('src/COLCON_IGNORE')
     assert compare()[0] == {}
 
 

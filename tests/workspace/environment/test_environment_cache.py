@@ -294,24 +294,18 @@ def test_no_secret_gets_to_the_disk(memory):
 
 
 @pytest.mark.parametrize(
-    'content', ['', '{', '[]', '{}', 'null', '{"paths": 1, "state": 2}']
+    'content',
+    [
+        *('', '{', '[]', '{}', 'null', '{"paths": 1, "state": 2}'),
+        '%s, "changes": {"A": [1]}}',
+    ],
 )
 def test_damaged_record_counts_as_none(memory, content):
     memory.get()
     (record,) = memory.records()
-    record.write_text(content)
+    text = record.read_text().removesuffix('}')
+    record.write_text(content.replace('%s', text))
     memory.get(times=2)
-    assert memory.sourced == 2
-
-
-def test_record_with_another_type_of_value(memory):
-    memory.get()
-    (record,) = memory.records()
-    text = record.read_text()
-    changed = text.replace('"changes": {', '"changes": {"A": [1], ')
-    assert changed != text
-    record.write_text(changed)
-    memory.get()
     assert memory.sourced == 2
 
 
@@ -411,15 +405,3 @@ def test_script_that_fails_names_the_cure(memory):
         cached_environment(memory.install.setup, BASE, memory.build)
     assert 'syntax error' in str(error.value)
     assert 'run `colcon build`' in str(error.value)
-
-
-def test_nothing_is_run_when_it_is_remembered(memory):
-    memory.get()
-
-    def sourcing(setup, environment):
-        raise AssertionError
-
-    result = cached_environment(
-        memory.install.setup, BASE, memory.build, sourcing
-    )
-    assert result.packages == {'a', 'b'}
