@@ -108,7 +108,7 @@ def fingerprints(paths: Iterable[str]) -> dict[str, Fingerprint | None]:
 
 
 def are_settled(found: Iterable[Fingerprint | None]) -> bool:
-    """Tell whether any later change will show in all of them."""
+    """Return whether any later change will show in all of them."""
     return all(one is None or one.is_settled for one in found)
 
 
@@ -143,7 +143,7 @@ def has_same_content(
     limit: int | None = None,
 ) -> bool:
     """
-    Tell whether a file has the content that it had.
+    Return whether a file has the content that it had.
 
     One whose content is not known has another one as soon as any of its times
     differs, also that which no program can set.
@@ -187,7 +187,7 @@ def content_digest(path: Path, size: int, limit: int | None = None) -> str:
 
 
 def has_same_times(before: Fingerprint, now: Fingerprint) -> bool:
-    """Tell whether a file cannot have been written in between."""
+    """Return whether a file cannot have been written in between."""
     return (before.size, before.mtime, before.ctime) == (
         now.size,
         now.mtime,

@@ -103,13 +103,13 @@ def read_process(pid: int) -> RunningProcess | None:
 
 
 def is_alive(pid: int, birth: int) -> bool:
-    """Tell whether a process still runs that was started at a time."""
+    """Return whether a process still runs that was started at a time."""
     process = read_process(pid)
     return process is not None and process.birth == birth
 
 
 def is_suspended(pid: int) -> bool:
-    """Tell whether a process was stopped, as Ctrl-Z does it."""
+    """Return whether a process was stopped, as Ctrl-Z does it."""
     _, _, fields = _read(f'/proc/{pid}/stat', _STAT_SIZE).rpartition(b') ')
     return fields[:1] in (b'T', b't')
 

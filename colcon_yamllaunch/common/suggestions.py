@@ -48,7 +48,7 @@ def nearest_first(word: str, names: Iterable[str]) -> list[str]:
 
 
 def is_slip(word: str, names: Iterable[str]) -> bool:
-    """Say whether a word is one of the names, but for a slip of the pen."""
+    """Return whether a word is one of the names, but for a slip of the pen."""
     name = nearest(word, names)
     if name is None:
         return False

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 from colcon_yamllaunch.common.errors import WorkspaceError
 from colcon_yamllaunch.language.evaluation.request import Exposed
 from colcon_yamllaunch.language.evaluation.request import FindExposed
-from colcon_yamllaunch.workspace.building.build_lock import is_taken
+from colcon_yamllaunch.workspace.building.build_lock import is_locked
 from colcon_yamllaunch.workspace.building.build_lock import WorkspaceLock
 from colcon_yamllaunch.workspace.environment.sourcing import Environment
 from colcon_yamllaunch.workspace.packages.package import Package
@@ -215,11 +215,11 @@ class WorkspaceSession:
         try:
             self._source()
         except WorkspaceError:
-            if not is_taken(base):
+            if not is_locked(base):
                 raise
             # it is being built; when that is done, it is sourced again
             with WorkspaceLock() as lock:
-                lock.take(base, self.announce)
+                lock.acquire(base, self.announce)
                 self._source()
 
     def _source(self) -> None:

@@ -43,7 +43,11 @@ _ROS = Path('/opt/ros')
 class _HeldLock(WorkspaceLock):
     """The lock of the workspace, which another process holds; see `build`."""
 
-    def take(self, build_base: Path, announce: Callable[[str], None]) -> bool:  # noqa: ARG002
+    def acquire(
+        self,
+        build_base: Path,  # noqa: ARG002
+        announce: Callable[[str], None],  # noqa: ARG002
+    ) -> bool:
         return False
 
 

@@ -71,9 +71,11 @@ class WorkspaceLock:
 
     def look(self, build_base: Path) -> None:
         """Remember when it was last taken, before the workspace is read."""
-        self._seen = _last_taken(build_base)
+        self._seen = _last_acquired(build_base)
 
-    def take(self, build_base: Path, announce: Callable[[str], None]) -> bool:
+    def acquire(
+        self, build_base: Path, announce: Callable[[str], None]
+    ) -> bool:
         """
         Take the lock, unless it is held already.
 
@@ -89,7 +91,7 @@ class WorkspaceLock:
         """
         if self._is_held:
             return False
-        before = _last_taken(build_base)
+        before = _last_acquired(build_base)
         self._build_base = build_base
         self._problem = None
         try:
@@ -122,7 +124,7 @@ class WorkspaceLock:
             self._describe('checks what is to be built')
         return bool(has_waited) or self._seen not in (None, before)
 
-    def tell_of_build(self, names: Iterable[str]) -> None:
+    def publish_build(self, names: Iterable[str]) -> None:
         """
         Let those who wait know what this process builds.
 
@@ -130,7 +132,7 @@ class WorkspaceLock:
         """
         self._describe(f'{_BUILDS} {", ".join(names)}')
 
-    def tell_of_start(self) -> None:
+    def publish_start(self) -> None:
         """Let those who wait know that this process has built."""
         # what was built is there, even if the disk is full now
         with suppress(WorkspaceError):
@@ -175,14 +177,14 @@ def _wait(descriptor: int, announce: Callable[[str], None]) -> bool | None:
 
     Return None if that process has called this one and waits for it.
     """
-    if _take(descriptor):
+    if _try_lock(descriptor):
         return False
     deadline = time.monotonic() + _NAME_TIMEOUT
     while (holder := _holder(descriptor)) is None:
         if time.monotonic() > deadline:
             break
         time.sleep(0.01)
-        if _take(descriptor):
+        if _try_lock(descriptor):
             return True
     if holder is not None and holder.pid in _ancestors():
         if holder.what.startswith(_BUILDS):
@@ -192,12 +194,14 @@ def _wait(descriptor: int, announce: Callable[[str], None]) -> bool | None:
                 'give it --no-build',
             )
         return None
-    announce(WAITING if holder is None else f'waiting for {holder.told()}')
+    announce(
+        WAITING if holder is None else f'waiting for {holder.description()}'
+    )
     fcntl.flock(descriptor, fcntl.LOCK_EX)
     return True
 
 
-def _take(descriptor: int) -> bool:
+def _try_lock(descriptor: int) -> bool:
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
@@ -212,8 +216,8 @@ def _refusal(build_base: Path, error: OSError) -> WorkspaceError:
     )
 
 
-def is_taken(build_base: Path) -> bool:
-    """Tell whether a process holds the lock of a workspace."""
+def is_locked(build_base: Path) -> bool:
+    """Return whether a process holds the lock of a workspace."""
     try:
         with (build_base / LOCK_NAME).open('rb') as handle:
             # let go at once
@@ -246,7 +250,7 @@ class _Holder:
             return f'process {self.pid}'
         return f"'{self.title}' (process {self.pid})"
 
-    def told(self) -> str:
+    def description(self) -> str:
         """Return what is told to who waits for it."""
         if not is_suspended(self.pid):
             return f'{self}…'
@@ -270,7 +274,7 @@ def _ancestors() -> Iterator[int]:
         yield pid
 
 
-def _last_taken(build_base: Path) -> int:
+def _last_acquired(build_base: Path) -> int:
     try:
         return (build_base / LOCK_NAME).stat().st_mtime_ns
     except OSError:

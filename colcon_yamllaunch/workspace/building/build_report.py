@@ -34,13 +34,13 @@ _MODES = {
 
 
 def before_build(stale: Sequence[Decision], fresh: int) -> str:
-    """Tell what is going to be built and why, in one line."""
+    """Return what is going to be built and why, in one line."""
     return f'building {_packages(len(stale))}{_why(stale)}{_fresh(fresh)}…'
 
 
 def after_build(built: Sequence[Decision], fresh: int) -> str:
     """
-    Tell what a launch has built and why, in one line.
+    Return what a launch has built and why, in one line.
 
     :param fresh: How many others it needs
     """
@@ -55,7 +55,7 @@ def after_failure(
     failed: Sequence[str], built: Sequence[str], unbuilt: Sequence[str]
 ) -> str:
     """
-    Tell how far a build came that did not succeed, in one line.
+    Return how far a build came that did not succeed, in one line.
 
     :param failed: The packages that failed; may be empty after Ctrl-C
     :param built: Those that were built before
@@ -73,7 +73,7 @@ def after_failure(
 
 def setup_missing(failed: Iterable[Package]) -> Iterator[str]:
     """
-    Tell which Python packages could not be built for want of a setup.py.
+    Return which Python packages could not be built for want of a setup.py.
 
     colcon-ros takes the build type of their manifests for granted, and fails
     with a traceback.
@@ -99,9 +99,9 @@ def explanation(decision: Decision, way: Sequence[str], launch: str) -> str:
     if not texts:
         verdict = 'up to date'
         if decision.built_at is not None:
-            moment = time.localtime(decision.built_at / 1_000_000_000)
+            built = time.localtime(decision.built_at / 1_000_000_000)
             verdict += time.strftime(
-                ' since its build at %Y-%m-%d %H:%M:%S', moment
+                ' since its build at %Y-%m-%d %H:%M:%S', built
             )
     else:
         more = len(texts) - EXPLAINED_REASONS

@@ -115,7 +115,7 @@ def bring_up_to_date(
             return bring_up_to_date(
                 colcon, request, environment, announce, explain, lock
             )
-    waited = lock.take(colcon.build_base, announce)
+    waited = lock.acquire(colcon.build_base, announce)
     work = _Work(colcon, environment.variables)
     work.remove_relocated(needed, announce)
     decisions = work.decide(needed, request)
@@ -125,12 +125,12 @@ def bring_up_to_date(
     if not stale:
         return Update(0, decisions, waited=waited)
     fresh = len(decisions) - len(stale)
-    lock.tell_of_build(d.name for d in stale)
+    lock.publish_build(d.name for d in stale)
     for line in (*environment.notes, before_build(stale, fresh)):
         announce(line)
     by_name = {package.name: package for package in needed}
     result = work.build([(by_name[d.name], d.mode) for d in stale])
-    lock.tell_of_start()
+    lock.publish_start()
     for line in setup_missing(by_name[name] for name in result.failed):
         announce(line)
     return Update(result.returncode, decisions, result.built, result.failed)
@@ -151,7 +151,7 @@ def decide(
     if not needed:
         return ()
     with WorkspaceLock() as lock:
-        lock.take(colcon.build_base, announce)
+        lock.acquire(colcon.build_base, announce)
         return _Work(colcon, environment.variables).decide(needed, request)
 
 
@@ -281,7 +281,7 @@ class _Work:
         )
 
     def _build_in_underlay(self, name: str) -> str | None:
-        """Tell which build of a package an underlay has."""
+        """Return which build of a package an underlay has."""
         share = self._underlays.share(name)
         if share is None:
             return None

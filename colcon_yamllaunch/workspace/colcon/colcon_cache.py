@@ -164,7 +164,7 @@ def cache_key(
 
 
 def is_settled(values: Mapping[str, Any]) -> bool:
-    """Tell whether any later change will show in :func:`cache_key`."""
+    """Return whether any later change will show in :func:`cache_key`."""
     return are_settled(
         [*values['installed'].values(), *values['files'].values()]
     )
@@ -387,7 +387,7 @@ class CachedColcon:
         return self._key is None or not self._arguments.is_plain
 
     def _is_simple(self, name: str) -> bool:
-        """Tell whether colcon builds a package by what is known of it."""
+        """Return whether colcon builds a package by what is known of it."""
         assert self._key is not None
         tasks = self._key['extensions'][BUILD_TASKS]
         types = {p.type for p in self._sorted if p.name == name}

@@ -182,11 +182,11 @@ def _state(paths: Iterable[str]) -> str:
     return digest(repr(found).encode())
 
 
-def _are_older(found: Iterable[Fingerprint | None], moment: int) -> bool:
-    """Tell whether nothing was changed at a moment or since."""
+def _are_older(found: Iterable[Fingerprint | None], then: int) -> bool:
+    """Return whether nothing was changed at a time or since."""
     return all(
         one is None
-        or one.ctime + (TICK if one.ctime % _SECOND else COARSE_TICK) < moment
+        or one.ctime + (TICK if one.ctime % _SECOND else COARSE_TICK) < then
         for one in found
     )
 

@@ -75,7 +75,7 @@ class BuildInputs:
         self._all = '\n'.join([self._compiled, *configured])
 
     def reads(self, relative: str) -> bool:
-        """Tell whether a source file is read by the build itself."""
+        """Return whether a source file is read by the build itself."""
         name = os.path.basename(relative)
         return f'/{relative}' in self._all or any(
             name in argument
@@ -84,7 +84,7 @@ class BuildInputs:
         )
 
     def may_take_in(self, relative: str) -> bool:
-        """Tell whether a CMake file may read or install a document."""
+        """Return whether a CMake file may read or install a document."""
         return self.reads(relative) or may_be_meant(
             relative, self._cmake_texts()
         )
@@ -95,11 +95,11 @@ class BuildInputs:
         return any(c.name.startswith('add_custom_') for c in self._commands)
 
     def compiles(self, relative: str) -> bool:
-        """Tell whether the build tool looks after a file by itself."""
+        """Return whether the build tool looks after a file by itself."""
         return relative in self._compiled
 
     def has_header(self, name: str) -> bool:
-        """Tell whether a file of this name is read from whatever folder."""
+        """Return whether a file of this name is read from whatever folder."""
         return f'/{name}\n' in self._compiled
 
     def outside(self, own: Iterable[Path]) -> list[Path]:

@@ -170,7 +170,7 @@ def compare(base: Path, before: Mapping[str, Fingerprint]) -> Comparison:
 
 
 def is_same(before: Fingerprint, now: Fingerprint) -> bool:
-    """Tell whether two states have the same content."""
+    """Return whether two states have the same content."""
     return (before.digest, before.executable) == (now.digest, now.executable)
 
 
@@ -194,7 +194,7 @@ def built_files(
 
 
 def is_compiled(name: str, found: Fingerprint) -> bool:
-    """Tell whether the build tool makes a product again once it is gone."""
+    """Return whether the build tool makes a product again once it is gone."""
     file = os.path.basename(name)
     if re.fullmatch(_COMPILED, file):
         return True
@@ -271,7 +271,7 @@ class Products:
         self, name: str, known: Mapping[str, Fingerprint]
     ) -> dict[str, Fingerprint]:
         """
-        Tell what each installed file is like, by its relative path.
+        Return what each installed file is like, by its relative path.
 
         :param known: What those were like that it is known to have installed
           before
@@ -291,7 +291,7 @@ class Products:
         known: Mapping[str, Fingerprint],
     ) -> dict[str, Fingerprint]:
         """
-        Tell what the products in a package's build folder are like.
+        Return what the products in a package's build folder are like.
 
         :param installed: As :meth:`states` returns it
         :param known: What they were like before
@@ -354,7 +354,9 @@ class Products:
                         break
                     folder.rmdir()
 
-    def take_links(self, name: str, known: Iterable[str]) -> dict[Path, Path]:
+    def remove_links(
+        self, name: str, known: Iterable[str]
+    ) -> dict[Path, Path]:
         """
         Remove the links that a package installed, and return their targets.
 
@@ -366,8 +368,8 @@ class Products:
         self.remove_files(links)
         return links
 
-    def put_back(self, links: Mapping[Path, Path]) -> None:
-        """Make links again that :meth:`take_links` removed."""
+    def restore_links(self, links: Mapping[Path, Path]) -> None:
+        """Make links again that :meth:`remove_links` removed."""
         for path, target in links.items():
             with suppress(OSError):
                 path.parent.mkdir(parents=True, exist_ok=True)

@@ -173,7 +173,7 @@ def context_changes(
 
 def mode_after(mode: BuildMode) -> BuildMode:
     """
-    Tell how a package is built after one that it needs.
+    Return how a package is built after one that it needs.
 
     :param mode: How that one was built
     """

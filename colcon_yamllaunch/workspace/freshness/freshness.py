@@ -85,7 +85,7 @@ if TYPE_CHECKING:
 #: What colcon writes for all packages together (colcon-core).
 _PREFIX_SCRIPTS = ('setup.sh', 'local_setup.sh', '_local_setup_util_sh.py')
 #: How many products are named that are not as they were.
-_TOLD = 8
+_SHOWN_PRODUCTS = 8
 _UNKNOWN = 'there is no record of a successful build of it'
 _FAILED = 'no successful build: the last one failed or was interrupted'
 _CUT_OFF = 'no successful build: the last one was cut off'
@@ -259,7 +259,7 @@ class Freshness:
     def give_up(self, attempt: Attempt) -> None:
         """Write down that the build of a package ended without success."""
         package = attempt.package
-        self._products.put_back(attempt.links)
+        self._products.restore_links(attempt.links)
         sources = self._sources(attempt, self._inputs(package))
         record = replace(
             attempt.record,
@@ -414,7 +414,7 @@ class Freshness:
             return
         if built.differing:
             mode = self._mode_for_damage(package, record, built.differing)
-            for product in built.differing[:_TOLD]:
+            for product in built.differing[:_SHOWN_PRODUCTS]:
                 is_missing = product in built.missing
                 what = 'is missing' if is_missing else 'is not as it was built'
                 text = f'{product} {what} in {self._products.build(name)}'
@@ -448,7 +448,7 @@ class Freshness:
             ]
         for relative in missing[:1]:
             yield Reason(f'{relative} is missing in {base}')
-        for relative in installed.changed[:_TOLD]:
+        for relative in installed.changed[:_SHOWN_PRODUCTS]:
             text = f'{relative} is not as it was installed in {base}'
             yield Reason(text, is_damage=True)
 
@@ -475,7 +475,7 @@ class Freshness:
     def _built_by_others(
         self, name: str, record: Record, is_changed: bool
     ) -> BuildMode | None:
-        """Tell how to build what others built; None if it is the same."""
+        """Return how to build what others built; None if it is the same."""
         if self._arguments(name) != record.arguments:
             return BuildMode.REINSTALL
         products = self._products
@@ -523,7 +523,7 @@ class Freshness:
         elif mode >= BuildMode.CONFIGURE:
             # what CMake remembers of earlier runs
             (products.build(name) / 'CMakeCache.txt').unlink(missing_ok=True)
-            return products.take_links(name, known.installed)
+            return products.remove_links(name, known.installed)
         return {}
 
 

@@ -200,7 +200,7 @@ class SourcePrograms:
     hints: set[str] = field(default_factory=set)
 
     def may_have(self, name: str) -> bool:
-        """Tell whether there may be a program of that name."""
+        """Return whether there may be a program of that name."""
         return (
             name in self.names
             or any(hint in name for hint in self.hints)

@@ -57,10 +57,10 @@ def missing_executable(
     if is_executable(path):
         return None
     own = locator.package(package)
-    there = locator.executables(package)
+    known = locator.executables(package)
     if os.path.isfile(path):
         return _not_executable(_origin(path, own), own)
-    spelling = _same_stem(name, there)
+    spelling = _same_stem(name, known)
     if spelling:
         return _meant(package, name, spelling[0])
     if os.path.isfile(Path(prefix, 'bin', name)):
@@ -68,7 +68,7 @@ def missing_executable(
     source = own and _source_file(own, name)
     if own is not None and source:
         return _not_installed_program(own, source, name)
-    return _no_executable(package, name, _nearest(name, there))
+    return _no_executable(package, name, _nearest(name, known))
 
 
 def unknown_executable(
@@ -133,8 +133,8 @@ def unknown_executable(
         and not file.endswith('.launch.py')
         and _NO_PROGRAMS.isdisjoint(Path(file).parts)
     }
-    there = {*locator.executables(package), *scripts}
-    listed = _nearest(name, there) if there else 'its build files name none'
+    known = {*locator.executables(package), *scripts}
+    listed = _nearest(name, known) if known else 'its build files name none'
     return _no_executable(package, name, listed)
 
 
@@ -181,13 +181,13 @@ def _in_bin_by_default(
     return _in_bin(package, name, own)
 
 
-def _same_stem(name: str, there: Iterable[str]) -> list[str]:
+def _same_stem(name: str, known: Iterable[str]) -> list[str]:
     stem = Path(name).stem
-    return sorted(other for other in there if Path(other).stem == stem)
+    return sorted(other for other in known if Path(other).stem == stem)
 
 
 def _is_mentioned(package: Package, name: str) -> bool:
-    """Tell whether what describes the build of a package has a name in it."""
+    """Return whether the build files of a package have a name in them."""
     word = re.compile(rf'(?<![\w.-]){re.escape(name)}(?![\w.-])')
     return any(
         word.search(text_of(package.path / file))
@@ -216,14 +216,14 @@ def missing_plugin(
 
     :param locator: The packages as they are after the build
     """
-    there = locator.plugins(package)
-    if there is None:
+    known = locator.plugins(package)
+    if known is None:
         # containers of other kinds may have lists of their own
         own = locator.package(package)
         cure = '' if own is None else _register_command(own, plugin)
         reason = f'{package} has installed no components{cure}'
         return MissingPlugin(reason, own is not None)
-    return None if plugin in there else _no_plugin(package, plugin, there)
+    return None if plugin in known else _no_plugin(package, plugin, known)
 
 
 def unknown_plugin(
@@ -237,8 +237,8 @@ def unknown_plugin(
     :param locator: The packages, built or not
     """
     own = locator.package(package)
-    there = set(locator.plugins(package) or ())
-    if own is None or plugin in there:
+    known = set(locator.plugins(package) or ())
+    if own is None or plugin in known:
         return missing_plugin(locator, package, plugin)
     # the namespace may be a variable of CMake's, or stand elsewhere
     name = plugin.rpartition('::')[2]
@@ -246,24 +246,24 @@ def unknown_plugin(
         return None
     from colcon_yamllaunch.workspace.packages.build_files import source_plugins
 
-    return _no_plugin(package, plugin, there | source_plugins(own.path))
+    return _no_plugin(package, plugin, known | source_plugins(own.path))
 
 
 def _no_plugin(
-    package: str, plugin: str, there: Iterable[str]
+    package: str, plugin: str, known: Iterable[str]
 ) -> MissingPlugin:
-    reason = f"{package} has no component '{plugin}': {_alike(plugin, there)}"
+    reason = f"{package} has no component '{plugin}': {_alike(plugin, known)}"
     return MissingPlugin(reason, is_certain=True)
 
 
-def _alike(plugin: str, there: Iterable[str]) -> str:
-    meant = did_you_mean(plugin, there)
-    names = _nearest(plugin, there)
+def _alike(plugin: str, known: Iterable[str]) -> str:
+    meant = did_you_mean(plugin, known)
+    names = _nearest(plugin, known)
     return names if meant is None else f'{meant} {names}'
 
 
 def _is_in_source(package: Package, name: str) -> bool:
-    """Tell whether a class of that name may be in what is compiled."""
+    """Return whether a class of that name may be in what is compiled."""
     word = re.compile(rf'\b{re.escape(name)}\b')
     return any(
         word.search(text_of(package.path / file))
@@ -304,8 +304,8 @@ def not_installed(locator: PackageLocator, path: str) -> WorkspaceError | None:
     return WorkspaceError(f'{origin} of {package.name} is not installed', cure)
 
 
-def _nearest(name: str, there: Iterable[str]) -> str:
-    names = nearest_first(name, there)
+def _nearest(name: str, known: Iterable[str]) -> str:
+    names = nearest_first(name, known)
     if not names:
         return 'it has installed none'
     more = ', …' if len(names) > LISTED else ''

@@ -71,7 +71,7 @@ def prefix_of(name: str, install_base: Path, merge_install: bool) -> Path:
 
 
 def is_merged(install_base: Path) -> bool:
-    """Tell whether an install folder has the merged layout already."""
+    """Return whether an install folder has the merged layout already."""
     marker = install_base / '.colcon_install_layout'
     return text_of(marker).rstrip() == 'merged'
 
@@ -105,12 +105,12 @@ def source_files(folder: Path) -> Iterator[tuple[str, os.stat_result]]:
 
 
 def is_skipped_file(name: str) -> bool:
-    """Tell whether a file belongs to an editor or a cache, by its name."""
+    """Return whether a file belongs to an editor or a cache, by its name."""
     return _SKIPPED_FILES.fullmatch(name) is not None
 
 
 def is_skipped_folder(entry: os.DirEntry[str]) -> bool:
-    """Tell whether nothing in a folder belongs to the source."""
+    """Return whether nothing in a folder belongs to the source."""
     if entry.name in _SKIPPED_FOLDERS or entry.name.endswith('.egg-info'):
         return True
     if entry.name not in _BUILD_FOLDERS:
@@ -193,7 +193,7 @@ def needed_by(
     packages: Iterable[Package], wanted: Iterable[str]
 ) -> dict[str, tuple[str, ...]]:
     """
-    Tell why packages are in the closure of those that the launch uses.
+    Return why packages are in the closure of those that the launch uses.
 
     Return for each the shortest way to it: the names of a wanted package, of
     one that this needs and so on, up to itself.
@@ -270,7 +270,7 @@ class BrokenManifest:
 
 
 def invalid_manifest(package: Package) -> str | None:
-    """Tell what is wrong with a manifest that colcon did not use, if so."""
+    """Return what is wrong with a manifest that colcon did not use, if so."""
     if package.type.startswith('ros.'):
         return None
     error = manifest_error(package.path)
@@ -301,7 +301,7 @@ def broken_manifests(
 
 
 def manifest_error(folder: Path) -> str | None:
-    """Tell what is wrong with the manifest in a folder, if it has one."""
+    """Return what is wrong with the manifest in a folder, if it has one."""
     if not os.path.isfile(folder / _MANIFEST):
         return None
     # takes long to import and is hardly ever needed

@@ -53,10 +53,12 @@ _VARIABLE = re.compile(r'\$(\w+)')
 #: What colcon said about a folder, and what that depends on; as in JSON.
 Entry = dict[str, Any]
 _KINDS = (PACKAGE, IGNORED, PLAIN)
+#: What an entry has besides if it is a package.
+_OF_PACKAGES = {'name', 'path', 'type', 'build', 'run', 'metadata'}
 
 
 def has_ignore_marker(path: str) -> bool:
-    """Tell whether colcon ignores a folder whatever else is in it."""
+    """Return whether colcon ignores a folder whatever else is in it."""
     return os.path.lexists(f'{path}/COLCON_IGNORE')
 
 
@@ -139,7 +141,7 @@ def settled(
 
 def is_certain(kind: str, package_type: str, names: Collection[str]) -> bool:
     """
-    Tell whether colcon would say the same of a folder without a warning.
+    Return whether colcon would say the same of a folder without a warning.
 
     :param kind: What it said: :data:`PACKAGE` or another
     :param package_type: The type of the package, empty if it is none
@@ -274,10 +276,10 @@ class PackageIndex:
         if entry is None or entry['kind'] == PLAIN:
             if has_ignore_marker(path):
                 return []
-            there = content(path)
-            if there is None:
+            found = content(path)
+            if found is None:
                 return []
-            names, below = there
+            names, below = found
             may_be_package = self._everywhere or names & MARKERS
             if entry is None and may_be_package:
                 entry = self._learn(folder, path, names, ask())
@@ -299,7 +301,7 @@ class PackageIndex:
             return None
 
     def _holds(self, entry: Entry, path: str) -> bool:
-        """Tell whether all that an answer came from is as it was."""
+        """Return whether all that an answer came from is as it was."""
         for name, value in entry['variables'].items():
             if self._environment.get(name) != value:
                 return False
@@ -368,7 +370,7 @@ class PackageIndex:
 
 
 def _are_same(path: str, known: Mapping[str, Any]) -> bool:
-    """Tell whether what is in a folder has its known fingerprints."""
+    """Return whether what is in a folder has its known fingerprints."""
     return all(
         then is not None and fingerprint(f'{path}/{name}') == tuple(then)
         for name, then in known.items()
@@ -376,14 +378,9 @@ def _are_same(path: str, known: Mapping[str, Any]) -> bool:
 
 
 def _is_whole(entry: Entry) -> bool:
-    if entry['kind'] != PACKAGE:
-        return entry['kind'] in _KINDS
-    texts: Collection[object] = [
-        *(entry[key] for key in ('name', 'path', 'type', 'metadata')),
-        *entry['build'],
-        *entry['run'],
-    ]
-    return all(isinstance(text, str) for text in texts)
+    if entry['kind'] == PACKAGE:
+        return entry.keys() >= _OF_PACKAGES
+    return entry['kind'] in _KINDS
 
 
 def _package(entry: Entry) -> Package:

@@ -252,7 +252,7 @@ def read_component_index(text: str) -> Iterator[str]:
 
 
 def is_executable(path: Path) -> bool:
-    """Tell whether a path is a file that the user may run."""
+    """Return whether a path is a file that the user may run."""
     return os.path.isfile(path) and os.access(path, os.X_OK)
 
 

@@ -314,7 +314,7 @@ class ExposedNames:
         return self._ros()[1] | self._others()[1]
 
     def is_installed(self, package: str) -> bool:
-        """Say whether a package that exposes something is installed."""
+        """Return whether a package that exposes something is installed."""
         return package not in self._not_installed
 
     def _owner(self, name: str, kind: int) -> str | None:

@@ -83,7 +83,7 @@ class Trust:
         self._listed = split_path(environment.get(TRUST))
 
     def may_search(self, folder: Path) -> bool:
-        """Tell whether a folder is the user's or root's, or listed."""
+        """Return whether a folder is the user's or root's, or listed."""
         return self._stranger(folder) is None or self._is_listed(folder)
 
     def check(
@@ -134,7 +134,7 @@ class Trust:
         return None if status.st_uid in self._users else status.st_uid
 
     def _is_listed(self, folder: Path) -> bool:
-        """Tell whether the user trusts a folder, whosever it is."""
+        """Return whether the user trusts a folder, whosever it is."""
         return any(
             entry == ALL
             or (
@@ -225,7 +225,7 @@ def find_root(
 
 
 def is_package(folder: Path) -> bool:
-    """Tell whether a folder looks like a package of any type."""
+    """Return whether a folder looks like a package of any type."""
     # unlike Path.is_file(), this copes with links that may not be followed
     return any(
         os.path.isfile(folder / name) for name in _PACKAGE_FILES
@@ -236,7 +236,7 @@ def has_package_below(
     folder: Path, levels: int = PACKAGE_SEARCH_DEPTH
 ) -> bool:
     """
-    Tell whether there is a package in a folder below the given one.
+    Return whether there is a package in a folder below the given one.
 
     At most :data:`PACKAGE_SEARCH_FOLDERS` folders are looked at, nearest
     first.
@@ -277,7 +277,7 @@ def is_folder(entry: os.DirEntry[str]) -> bool:
 
 
 def is_ignored(folder: Path) -> bool:
-    """Tell whether no packages of a workspace are in a folder."""
+    """Return whether no packages of a workspace are in a folder."""
     return any(os.path.lexists(folder / name) for name in IGNORE_MARKERS)
 
 

@@ -14,7 +14,7 @@ import time
 
 from colcon_yamllaunch.common.errors import WorkspaceError
 from colcon_yamllaunch.common.process_scan import is_suspended
-from colcon_yamllaunch.workspace.building.build_lock import is_taken
+from colcon_yamllaunch.workspace.building.build_lock import is_locked
 from colcon_yamllaunch.workspace.building.build_lock import LOCK_NAME
 from colcon_yamllaunch.workspace.building.build_lock import WorkspaceLock
 import pytest
@@ -25,8 +25,8 @@ import sys
 from pathlib import Path
 from colcon_yamllaunch.workspace.building.build_lock import WorkspaceLock
 with WorkspaceLock('colcon launch x') as lock:
-    lock.take(Path(sys.argv[1]), print)
-    lock.tell_of_build(['flow', 'my_pkg'])
+    lock.acquire(Path(sys.argv[1]), print)
+    lock.publish_build(['flow', 'my_pkg'])
     print('held', flush=True)
     sys.stdin.read()
 """
@@ -36,7 +36,7 @@ with WorkspaceLock('colcon launch x') as lock:
 def build_lock(build, announce, title=''):
     """Hold the lock."""
     with WorkspaceLock(title) as lock:
-        lock.take(build, announce)
+        lock.acquire(build, announce)
         yield lock
 
 
@@ -84,13 +84,13 @@ def test_waits_for_the_name_of_one_that_has_just_begun(tmp_path):
         said.append(text)
         os.close(descriptor)
 
-    def take():
+    def acquire():
         with build_lock(build, announce):
             pass
 
     descriptor = os.open(build / LOCK_NAME, os.O_RDWR | os.O_CREAT)
     fcntl.flock(descriptor, fcntl.LOCK_EX)
-    thread = threading.Thread(target=take)
+    thread = threading.Thread(target=acquire)
     thread.start()
     os.write(descriptor, b'4194305\tcolcon launch x\tbuilds flow')
     time.sleep(0.05)
@@ -140,7 +140,7 @@ from colcon_yamllaunch.common.errors import WorkspaceError
 from colcon_yamllaunch.workspace.building.build_lock import WorkspaceLock
 try:
     with WorkspaceLock() as lock:
-        lock.take(Path(sys.argv[1]), print)
+        lock.acquire(Path(sys.argv[1]), print)
         print('taken')
 except WorkspaceError as e:
     print(e)
@@ -164,7 +164,7 @@ def test_what_the_holder_calls_does_not_wait(tmp_path, workspace):
 
     with build_lock(build, print, 'colcon launch x') as lock:
         assert call() == 'taken\n'
-        lock.tell_of_build(['flow'])
+        lock.publish_build(['flow'])
         said = call()
         assert said.startswith(f"'colcon launch x' (process {os.getpid()})")
         assert 'builds flow in this workspace' in said
@@ -192,7 +192,7 @@ def test_a_suspended_holder_is_told(tmp_path, holder):
 def test_nothing_that_another_one_wrote_acts_on_the_terminal(tmp_path):
     build = tmp_path / 'build'
     with build_lock(build, print, 'colcon launch \x1b[31m\n') as lock:
-        lock.tell_of_build(['\x1b]0;x\a', 'a\tb'])
+        lock.publish_build(['\x1b]0;x\a', 'a\tb'])
         text = (build / LOCK_NAME).read_text()
     line, end, rest = text.partition('\n')
     assert (end, rest) == ('\n', '')
@@ -205,11 +205,11 @@ def test_a_launch_keeps_the_lock_until_it_lets_it_go(tmp_path):
     build = tmp_path / 'build'
     with WorkspaceLock('colcon launch x') as lock:
         lock.look(build)
-        assert not lock.take(build, print)
-        assert not lock.take(build, print)
-        assert is_taken(build)
+        assert not lock.acquire(build, print)
+        assert not lock.acquire(build, print)
+        assert is_locked(build)
         lock.release()
-        assert not is_taken(build)
+        assert not is_locked(build)
         assert (build / LOCK_NAME).read_text() == ''
 
 
@@ -218,18 +218,18 @@ def test_who_has_read_before_another_one_built_reads_again(tmp_path):
     build = tmp_path / 'build'
     with WorkspaceLock() as first, WorkspaceLock() as second:
         first.look(build)
-        second.take(build, print)
+        second.acquire(build, print)
         let_files_settle(tmp_path)
         second.release()
-        assert first.take(build, print)
+        assert first.acquire(build, print)
 
 
 @pytest.mark.hostile
 def test_a_program_does_not_inherit_the_lock(tmp_path):
     build = tmp_path / 'build'
     with WorkspaceLock() as lock:
-        lock.take(build, print)
+        lock.acquire(build, print)
         with subprocess.Popen(['sleep', '600']) as process:
             lock.release()
-            assert not is_taken(build)
+            assert not is_locked(build)
             process.kill()
