@@ -254,7 +254,7 @@ def hold(root: str, arguments: Mapping[str, Any], say: Say) -> list[int]:
         return []
     agent = os.getppid()
     lock = WorkspaceLock(str(arguments['title']))
-    lock.take(base, say)
+    lock.acquire(base, say)
     pid = os.fork()
     if not pid:
         try:

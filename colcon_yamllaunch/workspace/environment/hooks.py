@@ -213,8 +213,8 @@ class Description:
         self.scripts: dict[Path, list[str]] = {}
         #: The packages of the last prefix.
         self.packages: list[str] = []
-        #: Whether a description of hooks is damaged.
-        self.is_damaged = False
+        #: Whether all packages have descriptions of hooks that are sound.
+        self.is_complete = True
         chained = chained_underlays(self._base) if self._is_chaining else []
         for prefix in (*chained, self._base):
             self._read_prefix(prefix)
@@ -245,7 +245,7 @@ class Description:
         The entries of variables such as PATH may be in another order.
         """
         return (
-            not self.is_damaged
+            self.is_complete
             and not self.scripts
             and self.variables.keys() == variables.keys()
             and all(
@@ -257,7 +257,8 @@ class Description:
 
     def _read_prefix(self, prefix: Path) -> None:
         self.paths += [str(prefix / name) for name in _SCRIPTS]
-        if os.path.isfile(prefix / UTIL):
+        is_of_colcon = os.path.isfile(prefix / UTIL)
+        if is_of_colcon:
             self._change(('prepend', 'COLCON_PREFIX_PATH', str(prefix)))
             packages = self._colcon_packages(prefix)
         else:
@@ -268,9 +269,12 @@ class Description:
             try:
                 hooks = read_hooks(packages[name][0], name)
             except DamagedHooksError:
-                self.is_damaged = True
+                self.is_complete = False
                 continue
             self.paths += hooks.paths
+            if not is_of_colcon and not os.path.exists(hooks.paths[0]):
+                # ament sources a script of the package instead
+                self.is_complete = False
             if hooks.scripts:
                 self.scripts.setdefault(prefix, []).extend(hooks.scripts)
             for change in hooks.changes:
