@@ -31,7 +31,7 @@ from colcon_yamllaunch.engine.events import Warned
 from colcon_yamllaunch.engine.guard_link import GuardLink
 from colcon_yamllaunch.engine.own_files import Place
 from colcon_yamllaunch.engine.state import LaunchState
-from colcon_yamllaunch.engine.tasks import Task
+from colcon_yamllaunch.engine.supervisor import Task
 from colcon_yamllaunch.plan.plan import Process
 
 if TYPE_CHECKING:

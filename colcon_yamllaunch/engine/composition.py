@@ -887,9 +887,7 @@ def _loaded_as(
 
 def _waited_for(container: _Container, waiting: list[ComponentTask]) -> str:
     """Return which components wait for `container`."""
-    names = ', '.join(t.label for t in waiting[: limits.NAMES_SHOWN])
-    if len(waiting) > limits.NAMES_SHOWN:
-        names += f' and {len(waiting) - limits.NAMES_SHOWN} more'
+    names = events.listed([task.label for task in waiting])
     if container.is_there:
         first = waiting[0].label
         return f'{container.name} is still loading {first}'

@@ -11,6 +11,7 @@ users. Events have no time: observers receive them when they happen.
 
 from collections.abc import Callable
 from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import fields
 import os
 from pathlib import Path
@@ -413,10 +414,7 @@ class StillRunning(Event):
     is_internal = True
 
     def lines(self) -> tuple[str, ...]:
-        names = self.labels[: limits.NAMES_SHOWN]
-        parts = [', '.join(names)] if names else []
-        if len(self.labels) > len(names):
-            parts.append(f'{len(self.labels) - len(names)} more')
+        parts = [listed(self.labels)] if self.labels else []
         if self.timers:
             parts.append(f'{self.timers} timer' + 's' * (self.timers > 1))
         text = f'waiting for {" and ".join(parts)}'
@@ -718,11 +716,8 @@ class MachineGone(Event):
         return f'{self.machine} is gone: {self.reason}'
 
     def lines(self) -> tuple[str, ...]:
-        names = list(self.labels[: limits.NAMES_SHOWN])
-        if len(self.labels) > len(names):
-            names.append(f'{len(self.labels) - len(names)} more')
-        lost = f'lost with it: {", ".join(names)}'
-        return (self.text, *((lost,) if names else ()))
+        lost = f'lost with it: {listed(self.labels)}'
+        return (self.text, *((lost,) if self.labels else ()))
 
 
 @dataclass(frozen=True, slots=True)
@@ -1066,6 +1061,13 @@ def _starts_again(delay: float | None) -> str:
     if delay is None:
         return ''
     return ', starts again' + (f' in {delay:g} s' if delay else '')
+
+
+def listed(labels: Sequence[str]) -> str:
+    """Return labels as a part of a sentence; of many, some are counted."""
+    names = ', '.join(labels[: limits.NAMES_SHOWN])
+    more = len(labels) - limits.NAMES_SHOWN
+    return f'{names} and {more} more' if more > 0 else names
 
 
 def shown(position: Position) -> str:

@@ -20,7 +20,7 @@ from colcon_yamllaunch.engine.relay import Relay
 from colcon_yamllaunch.engine.spawn import DescriptorLimit
 from colcon_yamllaunch.engine.spawn import spawn_process
 from colcon_yamllaunch.engine.spawn import StartError
-from colcon_yamllaunch.engine.tasks import timeouts_of
+from colcon_yamllaunch.engine.supervisor import timeouts_of
 from colcon_yamllaunch.engine.terminals import Terminals
 from colcon_yamllaunch.plan.plan import Process
 

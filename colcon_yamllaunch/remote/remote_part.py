@@ -40,8 +40,8 @@ from colcon_yamllaunch.engine.loop import TimerHandle
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.state import PartState
 from colcon_yamllaunch.engine.state import ProcessState
-from colcon_yamllaunch.engine.tasks import timeouts_of
-from colcon_yamllaunch.engine.tasks import UNATTRIBUTED
+from colcon_yamllaunch.engine.supervisor import timeouts_of
+from colcon_yamllaunch.engine.supervisor import UNATTRIBUTED
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Entry
 from colcon_yamllaunch.plan.plan import Plan

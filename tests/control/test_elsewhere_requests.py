@@ -14,7 +14,7 @@ from colcon_yamllaunch.control.service import Service
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.dispatcher import Dispatcher
 from colcon_yamllaunch.engine.state import from_json
-from colcon_yamllaunch.engine.tasks import Task
+from colcon_yamllaunch.engine.supervisor import Task
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.remote.deployment.placement import Placed
 from colcon_yamllaunch.remote.remote_parts import RemoteParts
