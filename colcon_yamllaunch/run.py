@@ -339,7 +339,7 @@ class _Launch:
 
     def _note_folder(self, place: Place) -> None:
         """Register the folder of parameter files with guard and record."""
-        self.guard.folder(place)
+        self.guard.remove_later('folder', place)
         self._record.note_parameters(place)
 
     def _open_logs(
@@ -353,7 +353,7 @@ class _Launch:
             context.log_folder,
             tuple(whole.processes()),
             lambda text: self._screen.handle(events.Warned(text)),
-            settings.moment,
+            settings.event_time,
             limit=context.log_limit,
             layout=layout,
             store=context.log_store,

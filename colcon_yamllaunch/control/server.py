@@ -169,7 +169,7 @@ def serve(
 
     engine.listen(note)
     if place is not None:
-        guard.record(place)
+        guard.remove_later('record', place)
     try:
         address = socket_folder.Address(environment)
     except socket_folder.FolderError as error:
@@ -182,7 +182,7 @@ def serve(
         return
     for trouble in address.troubles:
         engine.tell(Warned(f'{trouble}; the socket is in {address.path}'))
-    guard.socket(address.place)
+    guard.remove_later('socket', address.place)
     server = Server(address.socket, engine, journal, guard.lease)
     engine.listen(server.handle)
     stack.callback(address.close)

@@ -154,9 +154,9 @@ def described(
     )
 
 
-def told_description(
+def received_description(
     part: Process | Component,
-    told: Mapping[str, Any],
+    received: Mapping[str, Any],
     blocks: Sequence[Block],
     log: str | None,
 ) -> Description:
@@ -166,29 +166,29 @@ def told_description(
     What comes from there and makes no sense is passed over.
 
     :param part: It as it is known here
-    :param told: The attributes of its description there
+    :param received: The attributes of its description there
     :param blocks: The launch files, groups and timers of the plan
     :param log: The log with all of its output here, if there is one
     """
-    node = _text(told.get('node'))
+    node = _text(received.get('node'))
     found = described(part, node, part.parameters, blocks, log)
-    variables = told.get('environment')
+    variables = received.get('environment')
     if not isinstance(variables, Mapping):
         variables = {}
     environment = tuple((str(n), _text(v)) for n, v in variables.items())
     if isinstance(part, Component):
         return replace(found, environment=environment)
-    argv = told.get('argv')
+    argv = received.get('argv')
     return replace(
         found,
         environment=environment,
         argv=tuple(map(str, argv)) if isinstance(argv, list) else (),
-        cwd=_text(told.get('cwd')),
+        cwd=_text(received.get('cwd')),
     )
 
 
-def _text(told: object) -> str | None:
-    return told if isinstance(told, str) else None
+def _text(received: object) -> str | None:
+    return received if isinstance(received, str) else None
 
 
 def _parameter(parameter: SetParameter) -> Parameter:

@@ -73,7 +73,7 @@ if TYPE_CHECKING:
 _CLIENT_TIMEOUTS = Timeouts(0.5, 0.5)
 
 
-class Moment:
+class EventTime:
     """
     The time of the current event.
 
@@ -112,7 +112,7 @@ class Settings:
     :param size: The size of such terminals at first, if the screen has none
     :param adapt: Adds to an environment what makes output show as the user
       likes
-    :param moment: When what is told happened, by the time of day
+    :param event_time: When the current event happened
     """
 
     identity: str
@@ -126,7 +126,7 @@ class Settings:
     tty: bool = False
     size: os.terminal_size | None = None
     adapt: Callable[[Mapping[str, str]], Mapping[str, str]] = dict
-    moment: Moment = field(default_factory=Moment)
+    event_time: EventTime = field(default_factory=EventTime)
 
 
 class Engine:
@@ -292,18 +292,18 @@ class Engine:
         self.supervisor.stop(reason)
 
     @property
-    def moment(self) -> Moment:
-        """When what is told happened."""
-        return self._settings.moment
+    def event_time(self) -> EventTime:
+        """When the current event happened."""
+        return self._settings.event_time
 
-    def take_output(
+    def feed_output(
         self, process: Process, stream: events.Stream, data: bytes
     ) -> None:
-        """Take what a process wrote, as if it had been read here."""
+        """Handle what a process wrote, as if it had been read here."""
         self._relay.feed(process, stream, data)
 
     def end_lines(self, label: str) -> None:
-        """Take the last line of a process as whole, as the process ended."""
+        """Emit the last line of a process as a whole, as it has ended."""
         self._relay.end_lines(label)
         # the last line of a process counts before its exit code
         self.check_conditions()
@@ -389,7 +389,7 @@ class Engine:
           lacks what the plan needs
         """
         self.loop.add_reader(
-            signals, lambda: self._take_signals(received(signals))
+            signals, lambda: self._handle_signals(received(signals))
         )
         screen = self._writer.descriptor
         if screen != -1:
@@ -636,7 +636,7 @@ class Engine:
         self._reap()
         self.loop.call_later(limits.ADOPTION_PAUSE, self._look_for_children)
 
-    def _take_signals(self, numbers: list[int]) -> None:
+    def _handle_signals(self, numbers: list[int]) -> None:
         for number in numbers:
             if number in STOPPING:
                 self._stop_by(number)

@@ -62,7 +62,7 @@ class ExitConditions:
         self._timed_out = False
         self._stopping = False
         #: Is told what is said while the launch runs.
-        self.tell: events.Listener = _tell_nobody
+        self.tell: Callable[[events.Event], object] = bool
 
     def begin(self) -> None:
         """Count the time from now on."""
@@ -76,15 +76,15 @@ class ExitConditions:
                     self._search(event)
             case events.StartFailed() | events.Exited(failed=True):
                 again = event.respawn_delay is not None
-                self._take_failure(event.process.label, again=again)
+                self._note_failure(event.process.label, again=again)
             case events.LoadFailed():
-                self._take_failure(event.component.label, again=event.again)
+                self._note_failure(event.component.label, again=event.again)
             case events.TransitionFailed():
-                self._take_failure(event.process.label)
+                self._note_failure(event.process.label)
             case events.RosLost():
-                self._take_failure('the ROS client')
+                self._note_failure('the ROS client')
             case events.WorkerLost():
-                self._take_failure('the host of launch files in Python')
+                self._note_failure('the host of launch files in Python')
             case events.ShuttingDown():
                 self._stopping = True
             case _:
@@ -187,7 +187,7 @@ class ExitConditions:
                 self._given_up = pattern.text
             return False
 
-    def _take_failure(self, label: str, *, again: bool = False) -> None:
+    def _note_failure(self, label: str, *, again: bool = False) -> None:
         """
         Give up at a failure where one decides everything.
 
@@ -218,7 +218,3 @@ class ExitConditions:
             f"'{text}' was not seen before the launch ended after "
             f'{self._seconds:.1f} s (--until)'
         )
-
-
-def _tell_nobody(event: events.Event) -> None:
-    """Leave it at that."""

@@ -13,6 +13,7 @@ import signal
 import socket
 import sys
 from typing import Any
+from typing import Literal
 
 from colcon_yamllaunch.common.escalation import Timeouts
 from colcon_yamllaunch.engine import limits
@@ -32,8 +33,8 @@ _PROGRAM = (
 _MODULE = 'colcon_yamllaunch.engine.guard'
 _BLOCKED = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 
-#: What the guard is told at once: an array, whose first item says what it is;
-#: see `guard`. With it goes at most one descriptor.
+#: A part of a message to the guard: an array, whose first item is its kind,
+#: see `guard`; and at most one descriptor.
 Frame = tuple[list[Any], int | None]
 
 
@@ -109,7 +110,7 @@ class GuardLink:
     ) -> None:
         self._identity = identity
         self._process = process or GuardProcess()
-        # what holds now, which another guard is told from the beginning
+        # what holds now, which is sent to another guard
         self._state: dict[tuple[str, object], Frame] = {}
         self._pending: list[Frame] = []
         self._socket: socket.socket | None = None
@@ -158,20 +159,16 @@ class GuardLink:
 
     def started(self, number: int, group: int, timeouts: Timeouts) -> None:
         """
-        Tell of a new process group, with the next :meth:`flush`.
+        Add a process group, with the next :meth:`flush`.
 
         Until then the guard would find it by its mark.
         """
         times = [timeouts.sigterm, timeouts.sigkill]
-        self._tell(('start', group), ['start', number, group, *times])
+        self._send(('start', group), ['start', number, group, *times])
 
     def ended(self, group: int) -> None:
-        """
-        Tell that nothing runs in a process group any more.
-
-        It is told with the next :meth:`flush`.
-        """
-        self._take_back(('start', group), ['end', group])
+        """Remove a process group in which nothing runs any more."""
+        self._revoke(('start', group), ['end', group])
 
     def output(
         self, number: int, process: Process, stream: str | None, reader: int
@@ -193,7 +190,7 @@ class GuardLink:
                 files = [f'{both.parent}/{stream}.log', str(both)]
             if process.output in IN_COMMON_LOG:
                 common = str(self._common_log)
-        self._tell(
+        self._send(
             ('output', reader),
             ['output', reader, number, process.label, files, common],
             reader,
@@ -213,7 +210,7 @@ class GuardLink:
         }
 
     def closed(self, reader: int) -> None:
-        """Tell that a descriptor is being closed, so that nobody reads it."""
+        """Take a descriptor back, as it is being closed."""
         key = 'output', reader
         frame = self._state.get(key)
         if frame is not None and frame in self._pending:
@@ -221,15 +218,15 @@ class GuardLink:
             self._pending.remove(frame)
             del self._state[key]
         else:
-            self._take_back(key, ['closed', reader])
+            self._revoke(key, ['closed', reader])
 
     def adopted(self, pid: int, birth: int, number: int) -> None:
         """
-        Tell of a process that lost its parent, with the next :meth:`flush`.
+        Add a process that lost its parent, with the next :meth:`flush`.
 
-        If the launcher is gone, nothing tells that it belongs to the launch.
+        If the launcher is gone, nothing shows that it belongs to the launch.
         """
-        self._tell(('adopted', pid), ['adopted', pid, birth, number])
+        self._send(('adopted', pid), ['adopted', pid, birth, number])
 
     def terminal(
         self, descriptor: int, modes: tuple[list[Any], list[Any]] | None
@@ -242,37 +239,38 @@ class GuardLink:
         """
         before, now = (None, None) if modes is None else map(as_numbers, modes)
         frame = ['terminal', before, now]
-        self._tell(('terminal', None), frame, descriptor)
+        self._send(('terminal', None), frame, descriptor)
         self.flush()
 
     def typing(self, is_typing: bool) -> None:
-        """Tell whether the cursor is below where the output ends."""
+        """Note whether the cursor is below where the output ends."""
         if is_typing:
-            self._tell(('typing', None), ['typing', True])
+            self._send(('typing', None), ['typing', True])
         else:
-            self._take_back(('typing', None), ['typing', False])
+            self._revoke(('typing', None), ['typing', False])
         self.flush()
 
     def no_terminal(self) -> None:
-        """Tell that the terminal is as it was before."""
-        self._take_back(('terminal', None), ['no terminal'])
+        """Take the terminal back, as it is as it was before."""
+        self._revoke(('terminal', None), ['no terminal'])
         self.flush()
 
     def reaped(self, pid: int) -> None:
         """Take note that a process that lost its parent has ended."""
         self._state.pop(('adopted', pid), None)
 
-    def folder(self, place: Place) -> None:
-        """Tell of the folder for parameter files, which is to be removed."""
-        self._tell_at_once('folder', place)
+    def remove_later(
+        self, kind: Literal['socket', 'folder', 'record'], place: Place
+    ) -> None:
+        """
+        Have something removed if the launcher is killed.
 
-    def socket(self, place: Place) -> None:
-        """Tell of a socket that is to be removed first of all."""
-        self._tell_at_once('socket', place)
-
-    def record(self, place: Place) -> None:
-        """Tell of a file that is to be removed last of all."""
-        self._tell_at_once('record', place)
+        A socket is removed first of all, then the folder with the parameter
+        files, and a record of the launch last.
+        """
+        frame = [kind, place.path, place.device, place.inode]
+        self._send((kind, place.path), frame)
+        self.flush()
 
     def lease(self, seconds: float | None) -> None:
         """
@@ -282,16 +280,16 @@ class GuardLink:
         hangs.
         """
         if seconds is not None:
-            self._tell(('lease', None), ['lease', seconds])
+            self._send(('lease', None), ['lease', seconds])
         else:
-            self._take_back(('lease', None), ['lease', None])
+            self._revoke(('lease', None), ['lease', None])
         self.flush()
 
     def flush(self) -> None:
         """
-        Tell what there is to tell.
+        Send what the guard does not know yet.
 
-        Once for several processes, as each wakes the guard up.
+        Once for several processes, as each message wakes the guard up.
         """
         count = limits.GUARD_FRAMES
         while self._pending and self._socket is not None:
@@ -323,12 +321,7 @@ class GuardLink:
             self._process.close()
         self._forget()
 
-    def _tell_at_once(self, kind: str, place: Place) -> None:
-        frame = [kind, place.path, place.device, place.inode]
-        self._tell((kind, place.path), frame)
-        self.flush()
-
-    def _tell(
+    def _send(
         self,
         key: tuple[str, object],
         frame: list[Any],
@@ -338,7 +331,7 @@ class GuardLink:
         if self._socket is not None:
             self._pending.append(self._state[key])
 
-    def _take_back(self, key: tuple[str, object], frame: list[Any]) -> None:
+    def _revoke(self, key: tuple[str, object], frame: list[Any]) -> None:
         known = self._state.pop(key, None)
         if known is not None and self._socket is not None:
             self._pending.append((frame, None))

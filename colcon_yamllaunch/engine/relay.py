@@ -43,7 +43,7 @@ class Relay:
     :param accepts: Whether the screen takes more of a process's stream
     :param record: Receives each piece of output first, so that it is not lost
       with the launcher
-    :param tell: Receives whole lines
+    :param emit: Receives whole lines
     """
 
     def __init__(
@@ -51,12 +51,12 @@ class Relay:
         loop: Loop,
         accepts: Callable[[tuple[str, events.Stream]], bool],
         record: Recorder,
-        tell: events.Listener,
+        emit: events.Listener,
     ) -> None:
         self._loop = loop
         self._accepts = accepts
         self._record = record
-        self._tell = tell
+        self._emit = emit
         self._sources: dict[int, _Source] = {}
         self._groups: dict[int, list[_Source]] = {}
         # what processes on other machines write
@@ -138,7 +138,7 @@ class Relay:
             source = self._fed[key] = _Source(-1, process, stream)
         source.process = process
         # who is attached is shown it before, see `show`
-        self._take_chunk(source, data, is_shown=True)
+        self._handle_chunk(source, data, is_shown=True)
 
     def resume(self) -> None:
         """Read again what had to wait for the screen."""
@@ -173,9 +173,11 @@ class Relay:
         self._groups.clear()
 
     def _watch(self, source: _Source) -> None:
-        self._loop.add_reader(source.descriptor, self._take, source)
+        self._loop.add_reader(
+            source.descriptor, self._read_if_accepted, source
+        )
 
-    def _take(self, source: _Source) -> None:
+    def _read_if_accepted(self, source: _Source) -> None:
         if self._may_read(source):
             self._read(source)
         elif self._is_open(source):
@@ -210,10 +212,10 @@ class Relay:
             return 0
         if len(chunk) == limits.READ_SIZE and not source.is_large:
             self._enlarge(source)
-        self._take_chunk(source, chunk)
+        self._handle_chunk(source, chunk)
         return len(chunk)
 
-    def _take_chunk(
+    def _handle_chunk(
         self, source: _Source, chunk: bytes, *, is_shown: bool = False
     ) -> None:
         self._record(source.process, source.stream, chunk)
@@ -236,7 +238,7 @@ class Relay:
 
     def _pass_on(self, source: _Source, data: bytes) -> None:
         if data:
-            self._tell(events.Output(source.process, source.stream, data))
+            self._emit(events.Output(source.process, source.stream, data))
 
     def _close(self, source: _Source) -> None:
         self._large_pipes -= source.is_large

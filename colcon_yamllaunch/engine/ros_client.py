@@ -158,7 +158,7 @@ class Input:
         self._lines: deque[bytes] = deque()
         threading.Thread(target=self._read, daemon=True).start()
 
-    def take(self) -> bytes | None:
+    def next_line(self) -> bytes | None:
         """Return the next line, None if there is none."""
         return self._lines.popleft() if self._lines else None
 
@@ -807,9 +807,9 @@ class Ros:
         """Serve until there are no requests any more."""
         self.output.write(event='ready')
         while not self._requests.has_ended:
-            line = self._requests.take()
+            line = self._requests.next_line()
             if line is not None:
-                self._take(line)
+                self._handle(line)
                 continue
             self._look()
             self._executor.spin_once(timeout_sec=self._seconds_to_wait())
@@ -834,7 +834,7 @@ class Ros:
         if request is not None:
             self.output.write(id=request, **fields)
 
-    def _take(self, line: bytes) -> None:
+    def _handle(self, line: bytes) -> None:
         try:
             request = json.loads(line)
             number, does = request['id'], _DOES[request['do']]

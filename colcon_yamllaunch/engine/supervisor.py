@@ -133,9 +133,9 @@ class Stop(Targets):
         timeouts = {t.number: timeouts_of(t.process) for t in tasks}
         #: Their steps so far, and the next ones.
         self.escalation = Escalation(self, timeouts, loop.time(), first)
-        self.take_steps()
+        self.advance()
 
-    def take_steps(self) -> None:
+    def advance(self) -> None:
         """Check what still runs, and send it the signals that are due."""
         self.escalation.advance(self._loop.time())
         self._note_next()
@@ -194,7 +194,7 @@ class Stop(Targets):
         self.cancel()
         due = self.escalation.due()
         if due != math.inf:
-            self._next = self._loop.call_at(due, self.take_steps)
+            self._next = self._loop.call_at(due, self.advance)
 
 
 @mutable
@@ -347,7 +347,7 @@ class Supervisor:
         )
         self._ended(task, event, step, asked=asked, failed=failed)
         if single_stop is not None:
-            single_stop.take_steps()
+            single_stop.advance()
 
     def task(self, name: str) -> Task:
         """
@@ -898,7 +898,7 @@ class Supervisor:
     def _report_progress(self, stop: Stop) -> None:
         """Report what is waited for, if that has changed."""
         if not stop.escalation.is_over:
-            stop.take_steps()
+            stop.advance()
         labels = tuple(task.process.label for task in stop.alive())
         timers = len(self._timers)
         now = self._loop.time()
@@ -960,7 +960,7 @@ class Supervisor:
         assert self._stop is not None
         escalation = self._stop.escalation
         if not (self._running or escalation.orphans or escalation.is_over):
-            self._stop.take_steps()
+            self._stop.advance()
         if escalation.is_over and not self._engine.is_waiting():
             self._stop.abandon()
             self.done = True

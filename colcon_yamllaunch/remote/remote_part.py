@@ -372,7 +372,7 @@ class RemotePart:
         if not isinstance(command, commands.Describe):
             return response_of(command, answer)
         # few ask for that
-        from colcon_yamllaunch.engine.description import told_description
+        from colcon_yamllaunch.engine.description import received_description
 
         told = answer.get('description')
         if not isinstance(told, Mapping):
@@ -381,7 +381,7 @@ class RemotePart:
             )
         part = self.part(command.process)
         log = self._launch.state.log_files.get(part.label)
-        described = told_description(
+        described = received_description(
             part, told, self._launch.blocks, str(log) if log else None
         )
         return commands.Described(described)
@@ -429,7 +429,7 @@ class RemotePart:
             return
         key = (label, stream)
         with self._at(seconds):
-            self._launch.take_output(process, stream, data)
+            self._launch.feed_output(process, stream, data)
         if not (self._launch.accepts(key) or self._launch.is_stopping):
             if not self._held:
                 self.link.hold(True)
@@ -438,15 +438,15 @@ class RemotePart:
     @contextmanager
     def _at(self, seconds: object) -> Iterator[None]:
         """Give what is emitted meanwhile the time at which it happened."""
-        moment = self._launch.moment
+        event_time = self._launch.event_time
         # what comes as fast as it can has the time of here, so that times grow
         if isinstance(seconds, int | float):
             is_late = 0 < seconds < time.time() - LATE
-            moment.past = float(seconds) if is_late else None
+            event_time.past = float(seconds) if is_late else None
         try:
             yield
         finally:
-            moment.past = None
+            event_time.past = None
 
     def lost(self, reason: str) -> None:
         """Take into account that nothing is heard of the machine."""

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine.engine import Moment
+from colcon_yamllaunch.engine.engine import EventTime
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.state import LaunchState
@@ -104,7 +104,7 @@ class PlayedLaunch:
         #: What the events say of the machines.
         self.state = LaunchState(ABOUT, clock=self.loop.time)
         self.blocks: tuple[Block, ...] = ()
-        self.moment = Moment(lambda: 1000.0)
+        self.event_time = EventTime(lambda: 1000.0)
         self.is_stopping = False
         self.told: list[events.Event] = []
         self.output: list[tuple[str, str, bytes]] = []
@@ -119,17 +119,17 @@ class PlayedLaunch:
         self.parts: Any = None
 
     def tell(self, event: events.Event) -> None:
-        self.times.append(self.moment())
+        self.times.append(self.event_time())
         self.state.apply(event)
         if event.lines() or event.record():
             self.told.append(event)
         if self.parts is not None:
             self.parts.handle(event)
 
-    def take_output(
+    def feed_output(
         self, process: Process, stream: events.Stream, data: bytes
     ) -> None:
-        self.times.append(self.moment())
+        self.times.append(self.event_time())
         self.output.append((process.label, stream, data))
 
     def check_conditions(self) -> None:

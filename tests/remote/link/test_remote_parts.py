@@ -140,7 +140,7 @@ def test_what_comes_late_has_the_time_at_which_it_was(played):
         }
     )
     assert played.launch.times == [500.0, 501.0]
-    assert played.launch.moment() == 1000.0
+    assert played.launch.event_time() == 1000.0
     assert played.launch.told == [events.Warned('arm: oh')]
 
 
