@@ -168,7 +168,7 @@ class Composition:
         self._emit = emit
         self._loop = loop
         self._requests = Requests(send)
-        self._lifecycles = Lifecycles(Plan(()), self._requests, emit, loop)
+        self._lifecycles = Lifecycles(self._requests, emit, loop)
         self._timers = RosTimers(self._requests, emit, loop)
         self._warnings = WaitWarnings(loop)
         self._has_processes = False
@@ -498,7 +498,7 @@ class Composition:
                     else:
                         self._request_open(container)
                 self._lifecycles.client_is_ready()
-                self._timers.client_is_ready()
+                self._timers.follow_clock()
             case {'event': 'container', 'container': str(name)}:
                 self._presence_changed(
                     name, is_there=bool(message.get('there'))

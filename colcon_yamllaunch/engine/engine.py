@@ -189,8 +189,8 @@ class Engine:
         )
         #: The keyboards of processes.
         self.terminals = Terminals(self.loop, self._relay)
-        self._silence = SilenceWatch(settings.buffering.is_cpp, settings.clock)
-        shared = [*listeners, self._silence.handle]
+        silence = SilenceWatch(settings.buffering.is_cpp, self.loop, self.tell)
+        shared = [*listeners, silence.handle]
         self._listeners: list[events.Listener] = [
             *shared,
             self.terminals.handle,
@@ -216,11 +216,6 @@ class Engine:
             settings, guard, self.loop.children.keys()
         )
         self._end_turns = overridden(participants, 'end_turn')
-        self._dues: list[Callable[[], float | None]] = [
-            conditions.due,
-            self._silence.due,
-            writer.due,
-        ]
         self._alarm: TimerHandle | None = None
         # whether the screen may have to be waited for
         self._is_screen_slow = False
@@ -313,9 +308,6 @@ class Engine:
         reason = self._conditions.reason_to_stop()
         if reason is not None:
             self.supervisor.stop(reason)
-        silent = self._silence.overdue()
-        if silent is not None:
-            self.tell(silent)
 
     def show(self, label: str, stream: events.Stream, data: bytes) -> None:
         """Show who is attached to a process what it wrote or echoed."""
@@ -411,7 +403,8 @@ class Engine:
             self.loop.run_once()
         self.loop.remove_reader(signals)
         self._close_helpers()
-        self.starter.remove_cgroup()
+        # nothing runs in it
+        self.starter.cgroup.remove()
         self._relay.close()
         self._conditions.end()
 
@@ -437,7 +430,7 @@ class Engine:
         self._close_helpers()
         self.terminals.close()
         self.loop.close()
-        self.starter.close()
+        self.starter.descriptors.restore()
 
     def start(self, number: int, process: Process) -> int:
         """Start a process; see `ProcessStarter.start`."""
@@ -446,7 +439,7 @@ class Engine:
 
     def starting(self) -> AbstractContextManager[None]:
         """Return a context in which several processes start faster."""
-        return self.starter.starting()
+        return self.starter.cgroup.moves_at_once()
 
     def release(self, group: int) -> bool:
         """Tell whether a group ended with its leader."""
@@ -465,13 +458,13 @@ class Engine:
 
     def kill(self, number: int) -> None:
         """Kill all that belongs to a process of the plan, if possible."""
-        self.starter.kill(number)
+        self.starter.cgroup.kill(number)
 
     def orphans(
         self, groups: Mapping[int, int], with_leader: Collection[int]
     ) -> list[Orphan]:
         """Find processes of the launch."""
-        self.starter.leave_group()
+        self.starter.cgroup.leave()
         numbers = {task.number for task in self.supervisor.tasks}
         return self._orphan_finder.orphans(groups, with_leader, numbers)
 
@@ -539,7 +532,7 @@ class Engine:
 
     def expect(self, more: Plan) -> None:
         """Prepare for more entries of the plan."""
-        self.starter.expect(sum(1 for _ in more.processes()))
+        self.starter.descriptors.expect(sum(1 for _ in more.processes()))
         if self._ros is not None:
             self._ros.expect(more)
         elif more.needs_ros:
@@ -622,7 +615,7 @@ class Engine:
 
     def _set_alarm(self) -> None:
         """Have a turn when it is time for the next condition or drawing."""
-        dues = (due() for due in self._dues)
+        dues = self._conditions.due(), self._writer.due()
         due = min((due for due in dues if due is not None), default=None)
         if self._alarm is not None:
             if self._alarm.when() == due and not self._alarm.cancelled():

@@ -112,7 +112,6 @@ class Lifecycles:
 
     def __init__(
         self,
-        plan: Plan,
         requests: Requests,
         emit: events.Listener,
         loop: Loop,
@@ -125,7 +124,6 @@ class Lifecycles:
         self._by_label: dict[str, LifecycleTask] = {}
         self._warnings = WaitWarnings(loop)
         self._has_processes = False
-        self.extend(plan)
 
     @property
     def tasks(self) -> list[LifecycleTask]:

@@ -22,6 +22,8 @@ import struct
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine.loop import Loop
+from colcon_yamllaunch.engine.loop import TimerHandle
 from colcon_yamllaunch.engine.spawn import find_program
 from colcon_yamllaunch.engine.spawn import StartError
 from colcon_yamllaunch.plan.plan import Process
@@ -134,44 +136,42 @@ class LineBuffering:
 
 class SilenceWatch:
     """
-    Finds, once in a launch, a process that may hold back all its output.
+    Warns, once in a launch, of a process that may hold back all its output.
 
     :param holds_back: Returns whether a process may
-    :param clock: Returns seconds that never go back
+    :param emit: Receives the warning
     """
 
     def __init__(
         self,
         holds_back: Callable[[Process], bool],
-        clock: Callable[[], float],
+        loop: Loop,
+        emit: events.Listener,
     ) -> None:
         self._holds_back = holds_back
-        self._clock = clock
-        self._silent: dict[str, tuple[float, Process]] = {}
+        self._loop = loop
+        self._emit = emit
+        self._silent: dict[str, TimerHandle] = {}
         self._is_over = False
 
     def handle(self, event: events.Event) -> None:
         """Handle an event."""
         if isinstance(event, events.Started):
-            process = event.process
-            if not self._is_over and self._holds_back(process):
-                due = self._clock() + limits.SILENCE_WARNING_DELAY
-                self._silent[process.label] = due, process
+            if not self._is_over and self._holds_back(event.process):
+                self._silent[event.process.label] = self._loop.call_later(
+                    limits.SILENCE_WARNING_DELAY, self._warn, event.process
+                )
         elif self._silent and isinstance(event, events.Output | events.Exited):
-            self._silent.pop(event.process.label, None)
+            handle = self._silent.pop(event.process.label, None)
+            if handle is not None:
+                handle.cancel()
 
-    def due(self) -> float | None:
-        """Return the time by the clock to call `overdue`, None for never."""
-        return min((due for due, _ in self._silent.values()), default=None)
-
-    def overdue(self) -> events.Silent | None:
-        """Return the warning about a silent process if it is time for one."""
-        for due, process in self._silent.values():
-            if due <= self._clock():
-                self._silent.clear()
-                self._is_over = True
-                return events.Silent(process, limits.SILENCE_WARNING_DELAY)
-        return None
+    def _warn(self, process: Process) -> None:
+        self._is_over = True
+        for handle in self._silent.values():
+            handle.cancel()
+        self._silent.clear()
+        self._emit(events.Silent(process, limits.SILENCE_WARNING_DELAY))
 
 
 def _path_of(

@@ -4,7 +4,6 @@
 """Starting processes of a plan, with their channels, variables and marks."""
 
 from collections.abc import Mapping
-from contextlib import AbstractContextManager
 import errno
 import os
 from typing import TYPE_CHECKING
@@ -52,22 +51,16 @@ class ProcessStarter:
         self._files = files
         self._relay = relay
         self._terminals = terminals
-        self._cgroup = LaunchCgroup(
+        #: The control group of the launch.
+        self.cgroup = LaunchCgroup(
             settings.identity,
             wanted=settings.environment.get(CGROUP_VARIABLE) != '0',
         )
-        self._limit = DescriptorLimit(processes)
+        #: How many files may be open.
+        self.descriptors = DescriptorLimit(processes)
         #: The variables of processes that say nothing else.
         self.variables: Mapping[str, str] = settings.environment
         relay.closing = terminals.closing = guard.closed
-
-    def expect(self, processes: int) -> None:
-        """Prepare for more processes."""
-        self._limit.expect(processes)
-
-    def close(self) -> None:
-        """Restore the limits of the system."""
-        self._limit.restore()
 
     def start(
         self, number: int, process: Process, size: os.terminal_size | None
@@ -109,10 +102,6 @@ class ProcessStarter:
             self._guard.output(number, process, None, keyboard)
         return group
 
-    def starting(self) -> AbstractContextManager[None]:
-        """Return a context in which several processes start faster."""
-        return self._cgroup.moves_at_once()
-
     def start_helper(
         self,
         number: int,
@@ -123,26 +112,14 @@ class ProcessStarter:
     ) -> int:
         """Start a program that belongs to a number of the plan."""
         environment[LAUNCH_ID_VARIABLE] = f'{self._settings.identity}.{number}'
-        with self._cgroup.entered(number):
+        with self.cgroup.entered(number):
             return spawn_process(
                 argv,
                 environment,
                 cwd,
                 streams,
-                self._limit.wrapped(self._settings.spawn),
+                self.descriptors.wrapped(self._settings.spawn),
             )
-
-    def leave_group(self) -> None:
-        """Be in the group of no process; see `LaunchCgroup.leave`."""
-        self._cgroup.leave()
-
-    def kill(self, number: int) -> None:
-        """Kill all that belongs to a process of the plan, if possible."""
-        self._cgroup.kill(number)
-
-    def remove_cgroup(self) -> None:
-        """Remove the control group of the launch, as nothing runs in it."""
-        self._cgroup.remove()
 
     def command_line(self, number: int, process: Process) -> list[str]:
         """

@@ -164,7 +164,7 @@ class RosTimers:
             self._loop.wake()
         if self._is_over:
             handle.cancel()
-        self._follow()
+        self.follow_clock()
         return handle
 
     def clock(self, seconds: float) -> None:
@@ -173,10 +173,6 @@ class RosTimers:
             self._passed += max(0.0, seconds - self._last)
         self._last = seconds
         self._timers.run_due(self._passed)
-
-    def client_is_ready(self) -> None:
-        """Follow the clock if there is a timer."""
-        self._follow()
 
     def client_died(self) -> None:
         """Note that no client follows the clock."""
@@ -205,7 +201,8 @@ class RosTimers:
                 )
             )
 
-    def _follow(self) -> None:
+    def follow_clock(self) -> None:
+        """Request the time of /clock if there is a timer."""
         if (
             self._requests.is_ready
             and not self._is_followed

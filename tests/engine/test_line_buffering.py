@@ -17,6 +17,7 @@ from colcon_yamllaunch.engine.line_buffering import read_elf
 from colcon_yamllaunch.engine.line_buffering import SilenceWatch
 from colcon_yamllaunch.engine.outcome import Outcome
 import pytest
+from support.test_loop import TestLoop
 
 NEEDED = ('libstdc++.so.6', 'libc.so.6')
 HERE, ELSEWHERE = b'here', b'elsewhere'
@@ -170,25 +171,22 @@ def test_what_is_no_program_says_nothing(tmp_path):
         assert read_elf(f'{tmp_path}/{name}') is None
 
 
-def test_silence_is_told_once(process):
-    now = 0.0
-    held = {'a', 'b', 'c'}
-    watch = SilenceWatch(lambda p: p.label in held, lambda: now)
+def test_silence_is_reported_once(process):
+    loop = TestLoop()
+    told = []
+    watch = SilenceWatch(lambda p: p.label in 'abc', loop, told.append)
     a, b, c, d = map(process, 'abcd')
     for one in (a, b, c, d):
         watch.handle(events.Started(one, 1))
     watch.handle(events.Output(a, 'stderr', b'text\n'))
     watch.handle(events.Exited(b, 1, Outcome(code=0), 1.0, False, False))
-    assert watch.due() == limits.SILENCE_WARNING_DELAY
-    assert watch.overdue() is None
-    now = limits.SILENCE_WARNING_DELAY
-    told = watch.overdue()
-    assert told == events.Silent(c, limits.SILENCE_WARNING_DELAY)
-    assert '--tty' in told.lines()[0]
+    loop.pass_time(limits.SILENCE_WARNING_DELAY)
+    (silent,) = told
+    assert silent == events.Silent(c, limits.SILENCE_WARNING_DELAY)
+    assert '--tty' in silent.lines()[0]
     watch.handle(events.Started(b, 1))
-    now *= 3
-    assert watch.due() is None
-    assert watch.overdue() is None
+    loop.pass_time(2 * limits.SILENCE_WARNING_DELAY)
+    assert told == [silent]
 
 
 @pytest.mark.skipif(
