@@ -60,7 +60,7 @@ class LaunchEndedError(ControlError):
 
 class RunningLaunch:
     """
-    A launch of another process, by its control socket; see `Launch`.
+    A launch of another process, by its control socket; see `Engine`.
 
     Without :meth:`subscribe`, its state is that of the last :meth:`status`.
     After it, events and replies come with :meth:`events`, or, where somebody

@@ -29,7 +29,7 @@ _GDB = ('gdb', '-q', '--args')
 _ONE_STREAM = ('sh', '-c', 'exec "$0" "$@" 2>&1')
 # options of Python that have a value in a word of its own (python3 --help)
 _WITH_VALUE = frozenset(('-W', '-X', '--check-hash-based-pycs'))
-# what is run is not a script, or not to be told from the options
+# what is run is not a script, or cannot be distinguished from the options
 _RUNS_OTHER = re.compile(r'-|-[A-VYZa-z]*[cm].*')
 #: How many interpreters of interpreters are looked up.
 _DEPTH = 4

@@ -133,7 +133,11 @@ class Engine:
     """
     Runs a plan on the system.
 
-    :param guard: Is told of all processes
+    A launch has a state, executes commands (:meth:`ask`) and emits events. So
+    have a launch of another process, `control.client.RunningLaunch`, and a
+    part of a launch on a machine, `remote.link.remote_part.RemotePart`.
+
+    :param guard: Receives all processes
     :param writer: The screen, whose pace output keeps to
     :param listeners: Receive all events
     :param recorders: Receive all output as it is read
@@ -314,7 +318,7 @@ class Engine:
         self._relay.show(label, stream, data)
 
     def accepts(self, key: tuple[str, events.Stream]) -> bool:
-        """Tell whether a process may write more to a stream."""
+        """Return whether a process may write more to a stream."""
         return self._writer.accepts(key) and all(
             accepts(key[0]) for accepts in self._limits
         )
@@ -442,7 +446,7 @@ class Engine:
         return self.starter.cgroup.moves_at_once()
 
     def release(self, group: int) -> bool:
-        """Tell whether a group ended with its leader."""
+        """Return whether a group ended with its leader."""
         try:
             os.killpg(group, 0)
         except PermissionError:
@@ -469,7 +473,7 @@ class Engine:
         return self._orphan_finder.orphans(groups, with_leader, numbers)
 
     def is_alive(self, orphan: Orphan) -> bool:
-        """Tell whether a process still runs."""
+        """Return whether a process still runs."""
         return is_alive(orphan.pid, orphan.birth)
 
     def signal(self, group: int, number: int) -> bool:
@@ -494,7 +498,7 @@ class Engine:
         command: 'Command[Response]',
         reply: 'Callable[[Response | Refused], object]' = bool,
     ) -> None:
-        """Execute a command; see `Launch`."""
+        """Execute a command; see `Dispatcher.ask`."""
         self.dispatcher.ask(command, reply)
 
     def listen(self, listener: events.Listener) -> None:
@@ -697,7 +701,7 @@ class Engine:
         if self._size is not None:
             # that of a screen elsewhere
             self._size = size
-        # the terminals control no session, so the kernel tells nobody
+        # the terminals control no session, so the kernel signals nobody
         self.terminals.resize(size)
         for group in self._relay.resize(size):
             with suppress(ProcessLookupError, PermissionError):

@@ -129,7 +129,7 @@ class Planned(Event):
     """
     More has come to a launch that runs, or something in it is another.
 
-    It is told before anything else of these parts.
+    It comes before any other event of these parts.
 
     :param parts: Processes and components; one with a label that is known
       takes the place of what had it
@@ -200,7 +200,7 @@ class Output(Event):
 @dataclass(frozen=True, slots=True)
 class Exited(Event):
     """
-    A process ended, and all that it wrote before has been told.
+    A process ended, and all that it wrote before was emitted.
 
     :param seconds: How long it ran
     :param asked: Whether it had been asked to stop
@@ -225,7 +225,7 @@ class Exited(Event):
 
     def lines(self) -> tuple[str, ...]:
         if self.outcome.lost:
-            # which is told once for all of a machine
+            # there is one line for all of a machine
             return ()
         ending = ending_of(self.outcome, self.asked)
         text = f'{self.process.label}: {ending} after {self.seconds:.1f} s'
@@ -335,7 +335,7 @@ class Requested(Event):
 
     def lines(self) -> tuple[str, ...]:
         if self.action == 'change':
-            # what changed, and what comes of it, is told in one line
+            # one line names the change and what follows
             return ()
         return (f'{self.process.label}: {self.action} requested',)
 
@@ -1000,7 +1000,7 @@ class FailureReport:
     :param text: What happened, in one line
     :param tail: The last lines of its output
     :param log_file: The file that has all of its output, if there is one
-    :param advice: The way out, if its last words tell one
+    :param advice: The way out, if its last words contain one
     """
 
     process: Process | Component | None

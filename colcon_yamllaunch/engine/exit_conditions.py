@@ -61,7 +61,7 @@ class ExitConditions:
         self._failed: str | None = None
         self._timed_out = False
         self._stopping = False
-        #: Is told what is said while the launch runs.
+        #: Receives events about them while the launch runs.
         self.tell: Callable[[events.Event], object] = bool
 
     def begin(self) -> None:

@@ -181,7 +181,7 @@ class OrphanedOutput:
 
 class GuardedLaunch(Targets):
     """
-    What the guard has been told, and what is left of it.
+    What the guard has received of a launch, and what is left of it.
 
     :param session: The session of the launcher
     """

@@ -55,7 +55,7 @@ def new_identity() -> str:
     """
     Return an identity that no other launch has, of 16 hexadecimal digits.
 
-    It tells who the launcher is, see :func:`launcher_of`.
+    It contains who the launcher is, see :func:`launcher_of`.
     """
     pid = os.getpid()
     process = read_process(pid)

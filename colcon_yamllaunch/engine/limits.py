@@ -81,7 +81,7 @@ LONGEST_PAUSE = 5.0
 #: How many times as long as a search for what processes left running the
 #: launcher does without another one, when processes are respawned often.
 SEARCH_PAUSE = 10
-#: Seconds of silence after which a process is told of that may hold back
+#: Seconds of silence after which a process is reported that may hold back
 #: what it writes.
 SILENCE_WARNING_DELAY = 10.0
 #: Seconds between two looks at what is still being waited for, and between
@@ -111,8 +111,8 @@ LONGEST_WAIT = 86_400.0
 #: How many searches for an expression may take too long before the launch
 #: does without.
 SLOW_SEARCHES = 10
-#: What the guard is told at once at most, each with a descriptor; Linux takes
-#: no more than 253 of these (SCM_MAX_FD).
+#: The most frames of a message to the guard, each with a descriptor; Linux
+#: takes no more than 253 of these (SCM_MAX_FD).
 GUARD_FRAMES = 16
 #: Bytes of the longest message to the guard, with room for the longest paths.
 GUARD_MESSAGE = 2 * 1024 * 1024
@@ -160,6 +160,6 @@ JOURNAL_MERGE_SECONDS = 0.005
 #: Bytes typed at a process that wait until it reads them.
 KEYS = 64 * 1024
 
-#: Bytes of files with parameters that are read to tell what a process that
+#: Bytes of files with parameters that are read to find what a process that
 #: runs has been given; that many take some tenths of a second.
 PARAMETERS = 256 * 1024

@@ -181,7 +181,7 @@ def _path_of(
         try:
             name = find_program(name, environment.get('PATH', os.defpath))
         except StartError:
-            # it is told when it is started
+            # it is reported when it is started
             return None
     return os.path.join(cwd, name)
 

@@ -36,7 +36,7 @@ _FLAGS = os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC
 @dataclass(frozen=True, slots=True)
 class Place:
     """
-    A folder or file, and what tells it from others of that path.
+    A folder or file, and what distinguishes it from others of that path.
 
     :param path: An absolute path
     """
@@ -115,7 +115,7 @@ class ParameterFiles:
     """
     Parameter files in one private folder, made when the first is needed.
 
-    :param made: Is told the folder when it is made
+    :param made: Receives the folder when it is made
     """
 
     def __init__(self, made: Callable[[Place], None]) -> None:

@@ -223,7 +223,7 @@ class Peer:
     :param name: Its full name
     :param noun: What it is called in reasons
     :param services: The types of its services by the end of their names; the
-      first one tells whether it is there
+      first one shows whether it is there
     """
 
     def __init__(

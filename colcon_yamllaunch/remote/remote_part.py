@@ -64,7 +64,7 @@ MAXIMUM_REQUESTS = 1000
 
 class RemotePart:
     """
-    The part of the launch that runs on one machine.
+    The part of the launch that runs on one machine; see `Engine`.
 
     :param plan: The plan of the part, with the paths of this computer
     :param localised: Returns a plan with the paths of that machine
@@ -173,7 +173,7 @@ class RemotePart:
         reply: Callable[[commands.Response | commands.Refused], object] = bool,
     ) -> None:
         """
-        Send a command, and pass on the response.
+        Send a command, and pass on the response; see `Engine`.
 
         :raises RefusedError: when it cannot be sent now
         """

@@ -4,7 +4,7 @@
 """
 Two views of a launch: the status block, and the full screen (`--ui`).
 
-Both show the same `Launch`: its state, and the commands that it executes.
+Both show the same launch: its state, and the commands that it executes.
 
 - :mod:`.keymap` has the keys of both, each with its help and its effect.
 - :mod:`.status_model` makes rows of the state, for both.
