@@ -5,8 +5,9 @@
 The dispatcher: executes commands on an engine, with one handler for each.
 
 A handler takes the command and a function for the response. It returns the
-response, or None if it calls that function later, and raises `RefusedError`
-if it refuses the command.
+response, or None if it calls that function later. Most commands have an
+effect at once, and no response but `Done`. Either raises `RefusedError` if it
+refuses the command.
 """
 
 from collections.abc import Callable
