@@ -28,29 +28,23 @@ _NAMESPACE = re.compile(r'/|(/[A-Za-z_~{}][A-Za-z0-9_~{}]*)+')
 
 
 def node_name_problem(name: str) -> str | None:
-    """Say why a name is none for a node, or None if it is one."""
+    """Return why no node can have a name, or None if one can."""
     if _NODE_NAME.fullmatch(name):
         return None
-    if not name:
-        return 'a node name cannot be empty'
-    if name[0].isdigit():
-        return f"the node name '{name}' starts with a digit"
     return (
-        f"the node name '{name}' may only have letters, digits and underscores"
+        f"the node name '{name}' may only have letters, digits and "
+        'underscores, and cannot be empty or start with a digit'
     )
 
 
 def namespace_problem(namespace: str) -> str | None:
-    """Say why a text is no absolute namespace, or None if it is one."""
+    """Return why a text is no absolute namespace, or None if it is one."""
     if _NAMESPACE.fullmatch(namespace):
         return None
-    if '//' in namespace:
-        return f"the namespace '{namespace}' has an empty part"
-    if re.search('/[0-9]', namespace):
-        return f"a part of the namespace '{namespace}' starts with a digit"
     return (
         f"the namespace '{namespace}' may only have letters, digits, "
-        'underscores and slashes'
+        'underscores and slashes, and none of its parts can be empty or start '
+        'with a digit'
     )
 
 

@@ -35,11 +35,16 @@ from colcon_yamllaunch.language.evaluation.walk import MAXIMUM_INCLUDE_DEPTH
 from colcon_yamllaunch.language.evaluation.walk import PYTHON_SUFFIX
 from colcon_yamllaunch.language.evaluation.walk import too_deep
 from colcon_yamllaunch.language.evaluation.walk import Walk
-from colcon_yamllaunch.language.policies.cross_checks import ArgumentUse
 from colcon_yamllaunch.language.policies.cross_checks import FileUse
-from colcon_yamllaunch.language.policies.cross_checks import shell_variables
+from colcon_yamllaunch.language.policies.cross_checks import unknown_argument
 from colcon_yamllaunch.language.policies.cross_checks import (
     warn_of_missing_containers,
+)
+from colcon_yamllaunch.language.policies.cross_checks import (
+    warn_of_shell_variables,
+)
+from colcon_yamllaunch.language.policies.cross_checks import (
+    warn_of_useless_arguments,
 )
 from colcon_yamllaunch.language.policies.cross_checks import (
     warn_of_useless_sections,
@@ -125,7 +130,8 @@ def check(
     walk.checks_programs = checks_programs
     walk.launch(request.name, request.path)
     if None not in walk.files.values():
-        walk.check_arguments(request)
+        warn_of_useless_arguments(walk, walk.uses, request.path)
+        warn_of_shell_variables(walk)
     warn_of_missing_containers(walk)
     warn_of_useless_sections(walk, in_full=True)
     return Checked(
@@ -166,7 +172,8 @@ class _Check(Walk):
         super().__init__(request)
         self.log_folder = None
         self._portable = portable
-        self._arguments = ArgumentUse()
+        #: What each launch file does with launch arguments, by its path.
+        self.uses: dict[str, FileUse] = {}
         self._visits: dict[str, int] = {}
         self._files: list[_OpenFile] = []
         # how many conditions there are around, of any kind
@@ -177,15 +184,6 @@ class _Check(Walk):
         self._included: str | None = None
         # what is set only where no launch comes
         self._never_set: set[str] = set()
-
-    def check_arguments(self, request: Request) -> None:
-        """Report arguments that are declared or given, and not used."""
-        for problem in (
-            *self._arguments.unused(),
-            *self._arguments.unknown_given(request.path, request.arguments),
-            *shell_variables(self.files.values()),
-        ):
-            self.report(problem)
 
     def fail(self, problem: LaunchError, *, is_certain: bool = True) -> None:
         if not is_certain:
@@ -206,14 +204,16 @@ class _Check(Walk):
         inner = self.scope.inner(hides=guard.taken is False, masked=masked)
         self._conditions += 1
         self.never += is_never
+        outer_guards = self.guards
         if not is_sure:
-            self.guards.append(guard)
-        with self.within_scope(inner):
-            self.act(entity)
-        if not is_sure:
-            self.guards.pop()
-        self.never -= is_never
-        self._conditions -= 1
+            self.guards = [*outer_guards, guard]
+        try:
+            with self.within_scope(inner):
+                self.act(entity)
+        finally:
+            self.guards = outer_guards
+            self.never -= is_never
+            self._conditions -= 1
         if is_never:
             self._never_set.update(inner.configurations.own)
         else:
@@ -224,7 +224,7 @@ class _Check(Walk):
         if not is_read:
             self.scope.configurations.is_open = True
             return False
-        file = _OpenFile(path, origin, self._conditions, self._arguments[path])
+        file = _OpenFile(path, origin, self._conditions, self.uses[path])
         self._files.append(file)
         included, self._included = self._included, None
         super().visit_file(name, path, origin)
@@ -239,7 +239,7 @@ class _Check(Walk):
                 self.report(problem)
 
     def note_file(self, path: str, file: LaunchFile) -> None:
-        self._arguments.add(path, file)
+        self.uses[path] = FileUse.of(file)
 
     def read_failed(self, problem: LaunchError, origin: Span | None) -> None:
         self.report(problem)
@@ -395,7 +395,7 @@ class _Check(Walk):
         name = pair.text('name')
         if name is None or name in used:
             return
-        hint = self._arguments.unknown_argument(path, name)
+        hint = unknown_argument(self.uses, path, name)
         if hint is not None:
             text = pair.item.texts['name']
             self.warn(

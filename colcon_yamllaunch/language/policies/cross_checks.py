@@ -5,7 +5,6 @@
 
 from collections.abc import Collection
 from collections.abc import Iterable
-from collections.abc import Iterator
 from collections.abc import Mapping
 from dataclasses import dataclass
 from dataclasses import field
@@ -46,8 +45,7 @@ def cross_check(walk: Walk) -> None:
             if name not in walk.given_read:
                 # the includes around are not those that led there
                 walk.diagnostics.extend(problem.diagnostics)
-    for problem in shell_variables(walk.files.values()):
-        walk.report(problem)
+    warn_of_shell_variables(walk)
     if not walk.error_count():
         # an action with an error is none of the launch's nodes
         warn_of_missing_containers(walk)
@@ -127,30 +125,10 @@ class FileUse:
     is_open: bool = False
     is_for_others: bool = False
 
-    def add_text(self, template: Template) -> None:
-        """Note what a text reads."""
-        for substitution in template.substitutions():
-            if substitution.name != 'var':
-                continue
-            name = substitution.arguments[0].literal
-            if name is None:
-                self.is_open = True
-            else:
-                self.read.add(name)
-
-
-class ArgumentUse:
-    """The launch arguments of all launch files that are reached."""
-
-    def __init__(self) -> None:
-        self._files: dict[str, FileUse] = {}
-
-    def __getitem__(self, path: str) -> FileUse:
-        return self._files[path]
-
-    def add(self, path: str, file: LaunchFile) -> None:
-        """Note what a launch file does."""
-        use = self._files[path] = FileUse()
+    @classmethod
+    def of(cls, file: LaunchFile) -> 'FileUse':
+        """Return what a launch file does."""
+        use = cls()
         use.is_for_others = all(
             entity.action.name in _SETTING for entity in file.entities
         )
@@ -164,89 +142,91 @@ class ArgumentUse:
             for written in entity.item.every_text():
                 if written.literal is None:
                     use.add_text(written.template)
+        return use
 
-    def reached(self, path: str) -> dict[str, FileUse]:
-        """Return a launch file and all that it includes, directly or not."""
-        found: dict[str, FileUse] = {}
-        pending = [path]
-        while pending:
-            path = pending.pop()
-            if path not in found and path in self._files:
-                found[path] = self._files[path]
-                pending.extend(found[path].includes)
-        return found
-
-    def unknown_argument(self, path: str, name: str) -> str | None:
-        """Return a hint when a launch file does not use an argument."""
-        if name in PROCESS_ARGUMENTS or path not in self._files:
-            return None
-        declared: set[str] = set()
-        for use in self.reached(path).values():
-            if use.is_open or name in use.declared or name in use.read:
-                return None
-            declared.update(use.declared)
-        return undeclared_hint(name, declared)
-
-    def unknown_given(
-        self, path: str, arguments: Mapping[str, str]
-    ) -> Iterator[LaunchError]:
-        """Report the given arguments that no launch file has a use for."""
-        for name in arguments:
-            hint = self.unknown_argument(path, name)
-            if hint is not None:
-                yield undeclared_argument(name, hint)
-
-    def unused(self) -> Iterator[LaunchError]:
-        """Report the arguments that are declared and not used."""
-        users = self._readers_without_declaration()
-        for path, use in self._files.items():
-            reached = self.reached(path) if use.declared else {}
-            if use.is_for_others or any(
-                other.is_open for other in reached.values()
-            ):
+    def add_text(self, template: Template) -> None:
+        """Note what a text reads."""
+        for substitution in template.substitutions():
+            if substitution.name != 'var':
                 continue
-            for name, text in use.declared.items():
-                if name in users or name in PROCESS_ARGUMENTS:
-                    continue
-                if not _is_used(name, path, reached):
-                    yield error(
-                        f"the launch argument '{name}' is never used",
-                        text,
-                        hint=f'use it as $(var {name}), or remove it',
-                    ).as_warning()
-
-    def _readers_without_declaration(self) -> set[str]:
-        # what an include sets, the file that includes it sees too
-        return {
-            name
-            for use in self._files.values()
-            for name in use.read - use.declared.keys()
-        }
+            name = substitution.arguments[0].literal
+            if name is None:
+                self.is_open = True
+            else:
+                self.read.add(name)
 
 
-def _is_used(name: str, path: str, reached: Mapping[str, FileUse]) -> bool:
-    return any(
-        name in use.read or (other != path and name in use.declared)
-        for other, use in reached.items()
+def _reached(uses: Mapping[str, FileUse], path: str) -> dict[str, FileUse]:
+    """Return a launch file and all that it includes, directly or not."""
+    found: dict[str, FileUse] = {}
+    pending = [path]
+    while pending:
+        path = pending.pop()
+        if path not in found and path in uses:
+            found[path] = uses[path]
+            pending.extend(found[path].includes)
+    return found
+
+
+def unknown_argument(
+    uses: Mapping[str, FileUse], path: str, name: str
+) -> str | None:
+    """Return a hint when a launch file does not use an argument."""
+    if name in PROCESS_ARGUMENTS or path not in uses:
+        return None
+    declared: set[str] = set()
+    for use in _reached(uses, path).values():
+        if use.is_open or name in use.declared or name in use.read:
+            return None
+        declared.update(use.declared)
+    return undeclared_hint(name, declared)
+
+
+def warn_of_useless_arguments(
+    walk: Walk, uses: Mapping[str, FileUse], path: str
+) -> None:
+    """
+    Warn of arguments that are declared or given, and not used.
+
+    :param uses: What each launch file does, by its path
+    :param path: The outermost launch file
+    """
+    # what an include sets, the file that includes it sees too
+    users = set(PROCESS_ARGUMENTS).union(
+        *(use.read - use.declared.keys() for use in uses.values())
     )
+    for own, use in uses.items():
+        reached = _reached(uses, own) if use.declared else {}
+        if use.is_for_others or any(u.is_open for u in reached.values()):
+            continue
+        for name, text in use.declared.items():
+            if name not in users and not any(
+                name in other.read or (file != own and name in other.declared)
+                for file, other in reached.items()
+            ):
+                walk.warn(
+                    f"the launch argument '{name}' is never used",
+                    text,
+                    f'use it as $(var {name}), or remove it',
+                )
+    for name in walk.given:
+        hint = unknown_argument(uses, path, name)
+        if hint is not None:
+            walk.report(undeclared_argument(name, hint))
 
 
 _VARIABLE = re.compile(r'\$\{(\w+)\}')
 
 
-def shell_variables(
-    files: Iterable[LaunchFile | None],
-) -> Iterator[LaunchError]:
+def warn_of_shell_variables(walk: Walk) -> None:
     """
-    Report where `${name}` is written for a launch argument.
+    Warn where `${name}` is written for a launch argument.
 
     What a shell is to run may have variables of its own.
     """
-    read = [file for file in files if file is not None]
+    read = [file for file in walk.files.values() if file is not None]
     suspects = [file for file in read if '${' in file.source.text]
-    if not suspects:
-        return
-    declared = declared_arguments(read)
+    declared = declared_arguments(read) if suspects else set()
     for file in suspects:
         for entity in file.walk():
             if 'shell' in entity.item.texts:
@@ -254,12 +234,12 @@ def shell_variables(
             for text in entity.item.every_text():
                 for written in _VARIABLE.finditer(text.plain):
                     if written[1] in declared:
-                        yield error(
+                        walk.warn(
                             f"'{written[0]}' is no substitution and stays as "
                             'it is',
                             text,
-                            hint=f'write $(var {written[1]})',
-                        ).as_warning()
+                            f'write $(var {written[1]})',
+                        )
 
 
 def warn_of_missing_containers(walk: Walk) -> None:

@@ -108,13 +108,13 @@ def test_namespace(launcher, pushed, own, expected):
     ('attribute', 'message'),
     [
         ("name: «''»", 'cannot be empty'),
-        ('name: «2»', 'starts with a digit'),
+        ('name: «2»', 'start with a digit'),
         ('name: «my-node»', 'letters, digits and underscores'),
         ('name: «a/b»', 'letters, digits and underscores'),
         ('name: «é»', 'letters, digits and underscores'),
-        ('namespace: «a-b»', 'letters, digits, underscores'),
-        ('namespace: «a/2b»', 'starts with a digit'),
-        ('namespace: «a//b»', 'an empty part'),
+        ('namespace: «a-b»', 'letters, digits, '),
+        ('namespace: «a/2b»', 'start with a digit'),
+        ('namespace: «a//b»', 'can be empty'),
         ('namespace: «//»', ''),
     ],
 )
