@@ -7,12 +7,10 @@ from collections.abc import Callable
 from collections.abc import Mapping
 from collections.abc import Sequence
 import math
-from typing import Any
 from typing import NamedTuple
 from typing import TYPE_CHECKING
 from typing import TypeVar
 
-from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.launch_tree import Entity
@@ -50,13 +48,13 @@ class Attributes:
     :param walk: What evaluates their texts
     :param name: The name of the action or list
     :param item: What is written
-    :param table: What the attributes are
+    :param known: The attributes that there are, by name
     :param children: The actions inside of it
     :param length: How many characters stand for it in a message
     """
 
     __slots__ = (
-        '_table',
+        '_known',
         '_values',
         '_walk',
         'children',
@@ -70,12 +68,12 @@ class Attributes:
         walk: 'Walk',
         name: str,
         item: Item,
-        table: '_Table',
+        known: Mapping[str, Attribute],
         children: tuple[Entity, ...] = (),
         length: int = 1,
     ) -> None:
         self._walk = walk
-        self._table = table
+        self._known = known
         self._values: dict[str, Value] = {}
         self.name = name
         self.item = item
@@ -90,7 +88,7 @@ class Attributes:
             walk,
             action.name,
             entity.item,
-            _table(action.attributes),
+            by_name(action.attributes),
             entity.children,
             len(action.name),
         )
@@ -107,7 +105,7 @@ class Attributes:
     def check(self) -> None:
         """Check all attributes that are one text, but its conditions."""
         for name in self.item.texts:
-            if self._table.attributes[name].type not in (
+            if self._known[name].type not in (
                 Type.PLAIN,
                 Type.COMMAND,
                 Type.CONDITION,
@@ -127,9 +125,9 @@ class Attributes:
         if value is None:
             value = self._walk.value(text)
             self._values[name] = value
-            table = self._table
-            if value.text is not None and name in table.checked:
-                self._check(table.attributes[name], value)
+            attribute = self._known[name]
+            if value.text is not None and _is_checked(attribute):
+                self._check(attribute, value)
         return value
 
     def required(self, name: str) -> Value:
@@ -142,8 +140,8 @@ class Attributes:
         """Return a text; empty when it is left out and has no default."""
         text = self.item.texts.get(name)
         if text is None:
-            return self._table.attributes[name].default or ''
-        if text.literal is not None and name not in self._table.checked:
+            return self._known[name].default or ''
+        if text.literal is not None and not _is_checked(self._known[name]):
             return text.literal
         return self.required(name).text
 
@@ -162,8 +160,7 @@ class Attributes:
     def _parsed(self, name: str, parse: Callable[[str], _T]) -> _T | None:
         value = self.value(name)
         if value is None:
-            default: _T | None = self._table.defaults.get(name)
-            return default
+            return parse(self._known[name].default or '')
         return None if value.text is None else parse(value.text)
 
     def items(self, name: str) -> Sequence['Attributes']:
@@ -171,8 +168,8 @@ class Attributes:
         items = self.item.items.get(name)
         if items is None:
             return ()
-        table = _table(items_of(self._table.attributes[name]))
-        return [Attributes(self._walk, name, i, table) for i in items]
+        known = by_name(items_of(self._known[name]))
+        return [Attributes(self._walk, name, i, known) for i in items]
 
     def command(self, name: str) -> list[Word]:
         """Return a command line as arguments."""
@@ -236,6 +233,11 @@ class Attributes:
             self.fail(name, *problem)
 
 
+def _is_checked(attribute: Attribute) -> bool:
+    """Return whether an attribute cannot have any text."""
+    return bool(attribute.values) or attribute.type in _WANTED
+
+
 def _whole(text: str) -> int | None:
     try:
         return int(text)
@@ -261,40 +263,3 @@ _WANTED: Mapping[Type, tuple[Callable[[str], object], str, str | None]] = {
         'write a number >= 0',
     ),
 }
-_TABLES: dict[int, '_Table'] = {}
-
-
-@dataclass(frozen=True, slots=True)
-class _Table:
-    """
-    The attributes of an action or item.
-
-    :param entries: All of them
-    :param attributes: By name
-    :param checked: Those of them that cannot have any text
-    :param defaults: Those of booleans, whole numbers and times
-    """
-
-    entries: tuple[Attribute, ...]
-    attributes: Mapping[str, Attribute]
-    checked: frozenset[str]
-    defaults: Mapping[str, Any]
-
-
-def _table(entries: tuple[Attribute, ...]) -> _Table:
-    # one that is in the table keeps its attributes, and they their id
-    table = _TABLES.get(id(entries))
-    if table is None:
-        table = _TABLES[id(entries)] = _Table(
-            entries,
-            by_name(entries),
-            frozenset(
-                a.name for a in entries if a.values or a.type in _WANTED
-            ),
-            {
-                a.name: _WANTED[a.type][0](a.default or '')
-                for a in entries
-                if a.type in _WANTED
-            },
-        )
-    return table

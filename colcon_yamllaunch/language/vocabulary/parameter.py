@@ -4,6 +4,7 @@
 """The values that parameters of nodes have."""
 
 from collections.abc import Iterable
+from functools import lru_cache
 import json
 
 from colcon_yamllaunch.common.frozen import dataclass
@@ -60,6 +61,7 @@ class Parameter:
         return SetParameter(self.name, value, self.position, self.origins)
 
 
+@lru_cache(maxsize=256)
 def parse_boolean(text: str) -> bool | None:
     """Return the YAML 1.1 boolean, `1` or `0` that a text is, else None."""
     text = text.strip()
