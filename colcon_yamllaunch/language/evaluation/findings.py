@@ -266,8 +266,7 @@ class Findings:
     ) -> None:
         """Note an error at a place in a launch file that may be closed."""
         problem = error(message, place, hint=hint, origins=origins)
-        for include in place.includes:
-            problem = problem.included_from(include)
+        problem = problem.included_from(*place.includes)
         if not is_certain:
             problem = problem.as_warning()
         self.diagnostics.extend(problem.diagnostics)
@@ -275,9 +274,7 @@ class Findings:
     def warn_at(self, place: Place, message: str, hint: str | None) -> None:
         """Note a warning at a place in a launch file that may be closed."""
         problem = error(message, place, hint=hint).as_warning()
-        for include in place.includes:
-            problem = problem.included_from(include)
-        self.report(problem)
+        self.report(problem.included_from(*place.includes))
 
     def place_of(self, at: Span) -> Place:
         """Return a place in the open launch file, for later."""
@@ -294,9 +291,7 @@ class Findings:
 
     def located(self, problem: LaunchError) -> LaunchError:
         """Return a problem with the includes that led to it."""
-        for position in self.includes:
-            problem = problem.included_from(position)
-        return problem
+        return problem.included_from(*self.includes)
 
     def use_package(self, name: str, position: Position) -> None:
         """Note that the launch needs a package."""
@@ -309,9 +304,11 @@ class PlanDraft:
     def __init__(self) -> None:
         self.entries: list[Entry] = []
         self.conditions: list[Condition] = []
-        self._blocks: list[Block] = []
+        #: All blocks so far.
+        self.blocks: list[Block] = []
         self._open_blocks: list[int] = []
-        self._count = 0
+        #: How many processes have got their names.
+        self.process_count = 0
         self._components: set[str] = set()
 
     def plan(self) -> Plan:
@@ -319,7 +316,7 @@ class PlanDraft:
         return with_labels(
             Plan(
                 tuple(self.entries),
-                tuple(self._blocks),
+                tuple(self.blocks),
                 tuple(self.conditions),
             )
         )
@@ -334,8 +331,8 @@ class PlanDraft:
         self, kind: str, title: str, position: Position
     ) -> Iterator[None]:
         """Note a block for the time of the context."""
-        self._blocks.append(Block(kind, title, position, self.block))
-        self._open_blocks.append(len(self._blocks) - 1)
+        self.blocks.append(Block(kind, title, position, self.block))
+        self._open_blocks.append(len(self.blocks) - 1)
         try:
             yield
         finally:
@@ -344,12 +341,7 @@ class PlanDraft:
     def name_block(self, title: str) -> None:
         """Give the block that is open another title."""
         index = self._open_blocks[-1]
-        self._blocks[index] = replace(self._blocks[index], title=title)
-
-    @property
-    def blocks(self) -> tuple[Block, ...]:
-        """All blocks so far."""
-        return tuple(self._blocks)
+        self.blocks[index] = replace(self.blocks[index], title=title)
 
     def go_on_in(self, block: int | None) -> None:
         """Let what comes stand in a block that was there before."""
@@ -365,9 +357,9 @@ class PlanDraft:
         """Forget what was added since a snapshot."""
         self.entries[:] = before.entries
         self.conditions[:] = before.conditions
-        self._blocks[:] = before._blocks
+        self.blocks[:] = before.blocks
         self._open_blocks[:] = before._open_blocks
-        self._count = before._count
+        self.process_count = before.process_count
         self._components = set(before._components)
 
     @contextmanager
@@ -381,19 +373,14 @@ class PlanDraft:
         finally:
             self.entries = before
 
-    @property
-    def process_count(self) -> int:
-        """How many processes have got their names."""
-        return self._count
-
     def process_name(self, program: str) -> str:
         """
         Return what ROS 2 calls the next process.
 
         The number counts all processes of the launch, as in ROS 2.
         """
-        self._count += 1
-        return f'{program}-{self._count}'
+        self.process_count += 1
+        return f'{program}-{self.process_count}'
 
     def reserve_labels(self, labels: Iterable[str]) -> None:
         """Take note of labels that no further component gets."""

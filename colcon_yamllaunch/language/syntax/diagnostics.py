@@ -66,11 +66,11 @@ class LaunchError(Exception):
         super().__init__(diagnostics[0].message)
         self.diagnostics = diagnostics
 
-    def included_from(self, position: Position) -> 'LaunchError':
-        """Return the same error with one more include in its chain."""
-        return LaunchError(
+    def included_from(self, *positions: Position) -> 'LaunchError':
+        """Return the same error with more includes in its chain."""
+        return type(self)(
             *(
-                replace(d, includes=(*d.includes, position))
+                replace(d, includes=(*d.includes, *positions))
                 for d in self.diagnostics
             )
         )
