@@ -43,6 +43,15 @@ class Played:
         """Let a launch file do something."""
         self.plays[path or self.path] = play
 
+    def says(self, *messages: Message, end: Message | None = None) -> None:
+        """Let the launch file say the same each time."""
+
+        def play(_request: Message) -> Play:
+            yield from messages
+            return end
+
+        self.does(play)
+
     def _play(self, request: Message) -> Play:
         play = self.plays.get(request.get('path', request['do']), _nothing)
         return play(request)

@@ -34,14 +34,13 @@ def handlers(played: Played, *which: object) -> Message:
 def begun(played: Played, **plays: object) -> tuple[Plan, GrowingLaunch]:
     """Evaluate a file with a handler and a call."""
 
-    def play(_request: Message) -> Play:
-        yield process(1, node='/talker')
-        yield {'say': 'begin', 'kind': 'group', 'title': ''}
-        yield {'say': 'call', 'number': 4, 'title': 'more'}
-        yield {'say': 'end'}
-        yield handlers(played, 1, 'later')
-
-    played.does(play)
+    played.says(
+        process(1, node='/talker'),
+        {'say': 'begin', 'kind': 'group', 'title': ''},
+        {'say': 'call', 'number': 4, 'title': 'more'},
+        {'say': 'end'},
+        handlers(played, 1, 'later'),
+    )
     for name, its in plays.items():
         played.plays[name] = its  # type: ignore[assignment]
     evaluation = played.good()

@@ -71,11 +71,7 @@ def test_a_check_visits_with_what_is_known(played: Played) -> None:
 
 
 def test_a_check_tells_what_is_wrong(played: Played) -> None:
-    def play(_request: Message) -> Play:
-        yield from ()
-        return {'error': {'text': 'ValueError: no', 'frames': []}}
-
-    played.does(play)
+    played.says(end={'error': {'text': 'ValueError: no', 'frames': []}})
     (error,) = played.check().diagnostics
     assert (error.severity, error.message) == ('error', 'ValueError: no')
     assert len(error.includes) == 1
@@ -90,11 +86,7 @@ def test_a_check_tells_what_is_wrong(played: Played) -> None:
 
 
 def test_a_check_without_a_required_argument(played: Played) -> None:
-    def play(_request: Message) -> Play:
-        yield from ()
-        return {'error': {'text': 'no', 'argument': 'robot'}}
-
-    played.does(play)
+    played.says(end={'error': {'text': 'no', 'argument': 'robot'}})
     (warning,) = played.check_itself().diagnostics
     assert warning.severity == 'warning'
     assert "'robot' is required" in warning.message
@@ -103,11 +95,9 @@ def test_a_check_without_a_required_argument(played: Played) -> None:
 
 
 def test_a_check_of_what_cannot_be_visited(played: Played) -> None:
-    def play(_request: Message) -> Play:
-        yield process(1, node='/n')
-        return {'refused': 'it needs the event loop'}
-
-    played.does(play)
+    played.says(
+        process(1, node='/n'), end={'refused': 'it needs the event loop'}
+    )
     (warning,) = played.check_itself().diagnostics
     assert warning.message == (
         'a launch file in Python cannot be checked: it needs the event loop'
@@ -171,11 +161,7 @@ def test_arguments_are_listed(played: Played) -> None:
 
 
 def test_a_listing_of_what_cannot_be_read(played: Played) -> None:
-    def play(_request: Message) -> Play:
-        yield from ()
-        return {'error': {'text': 'ValueError: no', 'frames': []}}
-
-    played.does(play)
+    played.says(end={'error': {'text': 'ValueError: no', 'frames': []}})
     declared = played.declared(
         'launch:\n- arg: {name: a}\n'
         '- include: {file: robot.launch.py, if: $(var a)}'

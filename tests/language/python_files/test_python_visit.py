@@ -33,11 +33,11 @@ from tests.language.python_files.conftest import Played
 
 
 def test_a_process_is_one_of_the_plan(played: Played) -> None:
-    def play(_request: Message) -> Play:
-        at = position(played.path, 7, 9)
-        value = {'name': 'rate', 'value': 1.0, 'position': at}
-        words = ['/bin/talker', {'content': 'rate: 1', 'parameters': [value]}]
-        yield process(
+    at = position(played.path, 7, 9)
+    value = {'name': 'rate', 'value': 1.0, 'position': at}
+    words = ['/bin/talker', {'content': 'rate: 1', 'parameters': [value]}]
+    played.says(
+        process(
             3,
             argv=words,
             position=at,
@@ -48,8 +48,7 @@ def test_a_process_is_one_of_the_plan(played: Played) -> None:
             node='/ns/talker',
             parameters=[value],
         )
-
-    played.does(play)
+    )
     evaluation = played.good(
         'launch:\n- executable: {cmd: echo}\n'
         '- include: {file: robot.launch.py}\n- executable: {cmd: echo}\n'
@@ -83,10 +82,10 @@ def test_blocks_timers_and_the_rest(played: Played) -> None:
     at = position(played.path, 2, 3)
     place = Position(played.path, 2, 3)
 
-    def play(_request: Message) -> Play:
-        yield {'say': 'condition', 'text': 'x', 'taken': True, 'position': at}
-        yield {'say': 'begin', 'kind': 'group', 'title': '', 'position': at}
-        yield {
+    played.says(
+        {'say': 'condition', 'text': 'x', 'taken': True, 'position': at},
+        {'say': 'begin', 'kind': 'group', 'title': '', 'position': at},
+        {
             'say': 'begin',
             'kind': 'timer',
             'title': '',
@@ -94,20 +93,20 @@ def test_blocks_timers_and_the_rest(played: Played) -> None:
             'period': 2.5,
             'cancel_on_shutdown': False,
             'on_ros_time': True,
-        }
-        yield process(1, position=at)
-        yield {'say': 'end'}
-        yield {'say': 'end', 'title': 'namespace /a'}
-        yield {'say': 'message', 'level': 'INFO', 'text': 'hello'}
-        yield {
+        },
+        process(1, position=at),
+        {'say': 'end'},
+        {'say': 'end', 'title': 'namespace /a'},
+        {'say': 'message', 'level': 'INFO', 'text': 'hello'},
+        {
             'say': 'change_state',
             'node': '/n',
             'transition': 'configure',
             'position': at,
-        }
-        yield {'say': 'signal', 'process': 1, 'signal': 2, 'position': at}
-        yield {'say': 'signal', 'process': 9, 'signal': 2, 'position': at}
-        yield {
+        },
+        {'say': 'signal', 'process': 1, 'signal': 2, 'position': at},
+        {'say': 'signal', 'process': 9, 'signal': 2, 'position': at},
+        {
             'say': 'component',
             'id': 2,
             'container': '/box',
@@ -118,12 +117,11 @@ def test_blocks_timers_and_the_rest(played: Played) -> None:
             'remaps': ['x:=y'],
             'parameters': [{'name': 'p', 'value': [1, 2]}],
             'position': at,
-        }
-        yield {'say': 'something', 'new': 1}
-        yield {'say': 'call', 'number': 4, 'title': 'it', 'position': at}
-        yield {'say': 'shutdown', 'reason': 'done'}
-
-    played.does(play)
+        },
+        {'say': 'something', 'new': 1},
+        {'say': 'call', 'number': 4, 'title': 'it', 'position': at},
+        {'say': 'shutdown', 'reason': 'done'},
+    )
     evaluation = played.evaluate()
     plan = evaluation.plan
     timer, _, state, sign, component, call, shutdown = plan.entries
@@ -411,13 +409,12 @@ def refused(played: Played) -> None:
     program.chmod(0o755)
     played.launcher.environment['PATH'] = str(program.parent)
 
-    def play(request: Message) -> Play:
-        yield process(1, node='/n')
-        yield {'say': 'warning', 'text': 'odd'}
-        yield {'say': 'begin', 'kind': 'group', 'title': ''}
-        return {'refused': 'Odd needs the event loop'}
-
-    played.does(play)
+    played.says(
+        process(1, node='/n'),
+        {'say': 'warning', 'text': 'odd'},
+        {'say': 'begin', 'kind': 'group', 'title': ''},
+        end={'refused': 'Odd needs the event loop'},
+    )
 
 
 def test_what_it_refuses_runs_as_a_process(played: Played) -> None:
@@ -495,10 +492,7 @@ def test_arguments_that_nothing_declares(played: Played) -> None:
         "DeclareLaunchArgument('rate')\nLaunchConfiguration('mode')\n",
     )
 
-    def play(_request: Message) -> Play:
-        yield {'say': 'argument', 'name': 'said'}
-
-    played.does(play)
+    played.says({'say': 'argument', 'name': 'said'})
     (warning,) = played.evaluate_itself(
         rate='1', mode='x', said='y', rat='2'
     ).diagnostics
@@ -523,11 +517,8 @@ def test_paths_that_are_not_installed_yet(played: Played) -> None:
 
 
 def test_nodes_of_one_name_are_warned_of(played: Played) -> None:
-    def play(_request: Message) -> Play:
-        at = position(played.path, 2, 3)
-        yield process(1, node='/n', position=at)
-
-    played.does(play)
+    at = position(played.path, 2, 3)
+    played.says(process(1, node='/n', position=at))
     (warning,) = played.evaluate(
         'launch:\n- node: {pkg: alpha, exec: talker, name: n, namespace: /}\n'
         '- include: {file: robot.launch.py}\n'
@@ -570,29 +561,25 @@ def test_the_host_is_started_anew_for_each_evaluation(
     'name', ['respawn_delay', 'sigterm_timeout', 'sigkill_timeout']
 )
 def test_a_time_of_a_process_is_a_number(played: Played, name: str) -> None:
-    def play(_request: Message) -> Play:
-        at = position(played.path, 3, 5)
-        yield process(1, position=at, **{name: float('nan')})
-
-    played.does(play)
+    at = position(played.path, 3, 5)
+    played.says(process(1, position=at, **{name: float('nan')}))
     (problem,) = played.evaluate().diagnostics
     assert problem.message == f"'{name}' is not a number"
     assert problem.position == Position(played.path, 3, 5)
 
 
 def test_the_period_of_a_timer_is_a_number(played: Played) -> None:
-    def play(_request: Message) -> Play:
-        at = position(played.path, 2, 3)
-        period = float('nan')
-        yield {
+    at = position(played.path, 2, 3)
+    period = float('nan')
+    played.says(
+        {
             'say': 'begin',
             'kind': 'timer',
             'position': at,
             'period': period,
-        }
-        yield process(1, position=at)
-        yield {'say': 'end'}
-
-    played.does(play)
+        },
+        process(1, position=at),
+        {'say': 'end'},
+    )
     (problem,) = played.evaluate().diagnostics
     assert problem.message == "'period' is not a number"
