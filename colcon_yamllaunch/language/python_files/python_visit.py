@@ -147,11 +147,6 @@ _QUOTED = re.compile(r"'([^']*)'|\"([^\"]*)\"")
 class MissingArgumentError(LaunchError):
     """A launch argument that has no default is not given."""
 
-    def included_from(self, position: Position) -> 'LaunchError':
-        """Return the same error with one more include in its chain."""
-        problem = super().included_from(position)
-        return MissingArgumentError(*problem.diagnostics)
-
 
 def python_error(
     walk: Walk, said: WorkerMessage, start: Position
@@ -669,7 +664,7 @@ class GrowingLaunch:
         labels |= {c.label for c in grown.components()}
         self._labels |= labels
         walk.draft.reserve_labels(labels)
-        return Growth(grown.entries, tuple(problems), walk.draft.blocks)
+        return Growth(grown.entries, tuple(problems), tuple(walk.draft.blocks))
 
 
 def growing_launch(
