@@ -60,7 +60,7 @@ LONGEST_PAUSE = 5.0
 #: longest usual timeouts.
 STOPPED_AFTER = 20.0
 #: Bytes that may wait for a screen that takes no more; a machine that sends
-#: more without being told to is broken.
+#: more than it may is broken.
 MAXIMUM_HELD = 64 * 1024 * 1024
 #: Seconds that a machine gets at the end to see that nothing is left there.
 CLOSE_TIMEOUT = 2.0
@@ -76,7 +76,8 @@ _ACKNOWLEDGED = 512 * 1024
 _GUARD_MARGIN = 5.0
 _READ = 256 * 1024
 _SUBSCRIBED = 'subscribed'
-#: Heartbeats that are looked back at; the fastest of them tells most.
+#: How many heartbeats the difference of the clocks is estimated from; the
+#: fastest of them is the best.
 _LOOKED_AT = 30
 #: The seconds of a time that still has a date (year 9999).
 _LAST = 253_402_300_799.0
@@ -201,7 +202,7 @@ class MachineLink:
 
     def send(self, request: Mapping[str, Any]) -> int:
         """
-        Have a request arrive there, exactly once.
+        Send a request, which is executed exactly once.
 
         :return: The `id` that its answer will have
         """
@@ -240,7 +241,7 @@ class MachineLink:
             self._ping()
 
     def ended(self, pid: int, outcome: Outcome) -> None:
-        """Take into account that a connection process ended."""
+        """Handle the end of a connection process."""
         known = self._ending.pop(pid, None)
         if known is not None:
             known.status = 0
@@ -312,16 +313,16 @@ class MachineLink:
             for message in self._reader.feed(data):
                 self._heard = time.monotonic()
                 if self._is_relayed:
-                    self._take(message)
+                    self._handle(message)
                 else:
-                    self._take_reply(message)
+                    self._handle_reply(message)
                 if self._process is not process or process is None:
                     return
         except ProtocolError as error:
             self._give_up(f'the connection is damaged: {error}')
 
-    def _take_reply(self, content: Mapping[str, Any]) -> None:
-        """Take what the program there says before the part does."""
+    def _handle_reply(self, content: Mapping[str, Any]) -> None:
+        """Handle a reply of the agent, before the part sends something."""
         match content:
             case {'reply': _, 'error': str(error)}:
                 if self._plan is None:
@@ -343,7 +344,7 @@ class MachineLink:
                 self._subscribe()
 
     def _subscribe(self) -> None:
-        """Have the part send what was not passed on."""
+        """Subscribe to what was not passed on."""
         self._is_relayed = True
         self._pings.clear()
         # what waits comes once more
@@ -362,9 +363,9 @@ class MachineLink:
         )
         self._put(protocol.encode(request))
 
-    def _take(self, message: dict[str, Any]) -> None:
+    def _handle(self, message: dict[str, Any]) -> None:
         """
-        Take a message of the part.
+        Handle a message of the part.
 
         :raises ProtocolError: when it makes no sense
         """
@@ -385,7 +386,7 @@ class MachineLink:
 
     def _note_clock(self, clock: object) -> None:
         """
-        Take the answer to a ping.
+        Handle the answer to a ping.
 
         :raises ProtocolError: when it makes no sense
         """
@@ -395,7 +396,7 @@ class MachineLink:
 
     def _queue(self, message: dict[str, Any]) -> None:
         """
-        Have a message passed on.
+        Queue a message for the handler.
 
         :raises ProtocolError: when too many wait already
         """
@@ -540,7 +541,7 @@ class MachineLink:
     # loss
 
     def _lose(self, reason: str) -> None:
-        """Take into account that the connection is of no use any more."""
+        """Handle the loss of the connection."""
         process = self._process
         if process is not None:
             self._drop_connection(process)
@@ -557,7 +558,7 @@ class MachineLink:
             self._handler.lost(reason)
         self._retry_later(pause)
         if self._plan is not None and self.machine.on_lost != 'restart':
-            # who asked for it is told
+            # the requester gets the reason
             self._give_up(reason)
         elif not self.can_start_again:
             self._give_up(f'{reason}; its allocation has ended')
@@ -627,7 +628,7 @@ class MachineLink:
         return rest
 
     def _drop_connection(self, process: ConnectProcess) -> None:
-        """Have a connection end, which is reaped later."""
+        """Close a connection, whose process is reaped later."""
         self._process = None
         self._bootstrap = None
         self._is_subscribed = False
@@ -649,7 +650,7 @@ class MachineLink:
             self._loop.call_later(CLOSE_TIMEOUT, self._kill, pid)
 
     def _give_up(self, reason: str) -> None:
-        """Take into account that nothing more comes, for whatever reason."""
+        """End the link for good, for any reason."""
         if self._process is not None:
             self._drop_connection(self._process)
         self._finish(reason)
@@ -679,7 +680,7 @@ class ClockDifference:
 
     def note(self, sent: float, theirs: float) -> None:
         """
-        Take the answer to a heartbeat.
+        Note the answer to a heartbeat.
 
         :param sent: When that was sent, by our clock
         :param theirs: When it was answered, by the other clock

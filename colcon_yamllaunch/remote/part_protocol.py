@@ -60,7 +60,7 @@ class Show(PartCommand[Done]):
 
 @dataclass(frozen=True, slots=True)
 class Hide(PartCommand[Done]):
-    """Send that no more."""
+    """Stop sending what `Show` has asked for."""
 
     name: ClassVar[str] = 'hide'
     is_public: ClassVar[bool] = False

@@ -18,6 +18,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 import os
+from pathlib import Path
 import signal
 import termios
 import time
@@ -64,7 +65,7 @@ MAXIMUM_REQUESTS = 1000
 
 class RemotePart:
     """
-    The part of the launch that runs on one machine; see `Engine`.
+    The part of the launch that runs on one machine.
 
     :param plan: The plan of the part, with the paths of this computer
     :param localised: Returns a plan with the paths of that machine
@@ -150,7 +151,7 @@ class RemotePart:
         self.send(commands.Resize(size.columns, size.lines))
 
     def end_turn(self) -> None:
-        """Go on with output that the screen takes again."""
+        """Continue with output that the screen accepts again."""
         if self._held:
             # while all is stopped, there is not much that may still come
             is_stopping = self._launch.is_stopping
@@ -173,7 +174,7 @@ class RemotePart:
         reply: Callable[[commands.Response | commands.Refused], object] = bool,
     ) -> None:
         """
-        Send a command, and pass on the response; see `Engine`.
+        Send a command, and pass on the response.
 
         :raises RefusedError: when it cannot be sent now
         """
@@ -214,14 +215,14 @@ class RemotePart:
     def suspend(self, is_suspended: bool) -> None:
         """Hold all processes, or let them go on."""
         if is_suspended:
-            # told when the launch goes on, as it hears nothing meanwhile
+            # the machine reports it when the launch goes on
             self._suspended |= {process.label for process in self._running()}
         elif self._deadline is not None:
             self._limit_end()
         self.send(commands.Hold(is_suspended))
 
     def finish(self) -> None:
-        """Have it end, as the launch is over."""
+        """Ask it to end, as the launch is over."""
         if not self._is_finishing:
             self._is_finishing = True
             if self._deadline is None and not self._has_timers:
@@ -272,23 +273,23 @@ class RemotePart:
         return state is not None and state.terminal
 
     def input_modes(self, label: str) -> int | None:
-        """Return the local modes of a terminal as it was told last."""
+        """Return the local modes of a terminal as it was sent last."""
         return self._modes.get(label) if self.has_keyboard(label) else None
 
     # changes of the plan
 
     def extend(self, plan: Plan) -> None:
         """
-        Take more into the part.
+        Add entries to the part.
 
-        :raises ValueError: when a label is taken
+        :raises RefusedError: when a label is taken
         """
         self._add(plan.entries)
         self._is_idle = False
         self.send(commands.Extend(self._localised(plan).entries))
 
     def revise(self, part: Process | Component, *, at_once: bool) -> None:
-        """Have a part of it be another one from its next start on."""
+        """Replace a part of it from its next start on."""
         if at_once:
             self._plan_part(part)
         else:
@@ -372,19 +373,18 @@ class RemotePart:
         if not isinstance(command, commands.Describe):
             return response_of(command, answer)
         # few ask for that
-        from colcon_yamllaunch.engine.description import received_description
 
-        told = answer.get('description')
-        if not isinstance(told, Mapping):
+        described = answer.get('description')
+        if not isinstance(described, Mapping):
             return commands.Refused(
                 f'{self.machine.name} does not describe it'
             )
         part = self.part(command.process)
         log = self._launch.state.log_files.get(part.label)
-        described = received_description(
-            part, told, self._launch.blocks, str(log) if log else None
+        description = told_description(
+            part, described, self._launch.blocks, Path(log) if log else None
         )
-        return commands.Described(described)
+        return commands.Described(description)
 
     def measure(self, done: Callable[[], None]) -> None:
         """
@@ -409,7 +409,7 @@ class RemotePart:
             return
         try:
             with self._at(message.get('time')):
-                self._take_message(message)
+                self._handle_message(message)
         except EventError as error:
             self._give_up(f'what comes from it makes no sense: {error}')
 
@@ -429,7 +429,7 @@ class RemotePart:
             return
         key = (label, stream)
         with self._at(seconds):
-            self._launch.feed_output(process, stream, data)
+            self._launch.take_output(process, stream, data)
         if not (self._launch.accepts(key) or self._launch.is_stopping):
             if not self._held:
                 self.link.hold(True)
@@ -438,18 +438,18 @@ class RemotePart:
     @contextmanager
     def _at(self, seconds: object) -> Iterator[None]:
         """Give what is emitted meanwhile the time at which it happened."""
-        event_time = self._launch.event_time
+        moment = self._launch.moment
         # what comes as fast as it can has the time of here, so that times grow
         if isinstance(seconds, int | float):
             is_late = 0 < seconds < time.time() - LATE
-            event_time.past = float(seconds) if is_late else None
+            moment.past = float(seconds) if is_late else None
         try:
             yield
         finally:
-            event_time.past = None
+            moment.past = None
 
     def lost(self, reason: str) -> None:
-        """Take into account that nothing is heard of the machine."""
+        """Handle a lost connection; the link tries to connect again."""
         if self.link_state == 'up':
             self.link_state = 'lost'
             self.reason = printable(reason)
@@ -459,7 +459,7 @@ class RemotePart:
             self._refuse_all(self._why_not())
 
     def back(self, seconds: float) -> None:
-        """Take into account that it is heard of again."""
+        """Handle a new connection, after some seconds without one."""
         if self.link_state == 'lost':
             self.link_state = 'up'
             self.reason = ''
@@ -473,7 +473,7 @@ class RemotePart:
                 self._answer_waiting(commands.DONE)
 
     def gone(self, reason: str) -> None:
-        """Take into account that it is not heard of any more."""
+        """Handle the end of the link: the part has ended, or is given up."""
         if self.is_over:
             return
         self._end(self._stopped_for or reason)
@@ -524,7 +524,7 @@ class RemotePart:
         return plan_to_json(self._localised(plan))
 
     def _send_missing(self, labels: Collection[str]) -> None:
-        """Have the part run what it does not have."""
+        """Send the part what it does not have yet."""
         if not labels:
             return
         plan = self._plan_of(labels)
@@ -557,7 +557,7 @@ class RemotePart:
                 yield self.part(entry.label)
 
     def _expect(self, plan: Plan) -> set[str]:
-        """Take into account that all of a plan is started anew."""
+        """Note that all of a plan is started again; return its labels."""
         parts = _parts_of(plan)
         for part in parts:
             self._plan_part(part)
@@ -600,15 +600,15 @@ class RemotePart:
         if is_needed and not self._restarts:
             launch.shut_down(f'{name} is gone')
 
-    def _take_message(self, message: Mapping[str, Any]) -> None:
+    def _handle_message(self, message: Mapping[str, Any]) -> None:
         """
-        Take a message.
+        Handle a message.
 
         :raises EventError: when it makes no sense
         """
         match message:
             case {'event': event}:
-                self._take_event(self._reader.read(event))
+                self._handle_event(self._reader.read(event))
             case {'ok': _, 'id': number}:
                 done = self._replies.pop(number, None)
                 if done is not None:
@@ -639,7 +639,7 @@ class RemotePart:
             case _:
                 raise EventError('a message is of no known kind')
 
-    def _take_event(self, event: events.Event) -> None:
+    def _handle_event(self, event: events.Event) -> None:
         match event:
             case events.Idle(is_idle=is_idle):
                 self._is_idle = is_idle
@@ -648,7 +648,7 @@ class RemotePart:
                 self._give_up(reason)
                 return
             case events.Ended():
-                self._take_end()
+                self._handle_end()
                 return
             case events.ShuttingDown(reason=reason) if reason.startswith(
                 part_protocol.LINK_LOST
@@ -657,7 +657,7 @@ class RemotePart:
                 self._stopped_for = 'it stopped its part as the link was lost'
                 return
             case events.ShuttingDown():
-                # ours are told first, and stop what runs there; else
+                # a shutdown of ours stops what runs there first; else
                 # something that ended there is to end everything
                 if not self._launch.is_stopping:
                     self._launch.shut_down(event.reason)
@@ -691,15 +691,15 @@ class RemotePart:
             self._forget(event.process.label)
 
     def _is_ours(self, event: events.Suspended) -> bool:
-        """Tell whether a process is held, or goes on, with the launch."""
+        """Return whether a process is held, or goes on, with the launch."""
         label = event.process.label
         is_ours = label in self._suspended
         if event.signal != signal.SIGSTOP:
             self._suspended.discard(label)
         return is_ours
 
-    def _take_end(self) -> None:
-        """Take note that the part has ended; what failed was emitted."""
+    def _handle_end(self) -> None:
+        """Handle the end of the part; failures were emitted before."""
         if self._stopped_for and not self._launch.is_stopping:
             # the end of the link follows, and is a loss
             return
@@ -718,14 +718,14 @@ class RemotePart:
 
     def _add(self, entries: Sequence[Entry]) -> None:
         """
-        Take what stands in a plan.
+        Add the entries of a plan.
 
-        :raises ValueError: when a label is taken
+        :raises RefusedError: when a label is taken
         """
         more = _parts_of(Plan(tuple(entries)))
         for part in more:
             if part.label in self._parts:
-                raise ValueError(f'there is a process {part.label} already')
+                raise RefusedError(f'there is a process {part.label} already')
         for part in more:
             self._plan_part(part)
         self._has_timers |= _has_lasting_timers(entries)
@@ -821,7 +821,7 @@ class RemotePart:
         )
 
     def _limit_end(self) -> None:
-        """Have it end within the time that what is there takes for that."""
+        """Limit the time until its end by the timeouts of its processes."""
         timeouts = map(timeouts_of, self.processes())
         longest = max((t.sigterm + t.sigkill for t in timeouts), default=0.0)
         if self._deadline is not None:
@@ -846,7 +846,7 @@ class RemotePart:
         self.link.close()
 
     def _guard_link(self) -> None:
-        """Have the processes of the link end with the launcher."""
+        """Let the guard of the launch stop the processes of the link."""
         pids = self.link.pids
         if pids == self._guarded:
             return
@@ -866,7 +866,7 @@ def _parts_of(plan: Plan) -> list[Process | Component]:
 
 
 def _has_lasting_timers(entries: Iterable[Entry]) -> bool:
-    """Tell whether there is a timer that a shutdown does not drop."""
+    """Return whether there is a timer that a shutdown does not drop."""
     return any(
         not e.cancel_on_shutdown or _has_lasting_timers(e.entries)
         for e in entries

@@ -111,7 +111,7 @@ class RemoteParts(Participant, Keyboards):
             part.begin(size)
 
     def handle(self, event: events.Event) -> None:
-        """Take note of what happened."""
+        """Send the machines a shutdown that happened here."""
         if isinstance(event, events.ShuttingDown):
             for part in self.parts:
                 part.stop(
@@ -121,12 +121,12 @@ class RemoteParts(Participant, Keyboards):
                 )
 
     def end_turn(self) -> None:
-        """Go on with output that the screen takes again."""
+        """Continue with output that the screen accepts again."""
         for part in self.parts:
             part.end_turn()
 
     def is_waiting(self) -> bool:
-        """Tell whether the launch is to go on, though nothing runs here."""
+        """Return whether the launch is to go on, though nothing runs here."""
         if not self._launch.is_stopping:
             return any(part.is_busy for part in self.parts)
         for part in self.parts:
@@ -141,7 +141,7 @@ class RemoteParts(Participant, Keyboards):
                 part.close()
 
     def disown(self) -> None:
-        """Have nothing to do with the links, in a fork of this process."""
+        """Detach a fork of this process from the links."""
         for part in self.parts:
             part.link.disown()
 
@@ -263,10 +263,7 @@ class RemoteParts(Participant, Keyboards):
         placed = self._place_more(entries)
         for name, plan in placed.parts.items():
             if name in self._parts:
-                try:
-                    give(self._parts[name], plan)
-                except ValueError as error:
-                    raise RefusedError(str(error)) from error
+                give(self._parts[name], plan)
         return placed.local.entries
 
     def _tree(self) -> commands.PlanTree:
@@ -291,7 +288,7 @@ class RemoteParts(Participant, Keyboards):
     # keyboards
 
     def has_keyboard(self, label: str) -> bool:
-        """Tell whether keys can be typed at a process now."""
+        """Return whether keys can be typed at a process now."""
         found = self._found(label)
         return found is not None and found[0].has_keyboard(found[1])
 
@@ -301,11 +298,11 @@ class RemoteParts(Participant, Keyboards):
         return None if found is None else found[0].input_modes(found[1])
 
     def attach(self, label: str) -> None:
-        """Have its terminal watched, as somebody is attached to it."""
+        """Watch the terminal of a process, as somebody is attached to it."""
         self._send(Show(label))
 
     def detach(self, label: str) -> None:
-        """Have it watched no more."""
+        """Stop watching the terminal of a process."""
         self._send(Hide(label))
 
     def type(self, label: str, keys: bytes) -> None:

@@ -70,7 +70,7 @@ class LauncherChannel:
 
         :param others: Descriptors with what they are waited for
         :param seconds: How long to wait at most
-        :param listens: Whether something is taken of the launcher
+        :param listens: Whether to read from the launcher
         :raises LauncherGoneError: when the launcher is gone
         """
         poll = select.poll()
@@ -130,7 +130,7 @@ def stream_message(data: bytes) -> bytes:
 
 def send(content: Mapping[str, Any], descriptor: int = 1) -> None:
     """
-    Tell the launcher something.
+    Send the launcher a message.
 
     :raises LauncherGoneError: when it is gone
     """
@@ -187,7 +187,7 @@ def redirect_to_null(*descriptors: int) -> None:
 
 
 def say_through(descriptor: int) -> Say:
-    """Return what tells the launcher lines that go with a request."""
+    """Return a function that sends the launcher lines of progress."""
 
     def say(text: str) -> None:
         send({'line': text}, descriptor)

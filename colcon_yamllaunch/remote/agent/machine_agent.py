@@ -46,9 +46,9 @@ from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.remote.agent import launcher_channel
 from colcon_yamllaunch.remote.agent.launcher_channel import LauncherChannel
 from colcon_yamllaunch.remote.agent.launcher_channel import LauncherGoneError
-from colcon_yamllaunch.remote.agent.part_place import end_in_any_case
-from colcon_yamllaunch.remote.agent.part_place import end_what_is_left
-from colcon_yamllaunch.remote.agent.part_place import PartPlace
+from colcon_yamllaunch.remote.agent.part_sockets import PartSockets
+from colcon_yamllaunch.remote.agent.part_sockets import stop_orphans
+from colcon_yamllaunch.remote.agent.part_sockets import stop_orphans_in_fork
 
 if TYPE_CHECKING:
     from subprocess import Popen
@@ -100,7 +100,7 @@ def main(temporary: str) -> None:
 
 def _hang_up(_number: int, _frame: object) -> None:
     """
-    Have the launcher seem gone; that is seen where it is waited for.
+    Close the connection; whoever reads from the launcher notices that.
 
     An exception would come anywhere, also where what was started is ended.
     """
@@ -111,7 +111,7 @@ def _idle(launcher: LauncherChannel) -> None:
     """Do what can be done before it is asked for, as that takes a while."""
     from colcon_yamllaunch.remote.agent import part  # noqa: F401
 
-    _end_what_others_left()
+    _stop_other_orphans()
     if not launcher.program:
         remove_unused_programs(Path(__file__).parents[3])
 
@@ -147,7 +147,7 @@ def _result_of(
         begin = time.time()
         _set_up(launcher, content.get('setup'))
         facts = _hello(content)
-        # who asks tells from that how far our clock is ahead
+        # the launcher computes from that how far our clock is ahead
         clock = time.time()
         return {**facts, 'clock': clock, 'took': clock - begin}
     if name == 'stream':
@@ -156,7 +156,7 @@ def _result_of(
         from colcon_yamllaunch.remote.agent import part_link
 
         if name == 'start':
-            _end_what_others_left()
+            _stop_other_orphans()
         part_link.relay(launcher, content)
         raise LauncherGoneError
     call_function(launcher, name, content)
@@ -218,11 +218,11 @@ def _complete_environment() -> None:
 
 
 @cache
-def _end_what_others_left() -> None:
+def _stop_other_orphans() -> None:
     """End parts whose engine and guard were killed, in another process."""
     try:
-        place = PartPlace(os.environ)
-        identities = list(place.left_behind())
+        sockets = PartSockets(os.environ)
+        identities = list(sockets.orphaned())
     except (OSError, UserError):
         # who needs it says so
         return
@@ -231,8 +231,8 @@ def _end_what_others_left() -> None:
             os.setsid()
             launcher_channel.redirect_to_null(0, 1, 2)
             for identity in identities:
-                end_what_is_left(identity)
-                place.remove(identity)
+                stop_orphans(identity)
+                sockets.remove(identity)
         os._exit(0)
 
 
@@ -266,7 +266,7 @@ def call_function(
             code = _call(function, content, its)
             if os.getppid() != agent:
                 # killed, and nobody else ends what was started
-                end_in_any_case(identity, 0, _TIMEOUTS)
+                stop_orphans_in_fork(identity, 0, _TIMEOUTS)
         finally:
             os._exit(code)
     os.close(its)
@@ -279,7 +279,7 @@ def call_function(
             launcher_channel.write(bytes(lines[:end]))
             del lines[:end]
     except LauncherGoneError:
-        end_in_any_case(identity, pid, _TIMEOUTS)
+        stop_orphans_in_fork(identity, pid, _TIMEOUTS)
         raise
     finally:
         os.close(ours)
@@ -353,7 +353,7 @@ def run_program(
         _pass_on(launcher, process)
         code = process.wait()
     except LauncherGoneError:
-        end_in_any_case(identity, process.pid, _PROGRAM_TIMEOUTS)
+        stop_orphans_in_fork(identity, process.pid, _PROGRAM_TIMEOUTS)
         raise
     return {'code': code if code >= 0 else 128 - code}
 

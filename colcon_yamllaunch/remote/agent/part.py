@@ -10,6 +10,7 @@ part begins when the launcher has subscribed, and ends when the launcher has
 asked for that, or is lost.
 """
 
+from collections.abc import Callable
 from collections.abc import Mapping
 from contextlib import suppress
 import os
@@ -26,9 +27,11 @@ from colcon_yamllaunch.common.codec import from_json
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.control import resource_usage
-from colcon_yamllaunch.control.client_connection import Client
 from colcon_yamllaunch.control.journal import Journal
+from colcon_yamllaunch.control.server import listen
 from colcon_yamllaunch.control.server import Server
+from colcon_yamllaunch.control.service import Service
+from colcon_yamllaunch.control.subscribers import Holder
 from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.engine import Engine
@@ -44,7 +47,7 @@ from colcon_yamllaunch.plan.plan_json import PlanFormatError
 from colcon_yamllaunch.remote import part_protocol
 from colcon_yamllaunch.remote.agent.launcher_channel import LauncherChannel
 from colcon_yamllaunch.remote.agent.launcher_channel import redirect_to_null
-from colcon_yamllaunch.remote.agent.part_place import PartPlace
+from colcon_yamllaunch.remote.agent.part_sockets import PartSockets
 from colcon_yamllaunch.remote.part_protocol import heartbeat_of
 from colcon_yamllaunch.remote.part_protocol import LINK_LOST
 from colcon_yamllaunch.remote.part_protocol import PartSettings
@@ -93,9 +96,9 @@ class Part(Participant):
         self._is_finished = self._is_lost = self._is_held = False
         # whether the launch there has ended
         self._is_over = False
-        self._connection: Client | None = None
+        self._connection: Holder | None = None
         # whether nothing runs, and what the launcher knows of that
-        self._is_idle = self._told_idle = False
+        self._is_idle = self._sent_idle = False
         self._checked_at = time.monotonic()
         self._check: TimerHandle | None = None
         # those that are shown, with what shows them
@@ -104,11 +107,11 @@ class Part(Participant):
     def join(self, engine: Engine) -> None:
         """Serve the launcher, and execute what only that may ask for."""
         self._engine, self._loop = engine, engine.loop
-        self._server = Server(
-            self._listener, engine, self._journal, engine.lease
-        )
-        self._subscribers = self._server.service.subscribers
+        service = Service(engine, self._journal, engine.lease)
+        self._subscribers = service.subscribers
         self._subscribers.when_held = self._holder_changed
+        self._server = Server(self._listener, engine.loop, service)
+        listen(engine, service)
         dispatcher = engine.dispatcher
         dispatcher.add(part_protocol.Finish, self._finish)
         dispatcher.add(part_protocol.Measure, self._measure)
@@ -141,14 +144,14 @@ class Part(Participant):
     def end_turn(self) -> None:
         """Emit whether the part is idle, if that changed in this turn."""
         is_idle, self._is_idle = self._is_idle, False
-        if is_idle != self._told_idle:
-            self._told_idle = is_idle
+        if is_idle != self._sent_idle:
+            self._sent_idle = is_idle
             self._engine.tell(events.Idle(is_idle))
 
     def is_waiting(self) -> bool:
         """Return whether the part goes on, though nothing runs."""
         self._is_idle = True
-        if not self._told_idle:
+        if not self._sent_idle:
             self._loop.wake()
         if self._subscribers.connection is None and self._engine.is_stopping:
             # somebody has stopped it on its machine
@@ -189,15 +192,20 @@ class Part(Participant):
 
     # the launcher
 
-    def _holder_changed(self, connection: Client | None) -> None:
+    def _holder_changed(self, connection: Holder | None) -> None:
         before, self._connection = self._connection, connection
         if connection is not None and before is not None:
             # the launcher has given it up
             before.close()
-        for shown in self._shown.values():
-            shown.connection = connection
         if connection is None and not self._subscribers.is_reconnecting:
             self._lose('the connection to the launcher has ended')
+
+    def _send(self, data: bytes) -> bool:
+        """Send the launcher something; return False if it is away."""
+        if self._connection is None:
+            return False
+        self._connection.send(data)
+        return True
 
     def _check_silence(self) -> None:
         """Stop the part if nothing was heard of the launcher for long."""
@@ -216,7 +224,7 @@ class Part(Participant):
                 self._subscribers.is_reconnecting = True
                 self._connection.close()
             self._lose('nothing is heard of the launcher')
-            if self._told_idle and silence >= KEPT_FOR:
+            if self._sent_idle and silence >= KEPT_FOR:
                 self._is_lost = True
         self._check = self._loop.call_later(
             self._heartbeat, self._check_silence
@@ -269,8 +277,7 @@ class Part(Participant):
     def _show(self, command: part_protocol.Show, _: Reply) -> commands.Done:
         label = command.process
         if label not in self._shown:
-            shown = _Shown(self._engine, label)
-            shown.connection = self._connection
+            shown = _Shown(self._engine, label, self._send)
             self._shown[label] = shown
             self._engine.terminals.add_sink(label, shown.show)
             shown.send_modes()
@@ -292,36 +299,31 @@ def _record(event: events.Event) -> dict[str, Any]:
 class _Shown:
     """Sends what one process writes, and how its terminal reads keys."""
 
-    def __init__(self, engine: Engine, label: str) -> None:
+    def __init__(
+        self, engine: Engine, label: str, send: Callable[[bytes], bool]
+    ) -> None:
         self._engine = engine
         self._label = label
-        #: The connection of the launcher.
-        self.connection: Client | None = None
+        self._send = send
         self._modes: int | None = None
         self._timer: TimerHandle | None = None
 
     def show(self, stream: events.Stream, data: bytes) -> None:
         """Send what the process wrote, or what its terminal echoed."""
-        if self.connection is not None:
-            fields = {'process': self._label, 'stream': stream}
-            message = protocol.encode_raw('shown', fields, data)
-            self.connection.send(message + b'\n')
+        fields = {'process': self._label, 'stream': stream}
+        self._send(protocol.encode_raw('shown', fields, data) + b'\n')
 
     def send_modes(self) -> None:
         """Send how its terminal reads keys, whenever that has changed."""
         modes = self._engine.terminals.input_modes(self._label)
-        if (
-            modes is not None
-            and modes != self._modes
-            and self.connection is not None
-        ):
-            self._modes = modes
-            told = {
+        if modes is not None and modes != self._modes:
+            fields = {
                 'process': self._label,
                 'lines': bool(modes & termios.ICANON),
                 'echo': bool(modes & termios.ECHO),
             }
-            self.connection.send(protocol.encode({'modes': told}))
+            if self._send(protocol.encode({'modes': fields})):
+                self._modes = modes
         self._timer = self._engine.loop.call_later(
             _MODES_INTERVAL, self.send_modes
         )
@@ -333,7 +335,7 @@ class _Shown:
 
 
 def start_engine(
-    launcher: LauncherChannel, place: PartPlace, content: Mapping[str, Any]
+    launcher: LauncherChannel, sockets: PartSockets, content: Mapping[str, Any]
 ) -> str:
     """
     Start the engine of a part, and return its identity.
@@ -354,18 +356,18 @@ def start_engine(
         code = 1
         try:
             os.close(ours)
-            code = _run(launcher, place, plan, settings, its)
+            code = _run(launcher, sockets, plan, settings, its)
         finally:
             os._exit(code)
     os.close(its)
-    told = b''
+    answer = b''
     try:
         while True:
             if ours in launcher.poll({ours: select.POLLIN}):
                 more = os.read(ours, 1 << 16)
                 if not more:
                     break
-                told += more
+                answer += more
     except BaseException:
         with suppress(OSError):
             # it has started nothing that is not its own
@@ -373,7 +375,7 @@ def start_engine(
         raise
     finally:
         os.close(ours)
-    word, _, text = told.decode(errors='replace').partition(' ')
+    word, _, text = answer.decode(errors='replace').partition(' ')
     if word != 'ready':
         raise UserError(text or 'it broke off while it was being started')
     # it is removed by the engine
@@ -383,10 +385,10 @@ def start_engine(
 
 def _run(
     launcher: LauncherChannel,
-    place: PartPlace,
+    sockets: PartSockets,
     plan: Any,
     settings: PartSettings,
-    told: int,
+    starter: int,
 ) -> int:
     """Run the part, in a process of its own; return the exit code."""
     os.setsid()
@@ -400,17 +402,17 @@ def _run(
         try:
             environment = environment_of(settings, os.environ)
             log_folder = _log_folder(settings)
-            server = place.listen(identity)
+            server = sockets.listen(identity)
         except UserError as error:
-            os.write(told, f'failed {error}'.encode())
+            os.write(starter, f'failed {error}'.encode())
             return 1
         except OSError as error:
-            text = f'{place.path} cannot be written: {error.strerror}'
-            os.write(told, f'failed {text}; make room there'.encode())
+            text = f'{sockets.path} cannot be written: {error.strerror}'
+            os.write(starter, f'failed {text}; make room there'.encode())
             return 1
         part = Part(server, settings, log_folder)
-        os.write(told, f'ready {identity}'.encode())
-        os.close(told)
+        os.write(starter, f'ready {identity}'.encode())
+        os.close(starter)
         return run(
             plan, _context(settings, environment, log_folder, identity, part)
         )
@@ -420,7 +422,7 @@ def _run(
     finally:
         if server is not None:
             server.close()
-            place.remove(identity)
+            sockets.remove(identity)
             launcher.remove_program()
 
 

@@ -15,9 +15,9 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.engine.launch_scan import launcher_of
 from colcon_yamllaunch.remote.agent import launcher_channel
 from colcon_yamllaunch.remote.agent.launcher_channel import LauncherChannel
-from colcon_yamllaunch.remote.agent.part_place import boot_of_machine
-from colcon_yamllaunch.remote.agent.part_place import end_what_is_left
-from colcon_yamllaunch.remote.agent.part_place import PartPlace
+from colcon_yamllaunch.remote.agent.part_sockets import boot_of_machine
+from colcon_yamllaunch.remote.agent.part_sockets import PartSockets
+from colcon_yamllaunch.remote.agent.part_sockets import stop_orphans
 
 _READ = 256 * 1024
 #: Bytes that may wait in each direction.
@@ -42,24 +42,24 @@ def relay(launcher: LauncherChannel, content: Mapping[str, Any]) -> None:
     :raises UserError: when it cannot be started, or is gone; nothing of it is
       left then
     """
-    place = PartPlace(os.environ)
+    sockets = PartSockets(os.environ)
     if content['request'] == 'start':
         from colcon_yamllaunch.remote.agent.part import start_engine
 
-        identity = start_engine(launcher, place, content)
+        identity = start_engine(launcher, sockets, content)
     elif content['boot'] == boot_of_machine():
         identity = str(content['identity'])
     else:
         raise UserError('the machine was started anew meanwhile')
     try:
-        engine = place.connect(identity)
+        engine = sockets.connect(identity)
     except OSError as error:
         if _is_alive(identity):
             raise UserError(
                 f'its socket cannot be used: {error.strerror}'
             ) from error
-        was_killed = place.has_record(identity)
-        _clear(place, identity)
+        was_killed = sockets.has_socket(identity)
+        _clear(sockets, identity)
         raise UserError(
             _KILLED if was_killed else 'it has ended there'
         ) from error
@@ -73,15 +73,15 @@ def relay(launcher: LauncherChannel, content: Mapping[str, Any]) -> None:
         launcher_channel.send({'relay': True})
         pass_on(engine.fileno())
     # else it has another connection, or wants none
-    if not _is_alive(identity) and place.has_record(identity):
-        _clear(place, identity)
+    if not _is_alive(identity) and sockets.has_socket(identity):
+        _clear(sockets, identity)
         launcher_channel.send({'killed': _KILLED})
 
 
-def _clear(place: PartPlace, identity: str) -> None:
+def _clear(sockets: PartSockets, identity: str) -> None:
     """End what is left of a part whose engine is gone."""
-    end_what_is_left(identity)
-    place.remove(identity)
+    stop_orphans(identity)
+    sockets.remove(identity)
 
 
 def _is_alive(identity: str) -> bool:
@@ -123,7 +123,7 @@ def pass_on(engine: int) -> None:
             else:
                 if found & (select.POLLIN | select.POLLHUP | select.POLLERR):
                     try:
-                        at_end = not _take(engine, up)
+                        at_end = not _read(engine, up)
                     except OSError:
                         at_end = True
                 if found & select.POLLOUT and not at_end:
@@ -133,7 +133,7 @@ def pass_on(engine: int) -> None:
 
 def _receive(data: bytearray, engine: int) -> None:
     try:
-        is_open = _take(0, data)
+        is_open = _read(0, data)
     except OSError:
         is_open = False
     if not is_open:
@@ -144,7 +144,7 @@ def _receive(data: bytearray, engine: int) -> None:
         raise launcher_channel.LauncherGoneError
 
 
-def _take(descriptor: int, data: bytearray) -> bool:
+def _read(descriptor: int, data: bytearray) -> bool:
     """Read more, and return whether it is open."""
     try:
         more = os.read(descriptor, _READ)

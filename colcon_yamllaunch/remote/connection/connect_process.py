@@ -55,7 +55,6 @@ trap - TERM
 exec 3<&-
 exec "$@"
 """
-_REMOTE_SHELL = ('sh',)
 _BATCH = ('-o', 'BatchMode=yes')
 #: Slurm sets it within an allocation.
 _ALLOCATION = 'SLURM_JOB_ID'
@@ -92,7 +91,8 @@ class ConnectProcess:
         its_input, self.stdin = os.pipe()
         self.stdout, its_output = os.pipe()
         self.stderr, its_errors = os.pipe()
-        its_watch, self._watch = os.pipe()
+        theirs = [its_input, its_output, its_errors]
+        self._watch = -1
         words = [program, *command[1:]]
         actions = [
             (os.POSIX_SPAWN_DUP2, its_input, 0),
@@ -102,6 +102,8 @@ class ConnectProcess:
             actions.append((os.POSIX_SPAWN_DUP2, its_errors, 2))
         if kept:
             words = [_SHELL, '-c', _WATCHED, _SHELL, *words]
+            its_watch, self._watch = os.pipe()
+            theirs.append(its_watch)
             actions.append((os.POSIX_SPAWN_DUP2, its_watch, 3))
         group: dict[str, Any] = {'setpgroup': 0} if asks else {'setsid': True}
         try:
@@ -119,7 +121,7 @@ class ConnectProcess:
             self.close_pipes()
             raise
         finally:
-            for descriptor in (its_input, its_output, its_errors, its_watch):
+            for descriptor in theirs:
                 os.close(descriptor)
         for descriptor in (self.stdin, self.stdout):
             with suppress(OSError):
@@ -216,23 +218,16 @@ class ConnectProcess:
 
 def has_terminal() -> bool:
     """Return whether the user can be asked: our terminal is ours now."""
-    try:
-        terminal = _terminal()
-    except OSError:
-        return False
-    try:
-        return os.tcgetpgrp(terminal) == os.getpgrp()
-    except OSError:
-        return False
-    finally:
-        os.close(terminal)
+    with suppress(OSError), open(_TERMINAL, 'rb', 0) as terminal:
+        return os.tcgetpgrp(terminal.fileno()) == os.getpgrp()
+    return False
 
 
 @contextmanager
 def foreground(group: int) -> Iterator[None]:
     """Give our terminal, with its Ctrl-C, to a process group meanwhile."""
     try:
-        terminal = _terminal()
+        terminal = os.open(_TERMINAL, os.O_RDWR)
     except OSError:
         yield
         return
@@ -249,10 +244,6 @@ def foreground(group: int) -> Iterator[None]:
             os.tcsetpgrp(terminal, os.getpgrp())
         signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
         os.close(terminal)
-
-
-def _terminal() -> int:
-    return os.open(_TERMINAL, os.O_RDWR | os.O_NOCTTY)
 
 
 def connect_command(
@@ -274,11 +265,11 @@ def connect_command(
         return [*_slurm(machine, environment, host), '/bin/sh']
     if machine.kind == 'ssh':
         batch = () if may_ask else _BATCH
-        return ['ssh', '-T', *batch, '--', *machine.words, *_REMOTE_SHELL]
+        return ['ssh', '-T', *batch, '--', *machine.words, 'sh']
     program, *words = machine.words
     if os.path.basename(program) == 'ssh' and not may_ask:
         words = [*_BATCH, *words]
-    return [program, *words, *_REMOTE_SHELL]
+    return [program, *words, 'sh']
 
 
 def connect(

@@ -246,7 +246,7 @@ class MachineConnection:
 
     def start_part(self, plan: Plan, settings: PartSettings) -> StartedPart:
         """
-        Have a part of the plan made ready there; this connection goes on.
+        Prepare a part of the plan there, on this connection.
 
         It runs once its link begins, see `MachineLink`.
 

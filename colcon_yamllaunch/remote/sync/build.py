@@ -35,7 +35,7 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.process_scan import read_process
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.remote.agent.launcher_channel import redirect_to_null
-from colcon_yamllaunch.remote.agent.part_place import boot_of_machine
+from colcon_yamllaunch.remote.agent.part_sockets import boot_of_machine
 from colcon_yamllaunch.remote.sync.inspection import check_system
 from colcon_yamllaunch.remote.sync.inspection import login_shell_line
 from colcon_yamllaunch.remote.sync.manifest import Manifest
@@ -225,12 +225,10 @@ def _interpreter(program: str) -> list[str]:
 
 def _wait(process: 'subprocess.Popen[bytes]') -> None:
     """Wait for the end of a build; kill it if it takes too long."""
-    deadline = time.monotonic() + _TIMEOUT
-    while process.poll() is None and time.monotonic() < deadline:
-        with suppress(subprocess.TimeoutExpired):
-            # so that it can write its output
-            process.communicate(timeout=0.1)
-    if process.poll() is None:
+    try:
+        # so that it can write its output
+        process.communicate(timeout=_TIMEOUT)
+    except subprocess.TimeoutExpired:
         process.kill()
         process.wait()
     if process.returncode < 0:

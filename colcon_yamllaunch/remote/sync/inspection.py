@@ -17,7 +17,6 @@ import os
 from pathlib import Path
 import platform
 import re
-import shutil
 import subprocess
 from typing import Any
 
@@ -47,11 +46,10 @@ _MARKERS = (
     'share/colcon-core/packages/{}',
     'share/ament_index/resource_index/packages/{}',
 )
-#: Stands for the packages of a merged install space that nothing tells apart.
+#: Stands for all packages of a merged install space without build records.
 ANY_PACKAGE = '*'
 _LINK = 'link to '
 _PYTHON_TIMEOUT = 10.0
-_RELEASES = (Path('/etc/os-release'), Path('/usr/lib/os-release'))
 _WAY_OUT = 'build there instead, by `sync: build`'
 
 
@@ -61,14 +59,11 @@ def find_missing(arguments: Mapping[str, Any], _say: Say) -> dict[str, Any]:
 
     :param arguments: `paths`, absolute or with a leading `~/`
     """
-    paths = arguments['paths']
-    return {
-        'missing': [
-            path
-            for path in paths
-            if not os.path.exists(os.path.expanduser(path))
-        ]
+    exists = {
+        path: os.path.exists(os.path.expanduser(path))
+        for path in arguments['paths']
     }
+    return {'missing': [path for path in exists if not exists[path]]}
 
 
 def find_packages(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:
@@ -216,15 +211,11 @@ def system() -> dict[str, str]:
 
 def system_name() -> str:
     """Return the name and version of the system, as os-release(5) has them."""
-    values: dict[str, str] = {}
-    for path in _RELEASES:
-        with suppress(OSError):
-            for line in path.read_text(errors='replace').splitlines():
-                name, _, value = line.partition('=')
-                values[name] = value.strip('"\'')
-            break
-    found = (values.get('ID', os.uname().sysname), values.get('VERSION_ID'))
-    return ' '.join(filter(None, found))
+    try:
+        values = platform.freedesktop_os_release()
+    except OSError:
+        return os.uname().sysname
+    return ' '.join(filter(None, (values['ID'], values.get('VERSION_ID'))))
 
 
 def login_shell_line(command: str, timeout: float) -> str:
@@ -236,33 +227,26 @@ def login_shell_line(command: str, timeout: float) -> str:
     :param timeout: How long the shell may take, in seconds
     """
     shell = os.environ.get('SHELL') or '/bin/sh'
+    return _last_line([shell, '-lc', command], timeout)
+
+
+def _python() -> str:
+    """Return the version of the Python that programs get, as `3.12`."""
+    program = 'import sys; print("%d.%d" % sys.version_info[:2])'
+    words = ['python3', '-I', '-S', '-c', program]
+    return _last_line(words, _PYTHON_TIMEOUT).strip()
+
+
+def _last_line(words: Sequence[str], timeout: float) -> str:
     with suppress(OSError, subprocess.SubprocessError):
         printed = subprocess.run(
-            [shell, '-lc', command],
+            words,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
             timeout=timeout,
         ).stdout
         return (os.fsdecode(printed).splitlines() or [''])[-1]
-    return ''
-
-
-def _python() -> str:
-    """Return the version of the Python that programs get, as `3.12`."""
-    python = shutil.which('python3')
-    if python is None:
-        return ''
-    program = 'import sys; print("%d.%d" % sys.version_info[:2])'
-    with suppress(OSError, subprocess.SubprocessError):
-        return subprocess.run(
-            [python, '-I', '-S', '-c', program],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            timeout=_PYTHON_TIMEOUT,
-            text=True,
-        ).stdout.strip()
     return ''
 
 

@@ -493,22 +493,12 @@ def content_at(path: str, *, follows_links: bool = False) -> str:
     found = content_digest(Path(path), status.st_size, _ANY_SIZE)
     if not found:
         raise unreadable(path, os.strerror(13))
-    return file_content(found, is_executable=is_executable(status))
-
-
-def file_content(digest_of_file: str, *, is_executable: bool) -> str:
-    """Return the content of a file."""
-    return f'{"x" if is_executable else ""}f {digest_of_file}'
+    return f'{"x" if status.st_mode & stat.S_IXUSR else ""}f {found}'
 
 
 def is_file(content: str) -> bool:
     """Return whether a content is that of a file."""
     return content.removeprefix('x').startswith('f ')
-
-
-def is_executable(status: os.stat_result) -> bool:
-    """Return whether the owner of a file may execute it."""
-    return bool(status.st_mode & stat.S_IXUSR)
 
 
 def have_same_data(one: str, other: str) -> bool:

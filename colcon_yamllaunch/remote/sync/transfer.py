@@ -20,6 +20,7 @@ from dataclasses import dataclass
 import json
 import os
 from pathlib import Path
+import shutil
 import signal
 import socket
 import subprocess
@@ -28,7 +29,6 @@ import tempfile
 from typing import BinaryIO
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.common.fingerprint import digest
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.remote.connection.machine_connection import (
     MachineConnection,
@@ -96,7 +96,9 @@ class Transfer:
         count = 0
         for _ in range(_ROUNDS):
             wanted = {t.place: t for t in trees if t.place in changed}
-            done, differ = self._send(wanted)
+            with tempfile.TemporaryDirectory(prefix='colcon-launch-') as made:
+                self._adapt(wanted.values(), Path(made, 'texts'))
+                done, differ = self._send(wanted, Path(made, 'files'))
             count += done
             if not differ:
                 return count
@@ -107,20 +109,25 @@ class Transfer:
             'sent: launch again when that has ended'
         )
 
-    def _send(self, trees: Mapping[str, FileTree]) -> tuple[int, list[str]]:
+    def _adapt(self, trees: Collection[FileTree], folder: Path) -> None:
+        """Put texts that differ there in the place of the files here."""
+        sources = [s for tree in trees for s in tree.sources.values()]
+        adapted: dict[str, str] = {}
+        folder.mkdir()
+        for source, text in self.change_texts(sources).items():
+            path = folder / str(len(adapted))
+            path.write_bytes(text)
+            shutil.copymode(source, path)
+            adapted[source] = str(path)
+        for tree in trees:
+            for inner, source in tree.sources.items():
+                tree.sources[inner] = adapted.get(source, source)
+
+    def _send(
+        self, trees: Mapping[str, FileTree], folder: Path
+    ) -> tuple[int, list[str]]:
         """Return how many files were sent or deleted, and which differ."""
         contents = {place: tree.contents() for place, tree in trees.items()}
-        texts = self.change_texts(
-            [s for tree in trees.values() for s in tree.sources.values()]
-        )
-        for place, tree in trees.items():
-            for inner, source in tree.sources.items():
-                found = contents[place].get(inner)
-                if found is not None and source in texts:
-                    contents[place][inner] = manifest.file_content(
-                        digest(texts[source]),
-                        is_executable=found.startswith('x'),
-                    )
         answer = self.connection.ask(
             'manifest.prepare',
             {
@@ -142,7 +149,12 @@ class Transfer:
         if sources:
             self._announce(sources.values())
             try:
-                self._send_files(sources, texts)
+                # rsync follows the links
+                for there, source in sources.items():
+                    path = Path(f'{folder}/{there}')
+                    path.parent.mkdir(parents=True, exist_ok=True)
+                    path.symlink_to(source)
+                self._run_rsync(folder)
             except UserError:
                 gone = [s for s in sources.values() if not os.path.exists(s)]
                 if not gone:
@@ -167,30 +179,7 @@ class Transfer:
             files += f' ({size / 1e6:,.0f} MB)'
         self.say(f'bringing {files}')
 
-    def _send_files(
-        self, sources: Mapping[str, str], texts: Mapping[str, bytes]
-    ) -> None:
-        """
-        Send files.
-
-        :param sources: Their paths here by those below the workspace there
-        :param texts: The contents of those that differ there
-        :raises UserError: when rsync fails
-        """
-        with tempfile.TemporaryDirectory(prefix='colcon-launch-') as folder:
-            # rsync follows the links
-            for there, source in sources.items():
-                path = Path(f'{folder}/{there}')
-                path.parent.mkdir(parents=True, exist_ok=True)
-                if source in texts:
-                    path.write_bytes(texts[source])
-                    if manifest.is_executable(os.stat(source)):
-                        path.chmod(0o755)
-                else:
-                    path.symlink_to(source)
-            self._run_rsync(folder)
-
-    def _run_rsync(self, folder: str) -> None:
+    def _run_rsync(self, folder: Path) -> None:
         """
         Send the files below a folder.
 

@@ -34,7 +34,7 @@ def stubborn(label: str = 'arm│a') -> object:
     return process(label, STUBBORN, sigterm_timeout=0.5, sigkill_timeout=0.5)
 
 
-def test_the_guard_there_is_killed(plain: PlainMachine) -> None:
+def test_killed_guard_is_replaced(plain: PlainMachine) -> None:
     with LinkedPart(plain.machine(), [stubborn()]) as part:
         part.wait_for(part.out)
         first = part.guard
@@ -52,7 +52,7 @@ def _other_guard(part: LinkedPart, first: int) -> bool:
         return False
 
 
-def test_all_is_killed_there_and_the_launcher_too(
+def test_next_connection_stops_orphans_of_a_killed_part(
     plain: PlainMachine,
 ) -> None:
     part = LinkedPart(plain.machine(), [stubborn()])
@@ -126,7 +126,7 @@ PHASES = {
 
 @pytest.mark.parametrize('number', [signal.SIGKILL, signal.SIGINT], ids=str)
 @pytest.mark.parametrize('phase', PHASES)
-def test_the_launcher_is_ended_in_each_phase(
+def test_launcher_ended_in_any_phase_leaves_nothing(
     plain: PlainMachine, phase: str, number: int
 ) -> None:
     code = LAUNCHER.format(

@@ -36,7 +36,7 @@ def ssh_part(
     return LinkedPart(machine, [process('arm│a', script)], environment, **more)
 
 
-def test_a_cable_is_pulled(sshd: Sshd) -> None:
+def test_silent_connection_stops_the_part(sshd: Sshd) -> None:
     with ssh_part(sshd, WAITS) as part:
         part.wait_for(part.out)
         sshd['arm'].link.hold()
@@ -135,7 +135,7 @@ def test_an_allocation_of_its_own_ends_with_its_command(jobs: Slurm) -> None:
         (('--no-such',), 'srun does not know an option'),
     ],
 )
-def test_why_slurm_gives_none(
+def test_error_of_srun_is_explained(
     jobs: Slurm, words: tuple[str, ...], reason: str
 ) -> None:
     contact = MachineConnection(
@@ -146,7 +146,7 @@ def test_why_slurm_gives_none(
     assert str(caught.value).startswith(f'gpu (srun {words[0]}): {reason}: ')
 
 
-def test_what_slurm_waits_for_is_told(jobs: Slurm) -> None:
+def test_message_of_a_waiting_srun_is_shown(jobs: Slurm) -> None:
     environment = slurm_environment(jobs)
     said: list[str] = []
 
@@ -180,7 +180,7 @@ def namespace_part(
         yield part
 
 
-def test_a_machine_starts_anew(
+def test_rebooted_machine_is_gone(
     namespace_part: LinkedPart, namespace: NamespaceMachine
 ) -> None:
     namespace.reboot()

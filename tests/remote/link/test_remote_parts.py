@@ -101,7 +101,7 @@ def act(parts, name, label, done):
     )
 
 
-def test_what_happens_there_is_told_here(played):
+def test_event_of_a_machine_is_emitted_here(played):
     event = events.Started(DRIVER, 77)
     played.link.tells(event)
     assert played.launch.told == [event]
@@ -131,7 +131,7 @@ def test_failure_is_judged_before_the_next_event(played):
     assert failed in judged
 
 
-def test_what_comes_late_has_the_time_at_which_it_was(played):
+def test_late_output_and_events_keep_their_time(played):
     played.link.handler.output(LABEL, 'stdout', b'line\n', 500.0)
     played.link.handler.message(
         {
@@ -144,7 +144,7 @@ def test_what_comes_late_has_the_time_at_which_it_was(played):
     assert played.launch.told == [events.Warned('arm: oh')]
 
 
-def test_a_full_screen_holds_the_machine_until_it_takes_more(played):
+def test_full_screen_pauses_the_link_until_it_accepts_more(played):
     played.launch.full.add(LABEL)
     played.link.handler.output(LABEL, 'stdout', b'line\n', 0.0)
     assert played.link.is_held
@@ -155,7 +155,7 @@ def test_a_full_screen_holds_the_machine_until_it_takes_more(played):
     assert not played.link.is_held
 
 
-def test_a_full_screen_holds_nobody_while_all_is_stopped(played):
+def test_full_screen_does_not_pause_the_link_while_stopping(played):
     played.launch.full.add(LABEL)
     played.link.handler.output(LABEL, 'stdout', b'line\n', 0.0)
     played.launch.is_stopping = True
@@ -163,7 +163,7 @@ def test_a_full_screen_holds_nobody_while_all_is_stopped(played):
     assert not played.link.is_held
 
 
-def test_ctrl_c_once_twice_and_sigterm(played):
+def test_stop_requests_are_sent_in_order(played):
     played.launch.is_stopping = True
     played.launch.tell(events.ShuttingDown('interrupted', True))
     played.do(commands.Escalate())
@@ -185,7 +185,7 @@ def test_ctrl_c_once_twice_and_sigterm(played):
     ]
 
 
-def test_a_shutdown_there_ends_everything_once(played):
+def test_shutdown_of_a_machine_stops_the_launch_once(played):
     played.link.tells(events.ShuttingDown('arm│driver ended'))
     played.link.tells(events.ShuttingDown('arm│driver ended'))
     assert played.launch.told == [events.ShuttingDown('arm│driver ended')]
@@ -208,7 +208,7 @@ def test_the_launch_waits_until_each_machine_is_done(played):
     assert played.launch.told == []
 
 
-def test_what_is_asked_for_has_to_be_answered_first(played):
+def test_launch_waits_for_the_answer_to_a_command(played):
     played.link.tells(events.Idle(True))
     act(played.parts, 'restart', 'driver-1', lambda _: None)
     assert played.parts.is_waiting()
@@ -216,7 +216,7 @@ def test_what_is_asked_for_has_to_be_answered_first(played):
     assert not played.parts.is_waiting()
 
 
-def test_acts_are_answered(played):
+def test_commands_are_answered_or_refused(played):
     answers = []
     act(played.parts, 'stop', LABEL, answers.append)
     assert played.link.asked('stop') == [{'request': 'stop', 'process': LABEL}]
@@ -230,7 +230,7 @@ def test_acts_are_answered(played):
         act(played.parts, 'stop', LABEL, answers.append)
 
 
-def test_states_follow_what_happens(played):
+def test_state_follows_the_events_of_a_machine(played):
     assert played.states()[LABEL].phase == 'waiting'
     played.link.tells(events.Started(DRIVER, 77))
     played.now += 2.0
@@ -264,7 +264,7 @@ def test_states_follow_what_happens(played):
         {},
     ],
 )
-def test_a_machine_that_talks_nonsense_is_given_up_once(played, message):
+def test_machine_that_sends_nonsense_is_dropped_once(played, message):
     played.link.handler.message(message)
     played.link.handler.message(message)
     (event,) = played.launch.told
@@ -273,13 +273,13 @@ def test_a_machine_that_talks_nonsense_is_given_up_once(played, message):
     assert played.link.is_closed
 
 
-def test_output_of_nobody_is_nonsense(played):
+def test_output_of_an_unknown_process_drops_the_machine(played):
     played.link.handler.output('nobody', 'stdout', b'text', 0.0)
     (event,) = played.launch.told
     assert isinstance(event, events.MachineGone)
 
 
-def test_what_ran_on_a_machine_that_is_gone_is_lost(played):
+def test_processes_of_a_gone_machine_are_lost(played):
     played.link.tells(events.Started(DRIVER, 77))
     played.now += 3.0
     played.launch.told.clear()
@@ -296,7 +296,7 @@ def test_what_ran_on_a_machine_that_is_gone_is_lost(played):
         act(played.parts, 'stop', LABEL, lambda _: None)
 
 
-def test_what_must_run_ends_the_launch_when_it_is_lost():
+def test_lost_required_process_stops_the_launch():
     must_run = process('arm│must', on_exit_shutdown=True)
     played = Played(entries=(must_run,))
     played.link.tells(events.Started(must_run, 77))
@@ -304,7 +304,7 @@ def test_what_must_run_ends_the_launch_when_it_is_lost():
     assert played.launch.is_stopping
 
 
-def test_a_lost_link_is_told_and_so_is_its_return(played):
+def test_lost_link_and_its_return_are_reported(played):
     answers = []
     act(played.parts, 'restart', LABEL, answers.append)
     played.link.handler.lost('nothing was heard of it')
@@ -381,7 +381,7 @@ def test_restart_of_a_container_brings_back_its_components():
     assert again(played) == [box.label, TALKER.label]
 
 
-def test_restart_in_vain_is_answered_and_told_once(played):
+def test_failed_restart_is_answered_and_reported_once(played):
     played.link.handler.gone('it was started anew')
     answers = []
     for label in (LABEL, HELPER.label):
@@ -433,7 +433,7 @@ def test_stop_does_not_wait_for_a_machine_that_is_gone(restarting):
     assert restarting.link.is_closed
 
 
-def test_who_hurries_does_not_wait_for_a_lost_machine(played):
+def test_escalating_does_not_wait_for_a_lost_machine(played):
     played.link.handler.lost('nothing was heard of it')
     played.launch.is_stopping = True
     assert played.parts.is_waiting()
@@ -449,7 +449,7 @@ def test_who_hurries_does_not_wait_for_a_lost_machine(played):
         ('keep', 'be told to stop'),
     ],
 )
-def test_it_is_said_what_a_launch_waits_for_that_stops(on_lost, told):
+def test_stopping_launch_says_why_it_waits_for_a_lost_link(on_lost, told):
     played = Played()
     played.link.machine = replace(played.link.machine, on_lost=on_lost)
     played.link.handler.lost('nothing was heard of it')
@@ -463,7 +463,7 @@ def test_it_is_said_what_a_launch_waits_for_that_stops(on_lost, told):
     assert ('its processes run on there' in gone.reason) == (on_lost == 'keep')
 
 
-def test_figures_are_waited_for_but_not_for_long():
+def test_measuring_waits_for_a_limited_time():
     played = Played(PlayedLink(), PlayedLink('gpu'))
     known = []
     played.link.tells(events.Started(DRIVER, 77))
@@ -509,7 +509,7 @@ def test_suspend_and_size_go_to_all():
         assert [m.get('is_held') for m in link.sent[1:]] == [True, False, None]
 
 
-def test_who_suspends_the_launch_is_not_told_of_each_process(played):
+def test_suspending_the_launch_reports_no_single_process(played):
     held = events.Suspended(DRIVER, 77, signal.SIGSTOP)
     on = events.Suspended(DRIVER, 77, None)
     played.link.tells(events.Started(DRIVER, 77))
@@ -525,7 +525,7 @@ def test_who_suspends_the_launch_is_not_told_of_each_process(played):
     assert played.launch.told == [held, on]
 
 
-def test_more_of_the_plan_goes_to_its_machine():
+def test_added_entries_are_sent_to_their_machine():
     more = process('arm│more')
     here = process('here')
 
@@ -563,13 +563,13 @@ def test_changes_of_the_plan_are_routed_by_label(played):
     assert played.rest == [restart, restart]
 
 
-def test_what_is_kept_stopped_is_not_restarted_by_a_change(played):
+def test_change_does_not_restart_a_stopped_process(played):
     played.link.tells(events.Started(DRIVER, 77))
     played.link.tells(events.Requested(DRIVER, 'stop'))
     assert played.do(commands.RestartChanged((LABEL,))).labels == ()
 
 
-def test_output_that_did_not_fit_is_told(played):
+def test_missing_output_is_a_warning(played):
     played.link.says(missed={'events': 0, 'bytes': 3_000_000})
     (event,) = played.launch.told
     assert 'arm: 3 MB of output are missing' in event.text

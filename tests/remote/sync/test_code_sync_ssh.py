@@ -65,10 +65,10 @@ def connect(developer: Developer, sshd: Sshd) -> None:
     developer.connection = connection
 
 
-def build_endlessly(developer: Developer, sshd: Sshd) -> list[str]:
-    """Start a build that does not end, and return where errors come."""
-    file = developer.root / 'src/a/CMakeLists.txt'
-    file.write_text(file.read_text() + ENDLESS)
+def sync_endlessly(
+    developer: Developer, sshd: Sshd, command: str
+) -> list[str]:
+    """Begin to send code, until a command runs there; return errors later."""
     errors: list[str] = []
 
     def sync() -> None:
@@ -79,10 +79,28 @@ def build_endlessly(developer: Developer, sshd: Sshd) -> list[str]:
 
     threading.Thread(target=sync, daemon=True).start()
     deadline = time.monotonic() + DEADLINE
-    while not any('sleep 4001' in line for line in sshd.left('arm')):
+    while not any(command in line for line in sshd.left('arm')):
         assert time.monotonic() < deadline, (sshd.left('arm'), errors)
         time.sleep(0.05)
     return errors
+
+
+def build_endlessly(developer: Developer, sshd: Sshd) -> list[str]:
+    """Start a build that does not end, and return where errors come."""
+    file = developer.root / 'src/a/CMakeLists.txt'
+    file.write_text(file.read_text() + ENDLESS)
+    return sync_endlessly(developer, sshd, 'sleep 4001')
+
+
+def endless_rsync(sshd: Sshd) -> Path:
+    """Let rsync on the machine not end; return its path."""
+    rsync = sshd['arm'].home / 'bin/rsync'
+    rsync.write_text('#!/bin/sh\nexec sleep 4002\n')
+    rsync.chmod(0o755)
+    sshd['arm'].shell_reads(
+        f'PATH={rsync.parent}:{Path(sys.executable).parent}:$PATH'
+    )
+    return rsync
 
 
 def wait_for(errors: list[str]) -> str:
@@ -131,37 +149,14 @@ def test_no_build_outlives_who_waits_for_it(
         sshd.wait_until_empty('arm')
 
 
-def transfer_endlessly(developer: Developer, sshd: Sshd) -> list[str]:
-    """Start a transfer that does not end, and return where errors come."""
-    rsync = sshd['arm'].home / 'bin/rsync'
-    rsync.write_text('#!/bin/sh\nexec sleep 4002\n')
-    rsync.chmod(0o755)
-    sshd['arm'].shell_reads(
-        f'PATH={rsync.parent}:{Path(sys.executable).parent}:$PATH'
-    )
-    connect(developer, sshd)
-    errors: list[str] = []
-
-    def sync() -> None:
-        try:
-            developer.sync('a')
-        except UserError as e:
-            errors.append(str(e))
-
-    threading.Thread(target=sync, daemon=True).start()
-    deadline = time.monotonic() + DEADLINE
-    while not any('sleep 4002' in line for line in sshd.left('arm')):
-        assert time.monotonic() < deadline, (sshd.left('arm'), errors)
-        time.sleep(0.05)
-    return errors
-
-
 @pytest.mark.hostile
 @pytest.mark.parametrize('ending', ['close', 'kill ssh', 'kill rsync there'])
 def test_no_transfer_outlives_its_connection(
     developer: Developer, sshd: Sshd, ending: str
 ) -> None:
-    errors = transfer_endlessly(developer, sshd)
+    rsync = endless_rsync(sshd)
+    connect(developer, sshd)
+    errors = sync_endlessly(developer, sshd, 'sleep 4002')
     connection = developer.connection
     assert isinstance(connection, MachineConnection)
     if ending == 'kill ssh':
@@ -179,7 +174,7 @@ def test_no_transfer_outlives_its_connection(
     with within(20):
         sshd.wait_until_empty('arm')
     assert 'rsync' not in commands_of_children()
-    (sshd['arm'].home / 'bin/rsync').unlink()
+    rsync.unlink()
 
 
 def commands_of_children() -> str:
@@ -209,12 +204,7 @@ developer.sync('a')
 def test_a_killed_launcher_leaves_no_transfer(
     developer: Developer, sshd: Sshd, tmp_path: Path
 ) -> None:
-    rsync = sshd['arm'].home / 'bin/rsync'
-    rsync.write_text('#!/bin/sh\nexec sleep 4002\n')
-    rsync.chmod(0o755)
-    sshd['arm'].shell_reads(
-        f'PATH={rsync.parent}:{Path(sys.executable).parent}:$PATH'
-    )
+    rsync = endless_rsync(sshd)
     program = _LAUNCHER.format(
         path=sys.path,
         folder=str(tmp_path),

@@ -6,8 +6,8 @@ Where a part of a launch is found by those who connect again.
 
 Its engine listens on a socket in a folder that is the user's alone. The name
 of the socket has the boot and the container of the machine. It goes when the
-engine has ended in order, so one whose engine is gone tells of a part that
-something may be left of, which :func:`end_what_is_left` ends. The folder that
+engine has ended in order, so one whose engine is gone is that of a part with
+orphans, which :func:`stop_orphans` ends. The folder that
 systemd makes for those who are logged in (`/run/user/UID`) would go with the
 connection.
 """
@@ -61,7 +61,7 @@ def boot_of_machine() -> str:
     return ' '.join(found)
 
 
-class PartPlace:
+class PartSockets:
     """
     The folder with the sockets, opened.
 
@@ -118,7 +118,7 @@ class PartPlace:
             raise
         return client
 
-    def has_record(self, identity: str) -> bool:
+    def has_socket(self, identity: str) -> bool:
         """Return whether a part has not ended in order."""
         with suppress(OSError):
             os.stat(_socket_of(identity), dir_fd=self._folder)
@@ -129,7 +129,7 @@ class PartPlace:
         """Remove the socket of a part, as that has ended."""
         self._unlink(_socket_of(identity))
 
-    def left_behind(self) -> Iterator[str]:
+    def orphaned(self) -> Iterator[str]:
         """Iterate over the parts whose engine is gone, but not in order."""
         for name in os.listdir(self._folder):
             match = _SOCKET.fullmatch(name)
@@ -199,7 +199,7 @@ class _Left(Targets):
         self._cgroup.remove()
 
 
-def end_what_is_left(
+def stop_orphans(
     identity: str, *, leader: int = 0, timeouts: Timeouts = _TIMEOUTS
 ) -> None:
     """
@@ -217,7 +217,9 @@ def end_what_is_left(
     left.remove()
 
 
-def end_in_any_case(identity: str, leader: int, timeouts: Timeouts) -> None:
+def stop_orphans_in_fork(
+    identity: str, leader: int, timeouts: Timeouts
+) -> None:
     """
     End all processes of a request, even if this process is ended meanwhile.
 
@@ -228,6 +230,6 @@ def end_in_any_case(identity: str, leader: int, timeouts: Timeouts) -> None:
         with suppress(BaseException):
             os.setsid()
             signal.signal(signal.SIGTERM, signal.SIG_IGN)
-            end_what_is_left(identity, leader=leader, timeouts=timeouts)
+            stop_orphans(identity, leader=leader, timeouts=timeouts)
         os._exit(0)
     os.waitpid(pid, 0)
