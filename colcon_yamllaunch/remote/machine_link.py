@@ -332,14 +332,12 @@ class MachineLink:
             case {
                 'reply': _,
                 'result': {'identity': str(identity), 'boot': str(boot)},
-            } if self._plan is not None:
+            }:
                 self._plan = None
                 self._part = replace(self._part, identity=identity, boot=boot)
                 self._put(protocol.encode({'relay': True}))
-            case {'reply': _} if self._plan is not None:
-                self._give_up('it does not say which part it has started')
             case {'reply': _}:
-                self._put(protocol.encode({'relay': True}))
+                self._give_up('it does not say which part it has started')
             case {'relay': _}:
                 self._subscribe()
 

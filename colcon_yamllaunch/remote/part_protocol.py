@@ -52,17 +52,14 @@ class Finish(Command[Done]):
 
 @dataclass(frozen=True, slots=True)
 class Show(PartCommand[Done]):
-    """Send what a process writes at once, and how its terminal reads keys."""
+    """
+    Send what a process writes at once, and how its terminal reads keys.
 
+    :param is_shown: Whether to do that, or to stop it
+    """
+
+    is_shown: bool = True
     name: ClassVar[str] = 'show'
-    is_public: ClassVar[bool] = False
-
-
-@dataclass(frozen=True, slots=True)
-class Hide(PartCommand[Done]):
-    """Stop sending what `Show` has asked for."""
-
-    name: ClassVar[str] = 'hide'
     is_public: ClassVar[bool] = False
 
 

@@ -18,7 +18,6 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 import os
-from pathlib import Path
 import signal
 import termios
 import time
@@ -347,7 +346,11 @@ class RemotePart:
             raise RefusedError('the whole launch is being stopped')
         is_restart = isinstance(command, commands.Restart)
         if is_restart and (self.link_state == 'gone' or self._is_restarting):
-            self._restart_gone(label, reply)
+            if not self.link.can_start_again:
+                raise RefusedError(self._why_not())
+            self._wanted.add(label)
+            self._waiting_replies.append(reply)
+            self._start_again(at_once=True)
             return
         if label in self._missing and self.link_state == 'up':
             if not is_restart:
@@ -373,6 +376,7 @@ class RemotePart:
         if not isinstance(command, commands.Describe):
             return response_of(command, answer)
         # few ask for that
+        from colcon_yamllaunch.engine.description import received_description
 
         described = answer.get('description')
         if not isinstance(described, Mapping):
@@ -381,8 +385,8 @@ class RemotePart:
             )
         part = self.part(command.process)
         log = self._launch.state.log_files.get(part.label)
-        description = told_description(
-            part, described, self._launch.blocks, Path(log) if log else None
+        description = received_description(
+            part, described, self._launch.blocks, str(log) if log else None
         )
         return commands.Described(description)
 
@@ -429,7 +433,7 @@ class RemotePart:
             return
         key = (label, stream)
         with self._at(seconds):
-            self._launch.take_output(process, stream, data)
+            self._launch.feed_output(process, stream, data)
         if not (self._launch.accepts(key) or self._launch.is_stopping):
             if not self._held:
                 self.link.hold(True)
@@ -438,15 +442,15 @@ class RemotePart:
     @contextmanager
     def _at(self, seconds: object) -> Iterator[None]:
         """Give what is emitted meanwhile the time at which it happened."""
-        moment = self._launch.moment
+        event_time = self._launch.event_time
         # what comes as fast as it can has the time of here, so that times grow
         if isinstance(seconds, int | float):
             is_late = 0 < seconds < time.time() - LATE
-            moment.past = float(seconds) if is_late else None
+            event_time.past = float(seconds) if is_late else None
         try:
             yield
         finally:
-            moment.past = None
+            event_time.past = None
 
     def lost(self, reason: str) -> None:
         """Handle a lost connection; the link tries to connect again."""
@@ -489,20 +493,6 @@ class RemotePart:
             and self.link.can_start_again
             and not self._launch.is_stopping
         )
-
-    def _restart_gone(
-        self, label: str, reply: Callable[[Any], object]
-    ) -> None:
-        """
-        Start something on a machine that is gone, if it is there again.
-
-        :raises RefusedError: when the machine cannot come back
-        """
-        if not self.link.can_start_again:
-            raise RefusedError(self._why_not())
-        self._wanted.add(label)
-        self._waiting_replies.append(reply)
-        self._start_again(at_once=True)
 
     def _start_again(self, *, at_once: bool) -> None:
         self._enter('lost')
@@ -648,7 +638,10 @@ class RemotePart:
                 self._give_up(reason)
                 return
             case events.Ended():
-                self._handle_end()
+                if not self._stopped_for or self._launch.is_stopping:
+                    # else the end of the link follows, and is a loss
+                    self._enter('done')
+                    self._refuse_all(self._why_not())
                 return
             case events.ShuttingDown(reason=reason) if reason.startswith(
                 part_protocol.LINK_LOST
@@ -697,14 +690,6 @@ class RemotePart:
         if event.signal != signal.SIGSTOP:
             self._suspended.discard(label)
         return is_ours
-
-    def _handle_end(self) -> None:
-        """Handle the end of the part; failures were emitted before."""
-        if self._stopped_for and not self._launch.is_stopping:
-            # the end of the link follows, and is a loss
-            return
-        self._enter('done')
-        self._refuse_all(f'{self.machine.name} is done')
 
     def _part_of_event(self, label: str) -> Process | Component | None:
         """Return the process or component that a label in an event names."""

@@ -26,7 +26,6 @@ from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.remote.deployment.placement import Placed
 from colcon_yamllaunch.remote.machine_link import MachineLink
-from colcon_yamllaunch.remote.part_protocol import Hide
 from colcon_yamllaunch.remote.part_protocol import Show
 from colcon_yamllaunch.remote.remote_part import RemotePart
 
@@ -303,7 +302,7 @@ class RemoteParts(Participant, Keyboards):
 
     def detach(self, label: str) -> None:
         """Stop watching the terminal of a process."""
-        self._send(Hide(label))
+        self._send(Show(label, is_shown=False))
 
     def type(self, label: str, keys: bytes) -> None:
         """Type at a process."""

@@ -144,8 +144,8 @@ def test_attaching_shows_a_process_on_a_machine(asked: Asked) -> None:
     viewer: Any = SimpleNamespace(show=lambda *_: None)
     asked.service.attach('arm│first', viewer)
     asked.service.detach('arm│first', viewer)
-    sent = [m['request'] for m in asked.link.sent[-2:]]
-    assert sent == ['show', 'hide']
+    sent = [(m['request'], m['is_shown']) for m in asked.link.sent[-2:]]
+    assert sent == [('show', True), ('show', False)]
     assert asked.launch.told[-2:] == [
         events.Attached(FIRST),
         events.Detached(FIRST),

@@ -23,11 +23,6 @@ BEAT = 1.0
 
 _READ = 256 * 1024
 
-#: The result of a request whose function has replied by itself.
-ANSWERED = object()
-#: Sends the launcher a line of progress.
-Say = Callable[[str], None]
-
 
 class LauncherGoneError(Exception):
     """Nobody is at the other end any more."""
@@ -184,12 +179,3 @@ def redirect_to_null(*descriptors: int) -> None:
     for descriptor in descriptors:
         os.dup2(null, descriptor)
     os.close(null)
-
-
-def say_through(descriptor: int) -> Say:
-    """Return a function that sends the launcher lines of progress."""
-
-    def say(text: str) -> None:
-        send({'line': text}, descriptor)
-
-    return say

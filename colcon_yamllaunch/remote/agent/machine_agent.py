@@ -136,7 +136,8 @@ def _answer(launcher: LauncherChannel, content: Mapping[str, Any]) -> None:
         reply = launcher_channel.reply_of(
             content, partial(_result_of, launcher, name, content)
         )
-        if reply.get('result') is not launcher_channel.ANSWERED:
+        # a function has replied by itself
+        if reply.get('result', {}) is not None:
             launcher_channel.send(reply)
 
 
@@ -160,7 +161,7 @@ def _result_of(
         part_link.relay(launcher, content)
         raise LauncherGoneError
     call_function(launcher, name, content)
-    return launcher_channel.ANSWERED
+    return None
 
 
 def _hello(content: Mapping[str, Any]) -> dict[str, Any]:
@@ -311,7 +312,10 @@ def _call(function: Any, content: Mapping[str, Any], connection: int) -> int:
     launcher_channel.redirect_to_null(0)
     # what it starts is not to write between our messages
     os.dup2(2, 1)
-    say = launcher_channel.say_through(connection)
+
+    def say(line: str) -> None:
+        launcher_channel.send({'line': line}, connection)
+
     arguments = dict(content.get('arguments') or {})
     try:
         reply = launcher_channel.reply_of(

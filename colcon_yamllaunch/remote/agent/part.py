@@ -27,11 +27,9 @@ from colcon_yamllaunch.common.codec import from_json
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.control import resource_usage
+from colcon_yamllaunch.control.client_connection import Client
 from colcon_yamllaunch.control.journal import Journal
-from colcon_yamllaunch.control.server import listen
 from colcon_yamllaunch.control.server import Server
-from colcon_yamllaunch.control.service import Service
-from colcon_yamllaunch.control.subscribers import Holder
 from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.engine import Engine
@@ -48,7 +46,6 @@ from colcon_yamllaunch.remote import part_protocol
 from colcon_yamllaunch.remote.agent.launcher_channel import LauncherChannel
 from colcon_yamllaunch.remote.agent.launcher_channel import redirect_to_null
 from colcon_yamllaunch.remote.agent.part_sockets import PartSockets
-from colcon_yamllaunch.remote.part_protocol import heartbeat_of
 from colcon_yamllaunch.remote.part_protocol import LINK_LOST
 from colcon_yamllaunch.remote.part_protocol import PartSettings
 from colcon_yamllaunch.run import run
@@ -91,12 +88,12 @@ class Part(Participant):
         self._journal = Journal(log_folder, settings.log_limit, record=_record)
         self._keeps = settings.on_lost == 'keep'
         self._lost_after = settings.lost_after
-        self._heartbeat = heartbeat_of(settings.lost_after)
+        self._heartbeat = part_protocol.heartbeat_of(settings.lost_after)
         self._standstill = min(_STANDSTILL, settings.lost_after / 2)
         self._is_finished = self._is_lost = self._is_held = False
         # whether the launch there has ended
         self._is_over = False
-        self._connection: Holder | None = None
+        self._connection: Client | None = None
         # whether nothing runs, and what the launcher knows of that
         self._is_idle = self._sent_idle = False
         self._checked_at = time.monotonic()
@@ -107,16 +104,15 @@ class Part(Participant):
     def join(self, engine: Engine) -> None:
         """Serve the launcher, and execute what only that may ask for."""
         self._engine, self._loop = engine, engine.loop
-        service = Service(engine, self._journal, engine.lease)
-        self._subscribers = service.subscribers
+        self._server = Server(
+            self._listener, engine, self._journal, engine.lease
+        )
+        self._subscribers = self._server.service.subscribers
         self._subscribers.when_held = self._holder_changed
-        self._server = Server(self._listener, engine.loop, service)
-        listen(engine, service)
         dispatcher = engine.dispatcher
         dispatcher.add(part_protocol.Finish, self._finish)
         dispatcher.add(part_protocol.Measure, self._measure)
         dispatcher.add(part_protocol.Show, self._show)
-        dispatcher.add(part_protocol.Hide, self._hide)
 
     def begin(self) -> None:
         """
@@ -192,7 +188,7 @@ class Part(Participant):
 
     # the launcher
 
-    def _holder_changed(self, connection: Holder | None) -> None:
+    def _holder_changed(self, connection: Client | None) -> None:
         before, self._connection = self._connection, connection
         if connection is not None and before is not None:
             # the launcher has given it up
@@ -276,17 +272,15 @@ class Part(Participant):
 
     def _show(self, command: part_protocol.Show, _: Reply) -> commands.Done:
         label = command.process
-        if label not in self._shown:
+        terminals = self._engine.terminals
+        if command.is_shown and label not in self._shown:
             shown = _Shown(self._engine, label, self._send)
             self._shown[label] = shown
-            self._engine.terminals.add_sink(label, shown.show)
+            terminals.add_sink(label, shown.show)
             shown.send_modes()
-        return commands.DONE
-
-    def _hide(self, command: part_protocol.Hide, _: Reply) -> commands.Done:
-        shown = self._shown.pop(command.process, None)
-        if shown is not None:
-            self._engine.terminals.remove_sink(command.process, shown.show)
+        elif not command.is_shown and label in self._shown:
+            shown = self._shown.pop(label)
+            terminals.remove_sink(label, shown.show)
             shown.close()
         return commands.DONE
 

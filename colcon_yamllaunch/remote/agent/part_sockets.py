@@ -46,7 +46,7 @@ from colcon_yamllaunch.plan.plan import DEFAULT_SIGTERM_TIMEOUT
 _BOOT = '/proc/sys/kernel/random/boot_id'
 _NAMESPACE = '/proc/self/ns/pid'
 # an identity as new_identity() makes it, the boot and the namespace
-_SOCKET = re.compile('([0-9a-f]{16})-([0-9a-f]{8})-([0-9a-f]{8}).link')
+_SOCKET = re.compile(r'([0-9a-f]{16})-([0-9a-f]{8})-([0-9a-f]{8})\.link')
 _TIMEOUTS = Timeouts(DEFAULT_SIGTERM_TIMEOUT, DEFAULT_SIGKILL_TIMEOUT)
 _LOOK = 0.05
 

@@ -3,9 +3,7 @@
 
 """Whatever is killed on either side of a link, nothing is left running."""
 
-from collections.abc import Iterator
 import os
-from pathlib import Path
 import signal
 import subprocess
 import sys
@@ -19,14 +17,6 @@ from support.time_limits import within
 
 #: Ignores what it may, and has a child in another session.
 STUBBORN = "trap '' INT TERM; setsid sh -c 'sleep 1000' & echo begun; wait"
-
-
-@pytest.fixture
-def plain(tmp_path: Path) -> Iterator[PlainMachine]:
-    """Return a machine; nothing runs there at the end."""
-    machine = PlainMachine(tmp_path)
-    yield machine
-    machine.clear()
 
 
 def stubborn(label: str = 'arm│a') -> object:

@@ -5,7 +5,6 @@
 
 from collections.abc import Iterator
 import os
-from pathlib import Path
 import threading
 
 from colcon_yamllaunch.common.errors import UserError
@@ -20,14 +19,6 @@ import pytest
 from support.linked_part import PlainMachine
 from support.sshd import Sshd
 from support.time_limits import within
-
-
-@pytest.fixture
-def plain(tmp_path: Path) -> Iterator[PlainMachine]:
-    """Return a machine; nothing runs there at the end."""
-    machine = PlainMachine(tmp_path)
-    yield machine
-    machine.clear()
 
 
 @pytest.fixture

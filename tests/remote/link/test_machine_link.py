@@ -3,10 +3,8 @@
 
 """A part runs, and the launcher has all of it, whatever the link does."""
 
-from collections.abc import Iterator
 import contextlib
 import os
-from pathlib import Path
 import signal
 import time
 
@@ -40,14 +38,6 @@ while [ $i -lt 20000 ]; do
 done
 """
 LINES = [f'line {i}' for i in range(20_000)]
-
-
-@pytest.fixture
-def plain(tmp_path: Path) -> Iterator[PlainMachine]:
-    """Return a machine; nothing runs there at the end."""
-    machine = PlainMachine(tmp_path)
-    yield machine
-    machine.clear()
 
 
 def test_a_part_runs_and_is_stopped(plain: PlainMachine) -> None:

@@ -491,8 +491,10 @@ def test_keys_and_modes(played):
     assert typed['keys'] == '\x1b[A'
     played.parts.attach(label)
     played.parts.detach(label)
-    assert played.link.asked('show') == [{'request': 'show', 'process': label}]
-    assert played.link.asked('hide') == [{'request': 'hide', 'process': label}]
+    assert played.link.asked('show') == [
+        {'request': 'show', 'process': label, 'is_shown': is_shown}
+        for is_shown in (True, False)
+    ]
 
 
 def test_suspend_and_size_go_to_all():

@@ -6,7 +6,6 @@
 from collections.abc import Iterator
 import json
 import os
-from pathlib import Path
 import shutil
 from typing import Any
 from typing import NoReturn
@@ -22,12 +21,9 @@ from support.hostile import REMOUNT
 pytestmark = [pytest.mark.full, pytest.mark.hostile]
 
 
-@pytest.fixture
-def developer(tmp_path: Path) -> Iterator[Developer]:
-    developer = Developer(tmp_path)
+@pytest.fixture(autouse=True)
+def package(developer: Developer) -> None:
     developer.package('a')
-    yield developer
-    developer.machine.close()
 
 
 @pytest.fixture

@@ -3,7 +3,6 @@
 
 """Code is brought to a machine and built there, exactly what is needed."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 import os
 from pathlib import Path
@@ -20,13 +19,6 @@ from support.file_clock import let_files_settle
 from support.install_space import InstallSpace
 
 pytestmark = pytest.mark.full
-
-
-@pytest.fixture
-def developer(tmp_path: Path) -> Iterator[Developer]:
-    developer = Developer(tmp_path)
-    yield developer
-    developer.machine.close()
 
 
 def test_sources_are_sent_and_built_once(developer: Developer) -> None:

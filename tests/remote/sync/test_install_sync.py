@@ -3,9 +3,7 @@
 
 """What is installed here is brought to a machine, or only looked for there."""
 
-from collections.abc import Iterator
 import os
-from pathlib import Path
 import shutil
 import subprocess
 
@@ -41,13 +39,6 @@ script_dir=$base/lib/p
 [install]
 install_scripts=$base/lib/p
 """
-
-
-@pytest.fixture
-def developer(tmp_path: Path) -> Iterator[Developer]:
-    developer = Developer(tmp_path)
-    yield developer
-    developer.machine.close()
 
 
 def build(developer: Developer, *words: str) -> None:
