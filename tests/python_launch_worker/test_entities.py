@@ -56,36 +56,6 @@ def xml(**fields: Any) -> Any:
     return extensions._XmlEntity(written(**fields))
 
 
-def test_values_of_yaml_have_their_types() -> None:
-    made = yaml(a='x', b=1, c=[written(kind='c', d='e')])
-    assert made.type_name == 'own'
-    assert made.parent is None
-    assert made.get_attr('a') == 'x'
-    assert made.get_attr('b', data_type=int) == 1
-    (item,) = made.get_attr('c', data_type=ITEMS)
-    assert (item.type_name, item.get_attr('d')) == ('c', 'e')
-    assert made.get_attr('f', optional=True) is None
-    made.assert_entity_completely_parsed()
-
-
-def test_values_of_yaml_are_texts_as_they_are_written() -> None:
-    fields = written(a=True) | {'texts': {'a': 'True'}}
-    made = extensions._YamlEntity(fields)
-    assert made.get_attr('a') == 'True'
-    assert made.get_attr('a', data_type=bool) is True
-
-
-def test_values_of_xml_become_what_is_wanted() -> None:
-    child = written([], kind='c', d='e')
-    made = xml(children=[child], a='1', b='1;2', **{'b-sep': ';'})
-    assert made.get_attr('a', data_type=int) == 1
-    assert made.get_attr('b', data_type=list) == ['1', '2']
-    (item,) = made.get_attr('c', data_type=ITEMS)
-    assert item.get_attr('d') == 'e'
-    made.assert_entity_completely_parsed()
-    assert [c.type_name for c in made.children] == ['c']
-
-
 @pytest.mark.parametrize('make', [yaml, xml])
 def test_what_is_not_there_is_an_attribute_error(make: Any) -> None:
     made = make(nam='x')

@@ -8,10 +8,6 @@ from functools import partial
 from typing import Any
 
 from colcon_yamllaunch.python_launch.worker.descriptions import Describer
-from colcon_yamllaunch.python_launch.worker.descriptions import OF_HOST
-from colcon_yamllaunch.python_launch.worker.events import Future
-from colcon_yamllaunch.python_launch.worker.events import Queue
-from colcon_yamllaunch.python_launch.worker.timers import split
 from colcon_yamllaunch.python_launch.worker.visit import Marker
 import pytest
 
@@ -135,11 +131,6 @@ def test_actions_are_described(entity: Any, lines: list[str]) -> None:
     assert described(entity, {1: TALKER}) == lines
 
 
-def test_a_condition_is_told() -> None:
-    log = made('LogInfo', msg='x', condition=made('IfCondition'))
-    assert described(log) == ['say "x" (if: IfCondition)']
-
-
 def test_functions_of_launch_are_not_told() -> None:
     own = made('OpaqueFunction', __function=Marker.visit)
     assert described(own) == [
@@ -149,53 +140,3 @@ def test_functions_of_launch_are_not_told() -> None:
     ]
     inner = type('f', (), {'__module__': 'launch_ros.actions'})()
     assert described(made('OpaqueFunction', __function=inner)) == []
-
-
-def test_handlers_of_the_host_are_not_told() -> None:
-    handler = made('EventHandler', entities=[TALKER])
-    describer = Describer(lambda _: None, {}, {})
-    told = describer.handler(handler)
-    assert told is not None
-    assert told['actions'] == ['start talker']
-    assert told['event'] == 'other'
-    setattr(handler, OF_HOST, True)
-    assert describer.handler(handler) is None
-
-
-def test_a_future_calls_back_once() -> None:
-    future, calls = Future(), []
-    future.add_done_callback(calls.append)
-    assert not future.done()
-    future.set_result()
-    future.set_result()
-    assert future.done()
-    future.add_done_callback(calls.append)
-    assert calls == [future, future]
-
-
-def test_a_queue_knows_where_events_were_emitted() -> None:
-    places = iter('abc')
-    queue = Queue(lambda: next(places))
-    queue.take_at_once = lambda event: bool(event == 2)
-    for event in (1, 2, 3):
-        queue.put_nowait(event)
-    kept = queue.copy()
-    assert [queue.take(), queue.take()] == [(1, 'a'), (3, 'b')]
-    assert queue.empty()
-    queue.restore(kept)
-    assert queue.take() == (1, 'a')
-
-
-def test_what_ends_a_scope_is_done_at_once() -> None:
-    push, pop = (
-        made(f'{word}LaunchConfigurations') for word in ('Push', 'Pop')
-    )
-    outer_pop, environment = (
-        made('PopLaunchConfigurations'),
-        made('PopEnvironment'),
-    )
-    end = Marker(list)
-    siblings = [TALKER, push, TALKER, pop, end, outer_pop, environment, TALKER]
-    later, now = split(siblings)
-    assert later == [TALKER, push, TALKER, pop, TALKER]
-    assert now == [end, outer_pop, environment]

@@ -57,45 +57,6 @@ def test_the_call_is_the_position(
     assert positions.of(made) == [str(path), 2, column]
 
 
-def test_what_was_made_elsewhere_has_the_other_position(
-    positions: Positions,
-) -> None:
-    assert positions.of(Made()) is None
-    positions.otherwise = ['/a.launch.py', 1, 1]
-    assert positions.of(Made()) == ['/a.launch.py', 1, 1]
-
-
-def test_the_first_that_has_a_position_gives_it(
-    tmp_path: Path, positions: Positions
-) -> None:
-    path = tmp_path / 'a.launch.py'
-    positions.add_file(str(path))
-    made = run(path, 'made = make()\n', positions.note)
-    found = positions.of(made)
-    assert found is not None
-    assert positions.of(Made(), None, made) == found
-    other = Made()
-    positions.lend(made, other)
-    assert positions.of(other) == found
-
-
-def test_a_parameter_is_where_its_name_stands(
-    tmp_path: Path, positions: Positions
-) -> None:
-    path = tmp_path / 'a.launch.py'
-    positions.add_file(str(path))
-    made = run(
-        path,
-        "other = {'rate': 1}\n"
-        "made = make(parameters=[{\n    'rate': 2, 'a': {'b': 3}}])\n",
-        positions.note,
-    )
-    if HAS_COLUMNS:
-        assert positions.of_parameter(made, 'rate') == [str(path), 3, 5]
-        assert positions.of_parameter(made, 'a.b') == [str(path), 3, 22]
-    assert positions.of_parameter(made, 'c') == positions.of(made)
-
-
 @pytest.mark.parametrize(
     ('path', 'is_users'),
     [
