@@ -44,11 +44,11 @@ def main() -> None:
         return
     run_later()
 
-    from . import events
     from . import extensions
     from . import timers
     from .entries import Entries
     from .entries import install_logging
+    from .events import Events
     from .packages import tell_modules
     from .visit import Visitor
 
@@ -56,9 +56,9 @@ def main() -> None:
     visitor.packages.install()
     install_logging(visitor)
     visitor.renew_context()
-    entries = Entries(visitor)
-    entries.install()
-    timers.install(visitor, events.install(visitor, entries))
+    events = Events(visitor)
+    Entries(visitor, events).install()
+    timers.install(visitor, events)
     extensions.install(visitor)
     tell_modules(visitor)
     visitor.run()

@@ -34,6 +34,7 @@ from .packages import when_imported
 from .visit import Marker
 
 if TYPE_CHECKING:
+    from .events import Events
     from .visit import Visitor
 
 
@@ -51,16 +52,13 @@ class Entries:
     """
     Replaces what actions do, once their modules are imported.
 
-    :param visitor: Is told what they come to
+    :param visitor: Reports what they come to
+    :param events: Gets the actions of processes
     """
 
-    def __init__(self, visitor: Visitor) -> None:
+    def __init__(self, visitor: Visitor, events: Events) -> None:
         self._visitor = visitor
-        #: Registers what a process does at its end other than a shutdown:
-        #: called with the action, its `id`, and its `on_exit`.
-        self.on_exit: Callable[[Any, int, Any], object] = _ignore
-        #: Called with the action of each process and its `id`.
-        self.on_process: Callable[[Any, int], object] = _ignore
+        self._events = events
         #: The parameters of the nodes that are being prepared, by the path of
         #: the file made for them, or as `-p` rules by None.
         self._made: dict[str | None, list[Json]] = {}
@@ -75,7 +73,7 @@ class Entries:
         launch = importlib.import_module('launch')
         actions = importlib.import_module('launch.actions')
         local = importlib.import_module('launch.actions.execute_local')
-        self._note_positions(launch.Action)
+        note_positions(self._visitor, launch.Action)
         replace_method(local.ExecuteLocal, 'execute', self._execute)
         replace_method(actions.GroupAction, 'execute', self._group)
         replace_method(
@@ -88,24 +86,13 @@ class Entries:
             'actions.load_composable_nodes': self._patch_loading,
             'actions.node': self._patch_node,
             'actions.set_use_sim_time': self._patch_sim_time,
-            'descriptions.composable_node': lambda module: (
-                self._note_positions(module.ComposableNode)
+            'descriptions.composable_node': lambda module: note_positions(
+                self._visitor, module.ComposableNode
             ),
             'parameter_descriptions': self._patch_files,
             'ros_adapters': self._patch_adapters,
         }.items():
             when_imported(f'launch_ros.{name}', do)
-
-    def _note_positions(self, cls: Any) -> None:
-        positions = self._visitor.positions
-
-        def init(
-            old: Callable[..., Any], made: Any, *args: Any, **kwargs: Any
-        ) -> None:
-            positions.note(made)
-            old(made, *args, **kwargs)
-
-        replace_method(cls, '__init__', init)
 
     # processes
 
@@ -132,9 +119,9 @@ class Entries:
             **self._process(action, context),
             **self._node(action, context),
         )
-        self.on_process(action, number)
+        self._events.add_process(action, number)
         if on_exit is not None and not shuts_down:
-            self.on_exit(action, number, on_exit)
+            self._events.add_on_exit(action, on_exit)
 
     def _process(self, action: Any, context: Any) -> Json:
         visitor = self._visitor
@@ -546,6 +533,19 @@ class Entries:
         return old(source, location)
 
 
+def note_positions(visitor: Visitor, cls: Any) -> None:
+    """Note where in the user's files objects of a class are made."""
+
+    def init(
+        old: Callable[..., Any], made: Any, *args: Any, **kwargs: Any
+    ) -> None:
+        visitor.positions.note(made)
+        visitor.positions.lend(visitor.entity, made)
+        old(made, *args, **kwargs)
+
+    replace_method(cls, '__init__', init)
+
+
 def replace_method(cls: Any, name: str, by: Callable[..., Any]) -> None:
     """Replace a method of a class; `by` gets the old one before all else."""
     old: Callable[..., Any] = getattr(cls, name)
@@ -681,7 +681,3 @@ def _autostarts(made: Any) -> bool:
     """Return whether a lifecycle node is activated; from Lyrical on."""
     value = getattr(made, 'node_autostart', None) or Private(made).autostart
     return str(value).lower() in ('true', '1')
-
-
-def _ignore(*args: object) -> None:
-    del args

@@ -30,10 +30,9 @@ from .descriptions import may_waver
 from .descriptions import OF_HOST
 from .descriptions import TRANSITIONS
 from .entries import is_shutdown
-from .entries import replace_method
+from .entries import note_positions
 
 if TYPE_CHECKING:
-    from .entries import Entries
     from .visit import Visitor
 
 
@@ -140,6 +139,10 @@ class Events:
         self._processes = importlib.import_module('launch.events.process')
         self._handlers = importlib.import_module('launch.event_handlers')
         self._base = importlib.import_module('launch.event_handler')
+        note_positions(visitor, self._base.BaseEventHandler)
+        visitor.requests['event'] = self.handle
+        visitor.before_done.append(self.tell_handlers)
+        visitor.forget.append(self.forget)
         self.forget()
 
     def forget(self) -> None:
@@ -187,7 +190,7 @@ class Events:
                 action,
             )
 
-    def add_on_exit(self, action: Any, _number: int, on_exit: Any) -> None:
+    def add_on_exit(self, action: Any, on_exit: Any) -> None:
         """Register what is to be done when a process ends."""
         handler = self._handlers.OnProcessExit(
             target_action=action, on_exit=on_exit
@@ -600,24 +603,3 @@ def _matches(matcher: Callable[[Any], object], action: object) -> bool:
         return bool(matcher(action))
     except Exception:  # noqa: BLE001 - it may be anyone's
         return False
-
-
-def install(visitor: Visitor, entries: Entries) -> Events:
-    """Let the visitor handle events, and answer requests for them."""
-    base = importlib.import_module('launch.event_handler').BaseEventHandler
-
-    def init(
-        old: Callable[..., Any], handler: Any, *args: Any, **kwargs: Any
-    ) -> None:
-        visitor.positions.note(handler)
-        visitor.positions.lend(visitor.entity, handler)
-        old(handler, *args, **kwargs)
-
-    replace_method(base, '__init__', init)
-    events = Events(visitor)
-    entries.on_process = events.add_process
-    entries.on_exit = events.add_on_exit
-    visitor.requests['event'] = events.handle
-    visitor.before_done.append(events.tell_handlers)
-    visitor.forget.append(events.forget)
-    return events
