@@ -44,12 +44,12 @@ def main() -> None:
         return
     run_later()
 
-    from . import extensions
-    from . import timers
     from .entries import Entries
     from .entries import install_logging
     from .events import Events
+    from .extensions import Extensions
     from .packages import tell_modules
+    from .timers import Timers
     from .visit import Visitor
 
     visitor = Visitor(channel)
@@ -58,8 +58,8 @@ def main() -> None:
     visitor.renew_context()
     events = Events(visitor)
     Entries(visitor, events).install()
-    timers.install(visitor, events)
-    extensions.install(visitor)
+    Timers(visitor, events).install()
+    Extensions(visitor)
     tell_modules(visitor)
     visitor.run()
 

@@ -247,6 +247,8 @@ class Extensions:
         self._failures: dict[str, Exception] = {}
         # what was made: with it, packages remove the files that it names
         self._made: list[object] = []
+        visitor.requests['action'] = self.act
+        visitor.requests['substitute'] = self.make
 
     def act(self, request: Json) -> None:
         """Do an action, with what it starts and includes."""
@@ -388,10 +390,3 @@ def _shown(data_type: Any) -> str:
         'list': 'a list',
         'NoneType': 'nothing',
     }.get(name or '', str(data_type).replace('typing.', ''))
-
-
-def install(visitor: Visitor) -> None:
-    """Let the visitor answer requests for them."""
-    extensions = Extensions(visitor)
-    visitor.requests['action'] = extensions.act
-    visitor.requests['substitute'] = extensions.make

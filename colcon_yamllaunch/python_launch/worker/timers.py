@@ -118,6 +118,30 @@ class Timers:
         #: Whether what is visited stands in a timer.
         self._is_ahead = False
         events.queue.take_at_once = self._take_at_once
+        visitor.requests['finish'] = self.finish
+        visitor.requests['call'] = self.call
+        visitor.is_put_off = self.is_put_off
+        visitor.forget.append(self.forget)
+
+    def install(self) -> None:
+        """Replace what timers of `launch` and `launch_ros` do."""
+        actions = importlib.import_module('launch.actions')
+        replace_method(actions.TimerAction, 'execute', self.execute)
+        when_imported(
+            'launch_ros.actions.ros_timer',
+            # Humble has another name for it
+            lambda module: replace_method(
+                getattr(module, 'ROSTimer', None) or module.RosTimer,
+                'execute',
+                self.execute,
+            ),
+        )
+        when_imported(
+            'launch_ros.actions.lifecycle_transition',
+            lambda module: replace_method(
+                module.LifecycleTransition, 'execute', self.transit
+            ),
+        )
 
     def execute(
         self, _old: Callable[..., Any], timer: Any, context: Any
@@ -307,32 +331,6 @@ class Timers:
             return False
         lines = linecache.getlines(str(position[0]))
         return any('.cancel' in line for line in lines)
-
-
-def install(visitor: Visitor, events: Events) -> None:
-    """Let timers be told as blocks, and what they do goes on later."""
-    actions = importlib.import_module('launch.actions')
-    timers = Timers(visitor, events)
-    replace_method(actions.TimerAction, 'execute', timers.execute)
-    when_imported(
-        'launch_ros.actions.ros_timer',
-        # Humble has another name for it
-        lambda module: replace_method(
-            getattr(module, 'ROSTimer', None) or module.RosTimer,
-            'execute',
-            timers.execute,
-        ),
-    )
-    when_imported(
-        'launch_ros.actions.lifecycle_transition',
-        lambda module: replace_method(
-            module.LifecycleTransition, 'execute', timers.transit
-        ),
-    )
-    visitor.requests['finish'] = timers.finish
-    visitor.requests['call'] = timers.call
-    visitor.is_put_off = timers.is_put_off
-    visitor.forget.append(timers.forget)
 
 
 def _is_request(event: Any) -> bool:
