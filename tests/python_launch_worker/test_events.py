@@ -114,60 +114,6 @@ def test_packages_that_handlers_need_are_told(launch: Launch) -> None:
     assert named['later_c'][1] == first + 15
 
 
-def test_the_last_handler_comes_first(
-    launch: Launch, talking_host: TalkingHost
-) -> None:
-    launch(
-        """\
-        def on_exit(event, context):
-            return [say(f'ended: {event.returncode}'), run('b')]
-
-        def generate_launch_description():
-            a = run('a', on_exit=[say('its own')])
-            return LaunchDescription([
-                when(OnProcessExit(target_action=a, on_exit=[say('early')])),
-                a,
-                when(OnProcessExit(target_action=a, on_exit=on_exit)),
-                when(OnProcessExit(target_action=a, on_exit=[say('late')])),
-            ])
-        """
-    )
-    assert in_short(talking_host.event('start', process='a', pid=5)) == []
-    assert talking_host.ended('a', 3) == [
-        'late',
-        'ended: 3',
-        'start b',
-        'its own',
-        'early',
-    ]
-
-
-def test_handlers_register_others_and_go(
-    launch: Launch, talking_host: TalkingHost
-) -> None:
-    told = launch(
-        """\
-        def generate_launch_description():
-            a, b = run('a'), run('b')
-            gone = OnProcessExit(on_exit=[say('never')])
-            return LaunchDescription([
-                a,
-                when(gone),
-                UnregisterEventHandler(gone),
-                when(OnProcessExit(target_action=a, handle_once=True, on_exit=[
-                    b, when(OnProcessExit(
-                        target_action=b, on_exit=[say('b ended')]))])),
-            ])
-        """
-    )
-    assert [h['actions'] for h in handlers_of(told)] == [
-        ['start b', 'when b ends: say "b ended"']
-    ]
-    told = talking_host.event('exit', process='a', returncode=0)
-    assert in_short(told) == ['start b']
-    assert talking_host.ended('b') == ['b ended']
-
-
 def test_output_is_told_and_kept(
     launch: Launch, talking_host: TalkingHost
 ) -> None:
@@ -560,33 +506,6 @@ def test_lifecycle_nodes_change_their_states(
         'shutdown /ns/b',
         'shutdown /ns/a',
     ]
-
-
-def test_handlers_run_in_the_scope_at_the_end(
-    talking_host: TalkingHost, tmp_path: Path
-) -> None:
-    path = tmp_path / 'demo.launch.py'
-    path.write_text(
-        HEAD
-        + textwrap.dedent(
-            """\
-            def generate_launch_description():
-                return LaunchDescription([GroupAction([
-                    SetLaunchConfiguration('x', 'inner'),
-                    run('a'),
-                    when(OnProcessExit(on_exit=[
-                        say('x is ', LaunchConfiguration('x')),
-                        SetLaunchConfiguration('x', 'later')])),
-                ])])
-            """
-        )
-    )
-    talking_host.visit(path)
-    scope = {'configurations': {'x': 'end'}}
-    talking_host.ask('finish', scope=scope)
-    ended = {'process': 'a', 'returncode': 0, 'respawns': True}
-    assert in_short(talking_host.event('exit', **ended)) == ['x is end']
-    assert in_short(talking_host.event('exit', **ended)) == ['x is later']
 
 
 def test_processes_are_counted_with_those_of_others(

@@ -130,33 +130,6 @@ def test_timers_are_cancelled(
     assert in_short(talking_host.ask('call', number=2)) == []
 
 
-def test_timers_are_done(launch: Launch, talking_host: TalkingHost) -> None:
-    told = launch(
-        """\
-        def generate_launch_description():
-            timer, log = after(1.0, say('a')), say('b')
-            return LaunchDescription([
-                RegisterEventHandler(OnExecutionComplete(
-                    target_action=timer, on_completion=[say('timer')])),
-                RegisterEventHandler(OnExecutionComplete(
-                    target_action=log, on_completion=[say('log')])),
-                timer, after(2.0, log),
-            ])
-        """
-    )
-    assert in_short(told) == [
-        'begin timer',
-        'a',
-        'call 1: see to the timer',
-        'end',
-        'begin timer',
-        'call 2: say "b"',
-        'end',
-    ]
-    assert in_short(talking_host.ask('call', number=1)) == ['timer']
-    assert in_short(talking_host.ask('call', number=2)) == ['b', 'log']
-
-
 def test_what_fails_at_its_time_ends_the_launch(
     launch: Launch, talking_host: TalkingHost
 ) -> None:
@@ -188,30 +161,6 @@ def test_a_timer_on_ros_time(launch: Launch) -> None:
     )
     timers = [m for m in told if m['say'] == 'begin']
     assert [t['on_ros_time'] for t in timers] == [False, True]
-
-
-def test_handlers_start_timers(
-    launch: Launch, talking_host: TalkingHost
-) -> None:
-    launch(
-        """\
-        def generate_launch_description():
-            return LaunchDescription([run('a'), RegisterEventHandler(
-                OnProcessExit(on_exit=[after(
-                    1.0,
-                    say(LocalSubstitution('event.name')),
-                    EmitEvent(event=ShuttingDown(reason='timed out')),
-                    OpaqueFunction(function=lambda context: [
-                        say(str(context.locals.event.returncode))]),
-                )]))])
-        """
-    )
-    assert talking_host.ended('a')[:3] == [
-        'begin timer',
-        'launch.events.process.ProcessExited',
-        'shutdown: timed out',
-    ]
-    assert in_short(talking_host.ask('call', number=1)) == ['0']
 
 
 def test_requests_in_timers_are_settled_when_all_is_read(
