@@ -20,6 +20,12 @@ from types import SimpleNamespace
 from typing import Any
 from typing import TYPE_CHECKING
 
+from launch import event_handlers
+from launch import events
+from launch import LaunchDescriptionEntity
+from launch.event_handler import BaseEventHandler
+from launch.events import process as processes
+
 from .channel import Json
 from .descriptions import Describer
 from .descriptions import entities_of
@@ -135,11 +141,7 @@ class Events:
         self._told: Json | None = None
         #: The handlers and processes that were reported.
         self._seen: Any = None
-        self._kinds = importlib.import_module('launch.events')
-        self._processes = importlib.import_module('launch.events.process')
-        self._handlers = importlib.import_module('launch.event_handlers')
-        self._base = importlib.import_module('launch.event_handler')
-        note_positions(visitor, self._base.BaseEventHandler)
+        note_positions(visitor, BaseEventHandler)
         visitor.requests['event'] = self.handle
         visitor.before_done.append(self.tell_handlers)
         visitor.forget.append(self.forget)
@@ -160,12 +162,12 @@ class Events:
         self._told = self._seen = None
         register = self._context.register_event_handler
         # as LaunchService does, so these two come last
-        included = self._handlers.OnIncludeLaunchDescription()
+        included = event_handlers.OnIncludeLaunchDescription()
         setattr(included, OF_HOST, True)
         register(included)
-        self._on(self._kinds.Shutdown, self._set_shutdown)
-        self._on(self._processes.ShutdownProcess, self._shut_down_process)
-        self._on(self._processes.SignalProcess, self._signal_process)
+        self._on(events.Shutdown, self._set_shutdown)
+        self._on(processes.ShutdownProcess, self._shut_down_process)
+        self._on(processes.SignalProcess, self._signal_process)
 
     @property
     def _context(self) -> Any:
@@ -185,14 +187,14 @@ class Events:
         if getattr(action, '_ExecuteLocal__cached_output', False):
             self._kept.add(number)
             self._on(
-                self._processes.ProcessIO,
+                processes.ProcessIO,
                 lambda event: self._keep_output(action, event),
                 action,
             )
 
     def add_on_exit(self, action: Any, on_exit: Any) -> None:
         """Register what is to be done when a process ends."""
-        handler = self._handlers.OnProcessExit(
+        handler = event_handlers.OnProcessExit(
             target_action=action, on_exit=on_exit
         )
         self._visitor.positions.lend(action, handler)
@@ -326,7 +328,7 @@ class Events:
         details = action.process_details
         details['pid'] = event['pid']
         _set_transport(action, event['pid'], None)
-        self.queue.put_nowait(self._processes.ProcessStarted(**details))
+        self.queue.put_nowait(processes.ProcessStarted(**details))
         self.handle_all()
 
     def _exited(self, event: Json) -> None:
@@ -341,7 +343,7 @@ class Events:
             if number not in self._stopped:
                 return
             self._stopped.discard(number)
-        exited = self._processes.ProcessExited(
+        exited = processes.ProcessExited(
             returncode=returncode, **_details(action)
         )
         self.queue.put_nowait(exited)
@@ -407,7 +409,7 @@ class Events:
             # as LaunchService does when it is not a launch file that ends it
             self._context._set_is_shutdown(True)
             by_sigint = bool(event.get('by_sigint'))
-            shutdown = self._kinds.Shutdown(
+            shutdown = events.Shutdown(
                 reason=_SIGINT if by_sigint else event['reason'],
                 due_to_sigint=by_sigint,
             )
@@ -445,13 +447,12 @@ class Events:
             raise error
 
     def _handle(self, event: Any) -> None:
-        if isinstance(event, self._kinds.Shutdown) and not self._is_ending:
+        if isinstance(event, events.Shutdown) and not self._is_ending:
             # its handlers are called when the launcher says so
             self._shutdowns.append(event)
             self.tell_shutdown(event)
             return
         context = self._context
-        launch = importlib.import_module('launch')
         for handler in tuple(context._event_handlers):
             if not handler.matches(event):
                 continue
@@ -463,7 +464,7 @@ class Events:
                 for entity in entities:
                     if entity is None:
                         continue
-                    if not isinstance(entity, launch.LaunchDescriptionEntity):
+                    if not isinstance(entity, LaunchDescriptionEntity):
                         raise RuntimeError(
                             'expected a LaunchDescriptionEntity from '
                             f"event_handler, got '{entity}'"
@@ -479,7 +480,7 @@ class Events:
         if self._is_ending:
             return
         self._context._set_is_shutdown(True)
-        shutdown = self._kinds.Shutdown(
+        shutdown = events.Shutdown(
             reason=f'Caught exception in launch (see debug for traceback): '
             f'{error}'
         )
@@ -502,7 +503,7 @@ class Events:
         def handle(event: Any, _context: object) -> None:
             do(event)
 
-        handler = self._base.BaseEventHandler(
+        handler = BaseEventHandler(
             matcher=lambda event: (
                 isinstance(event, kind)
                 and (action is None or event.action is action)
@@ -574,8 +575,9 @@ class Events:
         return found[::-1]
 
     def _output(self, action: Any, stream: int, text: bytes = b'') -> Any:
-        kinds = self._processes
-        kind = kinds.ProcessStderr if stream == 2 else kinds.ProcessStdout
+        kind = (
+            processes.ProcessStderr if stream == 2 else processes.ProcessStdout
+        )
         return kind(text=text, **_details(action))
 
 

@@ -22,6 +22,11 @@ import os
 from typing import Any
 from typing import TYPE_CHECKING
 
+from launch import Action
+from launch import events
+from launch.actions import TimerAction
+from launch.utilities.type_utils import perform_typed_substitution
+
 from .channel import Json
 from .descriptions import Describer
 from .descriptions import is_a
@@ -125,8 +130,7 @@ class Timers:
 
     def install(self) -> None:
         """Replace what timers of `launch` and `launch_ros` do."""
-        actions = importlib.import_module('launch.actions')
-        replace_method(actions.TimerAction, 'execute', self.execute)
+        replace_method(TimerAction, 'execute', self.execute)
         when_imported(
             'launch_ros.actions.ros_timer',
             # Humble has another name for it
@@ -147,20 +151,16 @@ class Timers:
         self, _old: Callable[..., Any], timer: Any, context: Any
     ) -> None:
         """Tell a timer, in the place of `TimerAction.execute`."""
-        types = importlib.import_module('launch.utilities.type_utils')
-        kinds = importlib.import_module('launch.events')
         timer._completed_future = done = Future()
         timer._canceled_future = cancelled = Future()
         cancelled.add_done_callback(done.set_result)
         if _is_cancelled(timer):
             done.set_result()
             return
-        period = types.perform_typed_substitution(context, timer.period, float)
+        period = perform_typed_substitution(context, timer.period, float)
         is_dropped = getattr(timer, '_TimerAction__cancel_on_shutdown', True)
         if not isinstance(is_dropped, bool):
-            is_dropped = types.perform_typed_substitution(
-                context, is_dropped, bool
-            )
+            is_dropped = perform_typed_substitution(context, is_dropped, bool)
         self._visitor.say(
             'begin',
             kind='timer',
@@ -173,7 +173,7 @@ class Timers:
             and self._visitor.scopes.uses_sim_time,
         )
         actions = list(timer.actions)
-        complete = kinds.ExecutionComplete(action=timer)
+        complete = events.ExecutionComplete(action=timer)
         if self._may_be_cancelled(timer):
             self._leave(timer, lambda: self._fire(timer, actions), actions)
         else:
@@ -293,9 +293,7 @@ class Timers:
         return number
 
     def _needs_its_time(self, entity: Any) -> bool:
-        launch = importlib.import_module('launch')
-        kinds = importlib.import_module('launch.events')
-        if not isinstance(entity, launch.Action):
+        if not isinstance(entity, Action):
             return False
         if _ends_launch(entity):
             return False
@@ -307,12 +305,11 @@ class Timers:
             return True
         if is_a(entity, 'ExecuteLocal', 'TimerAction'):
             return False
-        event = kinds.ExecutionComplete(action=entity)
+        event = events.ExecutionComplete(action=entity)
         return bool(self._visitor.context.would_handle_event(event))
 
     def _take_at_once(self, event: Any) -> bool:
-        kinds = importlib.import_module('launch.events')
-        if self._is_ahead and isinstance(event, kinds.Shutdown):
+        if self._is_ahead and isinstance(event, events.Shutdown):
             self._events.tell_shutdown(event)
             return True
         if not (self._is_ahead and _is_request(event)):
