@@ -105,11 +105,11 @@ class PlanFeed(Participant):
                 # what waits for its end does not wait for this
                 self._changed[event.process.label] = event
             case events.Started():
-                self._tell_of(event.process, 'start', pid=event.pid)
+                self._send_of(event.process, 'start', pid=event.pid)
             case events.Exited():
                 self._exited(event)
             case events.StateChanged() if self._growing.has_handlers:
-                self._tell(
+                self._send_event(
                     'state',
                     node=event.node,
                     to=event.state,
@@ -129,7 +129,7 @@ class PlanFeed(Participant):
         self._output += len(event.data)
         self._labels.add(process.label)
         text = event.data.decode(errors='replace')
-        self._tell_of(process, 'output', stream=event.stream, text=text)
+        self._send_of(process, 'output', stream=event.stream, text=text)
 
     def accepts(self, label: str) -> bool:
         """
@@ -209,7 +209,7 @@ class PlanFeed(Participant):
     def _read(self) -> None:
         try:
             while (message := self._link.poll()) is not None:
-                growth = self._growing.take(message)
+                growth = self._growing.handle(message)
                 if growth is not None:
                     self._grow(growth)
         except WorkerError as error:
@@ -237,7 +237,7 @@ class PlanFeed(Participant):
         elif event.outcome.lost:
             # ROS 2 knows of no other end that nobody has seen
             code = -signal.SIGKILL
-        self._tell_of(
+        self._send_of(
             event.process,
             'exit',
             returncode=code,
@@ -247,14 +247,14 @@ class PlanFeed(Participant):
 
     def _shut_down(self, reason: str, *, by_sigint: bool) -> None:
         self._knows_end = True
-        self._tell('shutdown', reason=reason, by_sigint=by_sigint)
+        self._send_event('shutdown', reason=reason, by_sigint=by_sigint)
 
-    def _tell_of(self, process: Process, kind: str, **fields: Any) -> None:
+    def _send_of(self, process: Process, kind: str, **fields: Any) -> None:
         number = self._growing.id_of(process.ros_name)
         if number is not None:
-            self._tell(kind, process=number, **fields)
+            self._send_event(kind, process=number, **fields)
 
-    def _tell(self, kind: str, **fields: Any) -> None:
+    def _send_event(self, kind: str, **fields: Any) -> None:
         self._ask({'do': 'event', 'event': {'type': kind, **fields}})
 
     def _ask(self, request: WorkerMessage) -> None:

@@ -55,7 +55,7 @@ TIMEOUT = 60.0
 #: The number of the worker in the launch; no process of the plan has it.
 NUMBER = 1_000_000_000
 #: Seconds to wait for its position in a launch file, and for its end.
-PATIENCE = 1.0
+ANSWER_TIMEOUT = 1.0
 
 _STDERR = 2
 _AT_ONCE = Timeouts(0.0, 0.0)
@@ -167,7 +167,7 @@ class WorkerProcess:
         """Return its position in a launch file, if it answers, and end it."""
         try:
             self.send({'do': 'where'})
-            deadline = time.monotonic() + PATIENCE
+            deadline = time.monotonic() + ANSWER_TIMEOUT
             while (left := deadline - time.monotonic()) > 0:
                 message = self._receive(left)
                 if message.get('say') == 'where':
@@ -217,7 +217,7 @@ class WorkerProcess:
             self._guard.dismiss()
             self._guard = None
 
-    def disown(self) -> None:
+    def detach(self) -> None:
         """Detach a forked child of the launcher from it."""
         self.pid = 0
         self._is_over = self._is_entrusted = True
@@ -236,7 +236,7 @@ class WorkerProcess:
         with suppress(WorkerError):
             # it removes the temporary files of launch files
             self.send({'do': 'start', 'id': 0, 'packages': {}})
-            while self._receive(PATIENCE).get('id') != 0:
+            while self._receive(ANSWER_TIMEOUT).get('id') != 0:
                 continue
         if self.pid:
             os.kill(self.pid, signal.SIGKILL)
@@ -245,7 +245,9 @@ class WorkerProcess:
 
     def close(self) -> None:
         """End it with all processes that it has started."""
-        strays = _Strays(self.identity, {self.pid: NUMBER} if self.pid else {})
+        orphans = _Orphans(
+            self.identity, {self.pid: NUMBER} if self.pid else {}
+        )
         if self.pid:
             self._close_pipes()
             if self._first == []:
@@ -253,14 +255,14 @@ class WorkerProcess:
                 os.kill(self.pid, signal.SIGKILL)
             self._await_end()
             self._end()
-        if self._begun and strays.search(()):
+        if self._begun and orphans.search(()):
             timeouts, now = {NUMBER: _AT_THE_END}, time.monotonic()
-            Escalation(strays, timeouts, now, signal.SIGTERM).run()
+            Escalation(orphans, timeouts, now, signal.SIGTERM).run()
         self.entrust()
 
     def _await_end(self) -> None:
         """Wait until it ends, and kill it after a timeout."""
-        deadline = time.monotonic() + PATIENCE
+        deadline = time.monotonic() + ANSWER_TIMEOUT
         while not _has_ended(self.pid) and time.monotonic() < deadline:
             time.sleep(0.002)
         with suppress(ProcessLookupError, PermissionError):
@@ -381,7 +383,7 @@ class WorkerProcess:
         self._messages.clear()
 
 
-class _Strays(Targets):
+class _Orphans(Targets):
     """The processes that a worker left running."""
 
     def __init__(self, identity: str, groups: Mapping[int, int]) -> None:

@@ -346,7 +346,7 @@ class LaunchContext:
     def detach(self) -> None:
         """Leave all of that to the parent, in a fork of its process."""
         if self._worker is not None:
-            self._worker.disown()
+            self._worker.detach()
             self._worker = None
         if (machines := vars(self).get('machines')) is not None:
             machines.detach()

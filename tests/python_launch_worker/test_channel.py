@@ -93,7 +93,7 @@ def test_requests_are_done_before_an_answer_comes(
         "channel.serve = lambda line: channel.say('served', line=line)\n"
         "answer = channel.ask('include', path='/é')\n"
         "channel.say('answered', answer=answer)\n"
-        'channel.take()\n',
+        'channel.receive()\n',
     )
     assert talk.take() == {'say': 'include', 'ask': 1, 'path': '/é'}
     talk.send(do='visit', id=7)
@@ -110,8 +110,8 @@ def test_what_is_printed_and_read_is_not_of_the_channel(
         "print('printed', flush=True)\n"
         "subprocess.run(['sh', '-c', 'echo from sh; cat'], check=True)\n"
         "channel.say('read', text=sys.stdin.read())\n"
-        'channel.say(channel.take()["do"])\n'
-        'channel.take()\n',
+        'channel.say(channel.receive()["do"])\n'
+        'channel.receive()\n',
     )
     talk.send(do='next')
     assert talk.take() == {'say': 'read', 'text': ''}
@@ -140,7 +140,7 @@ def test_the_end_ends_whatever_was_started(
 
 def test_it_ends_where_nobody_reads(talk_by: Callable[[str], Talk]) -> None:
     talk = talk_by(
-        'channel.take()\n'
+        'channel.receive()\n'
         "channel.say('nothing')\n"
         "open('went-on', 'w').close()\n",
     )
@@ -161,8 +161,8 @@ def test_low_descriptors_are_not_of_the_channel(
         '    except OSError:\n'
         '        pass\n'
         'os.closerange(0, 100)\n'
-        'channel.say(channel.take()["do"])\n'
-        'channel.take()\n',
+        'channel.say(channel.receive()["do"])\n'
+        'channel.receive()\n',
     )
     talk.send(do='next')
     assert talk.take() == {'say': 'next'}
@@ -177,7 +177,7 @@ def test_a_copy_of_the_host_says_nothing(
         'if pid == 0:\n'
         '    channel.at_end = lambda: open("ended-copy", "w")\n'
         "channel.say('told', status=os.waitpid(pid, 0)[1] if pid else -1)\n"
-        'channel.take()\n',
+        'channel.receive()\n',
     )
     assert talk.take() == {'say': 'told', 'status': 0}
     assert talk.end() == 0

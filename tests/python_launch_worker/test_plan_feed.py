@@ -74,7 +74,7 @@ class PlayedGrowing:
             raise WorkerError('ended')
         self.asked.append(request)
 
-    def take(self, message):
+    def handle(self, message):
         return message
 
     def lost(self, reason):
@@ -260,7 +260,9 @@ def test_the_blocks_of_the_plan_are_those_of_its_last_growth(launch):
 
 def test_what_it_answers_comes_to_the_plan_in_order(launch):
     first, second = Message('INFO', '1'), Message('INFO', '2')
-    launch.growing.take = lambda message: None if message == 'log' else message
+    launch.growing.handle = lambda message: (
+        None if message == 'log' else message
+    )
     launch.answers(Growth((first,)), 'log', Growth(), Growth((second,)))
     assert launch.done == [[first], [second]]
 

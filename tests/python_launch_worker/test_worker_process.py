@@ -132,7 +132,7 @@ def test_one_that_is_never_asked_is_ended(
 ) -> None:
     host = link('import time\nwhile True: time.sleep(1)\n')
     # it is not waited for, as it has nothing to end
-    monkeypatch.setattr(worker_process, 'PATIENCE', DEADLINE)
+    monkeypatch.setattr(worker_process, 'ANSWER_TIMEOUT', DEADLINE)
     host.start()
     pid = host.pid
     begin = time.monotonic()
@@ -224,7 +224,7 @@ def test_a_host_that_takes_too_long_says_what_it_does(link: MakeLink) -> None:
 def test_a_host_that_says_nothing_is_killed(
     link: MakeLink, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(worker_process, 'PATIENCE', 0.1)
+    monkeypatch.setattr(worker_process, 'ANSWER_TIMEOUT', 0.1)
     host = link(DEAF, timeout=DEADLINE)
     host.send({'id': 1})
     child = host.receive()['pid']

@@ -120,7 +120,7 @@ class PlayedWorker:
                 text = event['text'].strip()
                 self.tell(f'{event["stream"]} {event["process"]} {text}')
 
-    def take(self, message: dict[str, Any]) -> Growth:
+    def handle(self, message: dict[str, Any]) -> Growth:
         return self._coming.pop(0)
 
     def lost(self, reason: str) -> Growth:

@@ -4,7 +4,7 @@
 """
 Actions and substitutions of other packages in YAML and XML launch files.
 
-ROS 2's own `launch` has to run them: the host of launch files in Python does.
+ROS 2's own `launch` has to run them: the worker for Python launch files does.
 """
 
 from collections.abc import Callable
@@ -204,21 +204,21 @@ _NAMING = {
     'exec-in-pkg': 1,
     'var': 0,
 }
-# those that depend on where they are written, which the host does not know
+# those that depend on where they are written, which the worker does not know
 # once an action has included another launch file
 _LOCAL = ('dirname', 'filename', 'for-var', 'index')
 _SPECIAL = re.compile(r'[\\$()"\']')
 
 
 class NotAskedError(LaunchError):
-    """The host cannot do it, or is not there."""
+    """The worker cannot do it, or is not there."""
 
 
 def do(walk: Walk, attributes: Attributes) -> None:
     """
-    Let the host do an action.
+    Let the worker do an action.
 
-    :raises NotAskedError: when the host cannot, or is not there
+    :raises NotAskedError: when the worker cannot, or is not there
     :raises LaunchError: when the action fails
     """
     try:
@@ -249,11 +249,11 @@ def make(
     walk: Walk, name: str, texts: tuple[str, ...], at: Span
 ) -> str | None:
     """
-    Let the host make a substitution.
+    Let the worker make a substitution.
 
     :param texts: Its arguments
     :param at: Where it is written
-    :raises NotAskedError: when the host cannot, or is not there
+    :raises NotAskedError: when the worker cannot, or is not there
     :raises LaunchError: when the substitution fails
     """
     package, place = walk.exposed().substitution(name), at.position

@@ -587,7 +587,7 @@ class GrowingLaunch:
             block = self._dialogue.calls.pop(request['number'], block)
         self._asked.append((self._dialogue.send(request), block))
 
-    def take(self, message: WorkerMessage) -> Growth | None:
+    def handle(self, message: WorkerMessage) -> Growth | None:
         """
         Handle a message, and return what a whole answer adds to the plan.
 

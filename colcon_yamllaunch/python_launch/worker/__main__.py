@@ -48,7 +48,7 @@ def main() -> None:
     from .entries import install_logging
     from .events import Events
     from .extensions import Extensions
-    from .packages import tell_modules
+    from .packages import report_modules
     from .timers import Timers
     from .visit import Visitor
 
@@ -60,7 +60,7 @@ def main() -> None:
     Entries(visitor, events).install()
     Timers(visitor, events).install()
     Extensions(visitor)
-    tell_modules(visitor)
+    report_modules(visitor)
     visitor.run()
 
 

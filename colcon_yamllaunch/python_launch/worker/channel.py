@@ -108,7 +108,7 @@ class Channel:
         except OSError:
             self._end()
 
-    def take(self) -> Json:
+    def receive(self) -> Json:
         """Wait for a line."""
         with self._writing:
             self._write()
@@ -121,7 +121,7 @@ class Channel:
         number = next(self._asks)
         self.say(what, ask=number, **fields)
         while True:
-            line = self.take()
+            line = self.receive()
             if line.get('answer') == number:
                 return line
             self.serve(line)

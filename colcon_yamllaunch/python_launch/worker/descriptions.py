@@ -110,7 +110,7 @@ def as_json(value: Any) -> Any:
 
 
 #: The attribute that the event handlers of this program have.
-OF_HOST = '_launch_worker_handler'
+OF_WORKER = '_launch_worker_handler'
 #: What the numbers of lifecycle_msgs/msg/Transition ask for.
 TRANSITIONS = {
     1: 'configure',
@@ -164,7 +164,7 @@ class Describer:
 
     def handler(self, handler: Any) -> Json | None:
         """Return what the protocol says of a handler, None for nothing."""
-        if hasattr(handler, OF_HOST):
+        if hasattr(handler, OF_WORKER):
             return None
         functions, entities = _done_by(handler)
         actions = [*map(_call, filter(_is_users, functions))]
@@ -381,7 +381,7 @@ def entities_of(handler: Any) -> Any:
 
 def may_hear(handler: Any) -> bool:
     """Say whether a handler of users may be about the output of processes."""
-    return not hasattr(handler, OF_HOST) and (
+    return not hasattr(handler, OF_WORKER) and (
         _kind(handler) in ('output', 'other')
     )
 

@@ -29,7 +29,7 @@ from .descriptions import is_a
 from .descriptions import Private
 from .errors import checked
 from .errors import Failed
-from .errors import ToldError
+from .errors import PlainError
 from .packages import when_imported
 from .visit import Marker
 
@@ -443,7 +443,7 @@ class Entries:
             text = f"the launch file '{path}' does not exist"
             # the error that led to it tells the package
             cause = FileNotFoundError(errno.ENOENT, text, path)
-            raise ToldError(
+            raise PlainError(
                 text, position, hint=_did_you_mean(path)
             ) from cause
         kind = 'file' if path else 'group'
@@ -540,7 +540,7 @@ def note_positions(visitor: Visitor, cls: Any) -> None:
         old: Callable[..., Any], made: Any, *args: Any, **kwargs: Any
     ) -> None:
         visitor.positions.note(made)
-        visitor.positions.lend(visitor.entity, made)
+        visitor.positions.pass_on(visitor.entity, made)
         old(made, *args, **kwargs)
 
     replace_method(cls, '__init__', init)

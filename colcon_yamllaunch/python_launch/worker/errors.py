@@ -60,7 +60,7 @@ class Failed(BaseException):
     """The launcher has told the user of errors."""
 
 
-class ToldError(Exception):
+class PlainError(Exception):
     """
     An error in words of our own, no exception of `launch` or of the user.
 
@@ -115,7 +115,7 @@ def described(
     elif positions.otherwise and positions.otherwise[0] not in positions.files:
         # what stands in YAML or XML has it done
         frames.insert(0, _frame_of(positions.otherwise, None))
-    if isinstance(error, ToldError) and error.position is not None:
+    if isinstance(error, PlainError) and error.position is not None:
         column: Any = error.position[2]
         frames = [_frame_of(error.position, column + error.length)]
     frames = [frame for frame in frames if frame['position'] is not None]
@@ -172,7 +172,7 @@ def _inner(error: BaseException) -> BaseException:
 def _text(error: BaseException) -> str:
     if isinstance(error, SyntaxError):
         return f'{type(error).__name__}: {error.msg}'
-    if isinstance(error, ToldError):
+    if isinstance(error, PlainError):
         return str(error)
     if isinstance(error, KeyError) and type(error) is not KeyError:
         # those with a text show it as if it were a key
@@ -209,7 +209,7 @@ def _renamed(error: BaseException, frames: list[Json]) -> str | None:
 
 def _hint(error: BaseException) -> str | None:
     """Return the way out of an error, if it is known."""
-    if isinstance(error, ToldError):
+    if isinstance(error, PlainError):
         return error.hint
     match = _KEYWORD.search(str(error))
     if match is None or not isinstance(error, TypeError):
@@ -320,7 +320,7 @@ def checked(module: Any, path: str, positions: Positions) -> None:
     `launch` itself would miss some attribute of it, at no place.
 
     :param module: What was loaded from the file
-    :raises ToldError: when the file has no such function
+    :raises PlainError: when the file has no such function
     """
     generate = getattr(module, _GENERATE, None)
     if generate is None:
@@ -328,7 +328,7 @@ def checked(module: Any, path: str, positions: Positions) -> None:
         near = difflib.get_close_matches(_GENERATE, names, 1, 0.8)
         text = f"the launch file has no function '{_GENERATE}'"
         if not near:
-            raise ToldError(text, [path, 1, 1])
+            raise PlainError(text, [path, 1, 1])
         raise _of_function(
             text,
             positions.of_function(path, near[0]),
@@ -356,9 +356,9 @@ def checked(module: Any, path: str, positions: Positions) -> None:
 
 def _of_function(
     text: str, position: list[object], name: str, hint: str | None
-) -> ToldError:
+) -> PlainError:
     is_found = position[1:] != [1, 1]
-    return ToldError(text, position, len(name) if is_found else 1, hint)
+    return PlainError(text, position, len(name) if is_found else 1, hint)
 
 
 def _check(
@@ -372,7 +372,7 @@ def _check(
 
     :param outer: What the entity stands in, the nearest first
     :param made_by: The position of what has no position
-    :raises ToldError: for the first of them
+    :raises PlainError: for the first of them
     """
     for child in entity.describe_sub_entities():
         if not hasattr(child, 'visit'):
@@ -383,14 +383,14 @@ def _check(
             _check(child, (entity, *outer), made_by, positions)
 
 
-def no_action(found: object, position: list[object] | None) -> ToldError:
+def no_action(found: object, position: list[object] | None) -> PlainError:
     """Return the error about something that stands where actions stand."""
     hint = None
     if is_a(found, 'BaseEventHandler'):
         hint = f'put it into RegisterEventHandler({type(found).__name__}(…))'
     elif isinstance(found, (list, tuple)):
         hint = "put its actions into the list itself, such as by '*'"
-    return ToldError(
+    return PlainError(
         f'{_kind(found)} stands where an action is expected',
         position,
         hint=hint,

@@ -33,7 +33,7 @@ from .descriptions import hears
 from .descriptions import is_a
 from .descriptions import may_hear
 from .descriptions import may_waver
-from .descriptions import OF_HOST
+from .descriptions import OF_WORKER
 from .descriptions import TRANSITIONS
 from .entries import is_shutdown
 from .entries import note_positions
@@ -83,13 +83,13 @@ class Queue:
 
     def __init__(self, here: Callable[[], Any]) -> None:
         #: Takes an event that is not to wait, and says whether it was one.
-        self.take_at_once: Callable[[Any], bool] = bool
+        self.handle_at_once: Callable[[Any], bool] = bool
         self._events: deque[tuple[Any, Any]] = deque()
         self._here = here
 
     def put_nowait(self, event: Any) -> None:
         """Add an event."""
-        if not self.take_at_once(event):
+        if not self.handle_at_once(event):
             self._events.append((event, self._here()))
 
     async def put(self, event: Any) -> None:
@@ -100,7 +100,7 @@ class Queue:
         """Say whether there are no events."""
         return not self._events
 
-    def take(self) -> tuple[Any, Any]:
+    def pop(self) -> tuple[Any, Any]:
         """Return the first event, and where it was emitted."""
         return self._events.popleft()
 
@@ -138,12 +138,12 @@ class Events:
         self._is_ending = False
         #: Where the event that is handled was emitted.
         self._origin: Any = None
-        self._told: Json | None = None
+        self._reported: Json | None = None
         #: The handlers and processes that were reported.
         self._seen: Any = None
         note_positions(visitor, BaseEventHandler)
         visitor.requests['event'] = self.handle
-        visitor.before_done.append(self.tell_handlers)
+        visitor.before_done.append(self.report_handlers)
         visitor.forget.append(self.forget)
         self.forget()
 
@@ -159,11 +159,11 @@ class Events:
         self._heard.clear()
         self._shutdowns.clear()
         self._follows_lifecycles = False
-        self._told = self._seen = None
+        self._reported = self._seen = None
         register = self._context.register_event_handler
         # as LaunchService does, so these two come last
         included = event_handlers.OnIncludeLaunchDescription()
-        setattr(included, OF_HOST, True)
+        setattr(included, OF_WORKER, True)
         register(included)
         self._on(events.Shutdown, self._set_shutdown)
         self._on(processes.ShutdownProcess, self._shut_down_process)
@@ -197,7 +197,7 @@ class Events:
         handler = event_handlers.OnProcessExit(
             target_action=action, on_exit=on_exit
         )
-        self._visitor.positions.lend(action, handler)
+        self._visitor.positions.pass_on(action, handler)
         self._context.register_event_handler(handler)
 
     # requests
@@ -213,7 +213,7 @@ class Events:
         :param event: A `ChangeState`, `ShutdownProcess` or `SignalProcess`
         """
         own = self._context._event_handlers
-        users = [one for one in own if not hasattr(one, OF_HOST)]
+        users = [one for one in own if not hasattr(one, OF_WORKER)]
         if is_a(event, 'ChangeState'):
             matcher, actions = event.lifecycle_node_matcher, self._lifecycles()
         else:
@@ -251,7 +251,7 @@ class Events:
         self.handle_all()
         do(event)
 
-    def tell_handlers(self) -> None:
+    def report_handlers(self) -> None:
         """Report the event handlers, and whose output they take, if new."""
         started = self._visitor.started
         # the last one registered comes first
@@ -268,7 +268,7 @@ class Events:
         found: list[Json] | bool
         if self._visitor.is_running:
             # the launcher no longer shows them
-            found = not all(hasattr(one, OF_HOST) for one in handlers)
+            found = not all(hasattr(one, OF_WORKER) for one in handlers)
         else:
             found = self._describe(handlers, started)
         output: list[int] = []
@@ -280,9 +280,9 @@ class Events:
                 and (number in self._kept or self._is_heard(number, action))
             ]
         told = {'handlers': found, 'output': output}
-        if told != (self._told or {'handlers': [], 'output': []}):
+        if told != (self._reported or {'handlers': [], 'output': []}):
             self._visitor.say('handlers', **told)
-        self._told = told
+        self._reported = told
 
     def _describe(
         self, handlers: list[Any], started: dict[int, Any]
@@ -432,7 +432,7 @@ class Events:
         """
         error: Exception | None = None
         while not self.queue.empty():
-            event, self._origin = self.queue.take()
+            event, self._origin = self.queue.pop()
             try:
                 self._handle(event)
             except Exception as e:  # noqa: BLE001 - anything of the user's
@@ -450,7 +450,7 @@ class Events:
         if isinstance(event, events.Shutdown) and not self._is_ending:
             # its handlers are called when the launcher says so
             self._shutdowns.append(event)
-            self.tell_shutdown(event)
+            self.report_shutdown(event)
             return
         context = self._context
         for handler in tuple(context._event_handlers):
@@ -469,14 +469,14 @@ class Events:
                             'expected a LaunchDescriptionEntity from '
                             f"event_handler, got '{entity}'"
                         )
-                    self._visitor.positions.lend(handler, entity)
+                    self._visitor.positions.pass_on(handler, entity)
                     self._visitor.visit(entity)
             finally:
                 context._pop_locals()
 
     def end_for(self, error: Exception) -> None:
         """End the launch for an exception, as LaunchService does."""
-        self.tell_handlers()
+        self.report_handlers()
         if self._is_ending:
             return
         self._context._set_is_shutdown(True)
@@ -488,7 +488,7 @@ class Events:
         reason = f'a launch file raised {type(error).__name__}'
         self._visitor.say('shutdown', reason=reason)
 
-    def tell_shutdown(self, event: Any) -> None:
+    def report_shutdown(self, event: Any) -> None:
         """Tell the launcher to end the launch."""
         reason = event.reason
         if not isinstance(reason, str):
@@ -509,7 +509,7 @@ class Events:
                 and (action is None or event.action is action)
             )
         )
-        setattr(handler, OF_HOST, True)
+        setattr(handler, OF_WORKER, True)
         handler.handle = handle
         self._context.register_event_handler(handler)
 
@@ -522,15 +522,15 @@ class Events:
         buffer.write(event.text.decode(errors='replace'))
 
     def _shut_down_process(self, event: Any) -> None:
-        self._tell_signal(event, 0)
+        self._report_signal(event, 0)
 
     def _signal_process(self, event: Any) -> None:
         number = event.signal
         if isinstance(number, str):
             number = signal.Signals[number]
-        self._tell_signal(event, int(number))
+        self._report_signal(event, int(number))
 
-    def _tell_signal(self, event: Any, number: int) -> None:
+    def _report_signal(self, event: Any, number: int) -> None:
         for process, action in self._running().items():
             if event.process_matcher(action):
                 if number == 0:

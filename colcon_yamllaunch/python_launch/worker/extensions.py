@@ -21,22 +21,22 @@ from typing import TYPE_CHECKING
 from .channel import Json
 from .errors import described
 from .errors import note_entity
-from .errors import ToldError
+from .errors import PlainError
 
 if TYPE_CHECKING:
     from .visit import Visitor
 
 
 # as packages may expect them of `launch_yaml` and `launch_xml`
-class _MissingError(ToldError, AttributeError):
+class _MissingError(PlainError, AttributeError):
     """An attribute is not there."""
 
 
-class _TypeError(ToldError, TypeError):
+class _TypeError(PlainError, TypeError):
     """An attribute is of another type."""
 
 
-class _ValueError(ToldError, ValueError):
+class _ValueError(PlainError, ValueError):
     """Something is there that the action does not know, or is lacking."""
 
 
@@ -331,17 +331,17 @@ class Extensions:
         """
         Check that a name is there.
 
-        :raises ToldError: when it is not
+        :raises PlainError: when it is not
         """
         if name in known:
             return
         message = f"no package here has the {what} '{name}'"
         for extension, failure in self._failures.items():
             message += f'; {_not_imported(extension, failure)}'
-            error = ToldError(message)
+            error = PlainError(message)
             # where it fails
             raise error.with_traceback(failure.__traceback__)
-        raise ToldError(message, position, len(name))
+        raise PlainError(message, position, len(name))
 
     def _load(self, frontend: Any) -> None:
         """Import all extensions, as `Parser.load_launch_extensions` does."""

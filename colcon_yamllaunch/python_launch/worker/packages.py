@@ -289,7 +289,7 @@ class Packages:
         perform = cls.perform
 
         @wraps(perform)
-        def told_perform(self: Any, context: Any) -> Any:
+        def perform_reported(self: Any, context: Any) -> Any:
             package = visitor.text_of(self.package)
             name = visitor.text_of(self.executable)
             prefix = packages.prefixes.get(package)
@@ -308,10 +308,10 @@ class Packages:
             )
             return path
 
-        cls.perform = told_perform
+        cls.perform = perform_reported
 
 
-def tell_modules(visitor: Visitor) -> None:
+def report_modules(visitor: Visitor) -> None:
     """Have it told before each `done` which modules were imported."""
     own = set(sys.modules)
     told = set(own)

@@ -149,7 +149,7 @@ class Positions:
             frame = frame.f_back
         return users
 
-    def lend(self, other: object, made: object) -> None:
+    def pass_on(self, other: object, made: object) -> None:
         """Let an object without a place have that of another one."""
         place = getattr(other, _PLACE, None)
         if place is not None and not hasattr(made, _PLACE):

@@ -122,7 +122,7 @@ class Timers:
         self._emitted: dict[int, tuple[Any, Any]] = {}
         #: Whether what is visited stands in a timer.
         self._is_ahead = False
-        events.queue.take_at_once = self._take_at_once
+        events.queue.handle_at_once = self._handle_at_once
         visitor.requests['finish'] = self.finish
         visitor.requests['call'] = self.call
         visitor.is_put_off = self.is_put_off
@@ -308,9 +308,9 @@ class Timers:
         event = events.ExecutionComplete(action=entity)
         return bool(self._visitor.context.would_handle_event(event))
 
-    def _take_at_once(self, event: Any) -> bool:
+    def _handle_at_once(self, event: Any) -> bool:
         if self._is_ahead and isinstance(event, events.Shutdown):
-            self._events.tell_shutdown(event)
+            self._events.report_shutdown(event)
             return True
         if not (self._is_ahead and _is_request(event)):
             return False

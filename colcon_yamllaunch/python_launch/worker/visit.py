@@ -79,7 +79,7 @@ class Visitor:
         self.requests: dict[str, Callable[[Json], object]] = {
             'start': self._start,
             'visit': self._visit_file,
-            'arguments': lambda request: _tell_arguments(self, request),
+            'arguments': lambda request: _report_arguments(self, request),
         }
         #: Called before a `done` without error, such as to tell `handlers`.
         self.before_done: list[Callable[[], object]] = []
@@ -110,7 +110,7 @@ class Visitor:
     def run(self) -> None:
         """Do requests, as long as this program lives."""
         while True:
-            self.serve(self.channel.take())
+            self.serve(self.channel.receive())
 
     def serve(self, request: Json) -> None:
         """Do a request and answer it with `done`."""
@@ -181,7 +181,7 @@ class Visitor:
         """
         Visit an entity and what comes of it, as `ros2 launch` does.
 
-        :raises ToldError: when what comes of it is no action
+        :raises PlainError: when what comes of it is no action
         :raises Refused: when it needs the loop of `ros2 launch`
         """
         outer = self.entity
@@ -200,7 +200,7 @@ class Visitor:
         for index, child in enumerate(children):
             if not hasattr(child, 'visit'):
                 raise no_action(child, self.positions.of(child, entity))
-            self.positions.lend(entity, child)
+            self.positions.pass_on(entity, child)
             if self.is_put_off(children[index:]):
                 break
             self.visit(child)
@@ -310,7 +310,7 @@ class Visitor:
         """
         Return the description that a launch file in Python generates.
 
-        :raises ToldError: when there is none
+        :raises PlainError: when there is none
         """
         sources = importlib.import_module('launch.launch_description_sources')
         source = sources.PythonLaunchDescriptionSource(path)
@@ -498,7 +498,7 @@ def set_environment(wanted: dict[str, str]) -> None:
             os.environ[name] = value
 
 
-def _tell_arguments(visitor: Visitor, request: Json) -> None:
+def _report_arguments(visitor: Visitor, request: Json) -> None:
     """Report the launch arguments of a file and of what it includes."""
     path = request['path']
     visitor.positions.otherwise = [path, 1, 1]

@@ -54,7 +54,7 @@ def grown(played: Played, growing: GrowingLaunch, request: Message) -> Growth:
     assert growing.is_busy
     growths = []
     while growing.is_busy:
-        growth = growing.take(played.host.receive())
+        growth = growing.handle(played.host.receive())
         growths += [] if growth is None else [growth]
     (growth,) = growths
     return growth
@@ -203,8 +203,8 @@ def test_answers_that_come_while_a_file_is_included(played: Played) -> None:
     growing.ask({'do': 'event', 'event': {}})
     include = played.host.receive()
     growing.ask({'do': 'event', 'event': {'type': 'start'}})
-    assert growing.take(include) is None
-    growth = growing.take(played.host.receive())
+    assert growing.handle(include) is None
+    growth = growing.handle(played.host.receive())
     assert growth is not None
     assert [p.name for p in growth.entries if isinstance(p, Process)] == [
         'late-2'
@@ -235,7 +235,7 @@ def test_a_host_that_is_lost(played: Played) -> None:
 
     _, growing = begun(played, event=event)
     growing.ask({'do': 'event', 'event': {}})
-    assert growing.take(played.host.receive()) is None
+    assert growing.handle(played.host.receive()) is None
     growth = growing.lost('it died')
     assert (len(growth.entries), growth.problems) == (1, ('it died',))
     assert not growing.has_handlers
