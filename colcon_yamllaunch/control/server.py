@@ -120,11 +120,10 @@ class LaunchRecord:
                 self._name, _FLAGS, 0o600, dir_fd=self._folder
             )
             self._write()
-            status = os.fstat(self._descriptor)
+            return Place.of(path)
         except OSError:
             self.end()
             raise
-        return Place(path, status.st_dev, status.st_ino)
 
     def _write(self) -> None:
         if self._descriptor == -1:

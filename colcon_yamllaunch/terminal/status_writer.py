@@ -105,7 +105,7 @@ class StatusWriter(Writer):
         # whether the output ends in the middle of a line
         self._is_mid_line = False
         # when it may be drawn again, and when it may be another one
-        self._now = self._due = 0.0
+        self._due = 0.0
         self._next: float | None = None
         self._is_holding = False
         # whether the terminal has not taken all that it got, and whether it
@@ -193,7 +193,7 @@ class StatusWriter(Writer):
         if self._in_region:
             self._end_region()
         if self._compose is not None and not self.broken:
-            now = self._now = self._clock()
+            now = self._clock()
             if now >= self._counted + INTERVAL:
                 self._is_flooded = self._amount >= HELD
                 self._amount, self._counted = 0, now
