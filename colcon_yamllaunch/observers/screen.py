@@ -328,13 +328,7 @@ class Screen:
         if self._color and colour:
             tag = f'{colour}{tag}{_RESET}'
         prefix = f'{tag} [{events.MESSENGER}]: '
-        # the launch file wrote it, as a process writes its output
-        data = legible(
-            normalised(event.text.encode(errors='replace')), self._terminal
-        )
-        if self._colourless:
-            data = colourless(data)
-        self._write(None, prefixed(data, prefix.encode(), reset=True))
+        self._show_text(prefix, event.text, is_foreign=True)
 
     def _expect(self, processes: Iterable[Process]) -> None:
         """Make room for the names of processes; others keep their colour."""
@@ -364,10 +358,19 @@ class Screen:
             label = ''
         self._show_text(start + label, line)
 
-    def _show_text(self, prefix: str, text: str) -> None:
+    def _show_text(
+        self, prefix: str, text: str, *, is_foreign: bool = False
+    ) -> None:
+        """
+        Show lines.
+
+        :param is_foreign: Whether a launch file wrote them, with its colours
+        """
         data = text.encode(errors='replace')
         data = legible(normalised(data), self._terminal)
-        self._write(None, prefixed(data, prefix.encode()))
+        if is_foreign and self._colourless:
+            data = colourless(data)
+        self._write(None, prefixed(data, prefix.encode(), reset=is_foreign))
 
     def _write(self, key: object, data: bytes) -> None:
         if data:
