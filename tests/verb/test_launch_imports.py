@@ -62,7 +62,6 @@ UNUSED_MODULES = (
     'verb.completing',
     'verb.controlling',
     'verb.create',
-    'verb.doubled_nodes',
     'verb.inspect_launch',
     'verb.machines',
     'verb.own_launch',
