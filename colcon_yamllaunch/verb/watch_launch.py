@@ -43,10 +43,10 @@ WATCHER_LOG = 'watcher.log'
 #: Modules that a build needs, and few launches have loaded when they begin.
 _BUILD_MODULES = (
     'colcon_yamllaunch.verb.builds',
-    'colcon_yamllaunch.verb.prepare',
     'colcon_yamllaunch.workspace.colcon.colcon_adapter',
     'colcon_yamllaunch.workspace.freshness.build_inputs',
     'colcon_yamllaunch.workspace.packages.install_rules',
+    'colcon_yamllaunch.workspace.packages.missing_files',
     'ctypes',
 )
 
