@@ -137,7 +137,7 @@ class Builds:
 
 
 def failure(update: Update) -> str:
-    """Tell how far a build came that did not succeed, in one line."""
+    """Return in one line how far a build came that failed."""
     stale = [name for name, _ in update.stale]
     done = update.built | update.failed
     return after_failure(

@@ -373,7 +373,7 @@ def _read_names(
 
 
 def _read_transition(words: Sequence[str]) -> tuple[Sequence[str], str]:
-    """Tell the names of nodes from the transition behind them."""
+    """Split words into the names of nodes and a transition."""
     from colcon_yamllaunch.common.suggestions import one_of
     from colcon_yamllaunch.plan.plan import TRANSITIONS
 

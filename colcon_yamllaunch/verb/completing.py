@@ -109,7 +109,7 @@ def _report_output_error(
     error: BaseException,
     trace: TracebackType | None,
 ) -> None:
-    """Say that argcomplete could not write what it found."""
+    """Report in one line that argcomplete could not write its results."""
     if isinstance(error, OSError):
         say(f'colcon: error: {OutputError(error)}')
     else:

@@ -368,7 +368,7 @@ class LaunchContext:
         raise GiveUpError(1)
 
     def annotate(self, diagnostics: Iterable[Diagnostic]) -> None:
-        """Have GitHub show problems beside their lines, in a workflow."""
+        """Print problems as annotations, in a workflow of GitHub."""
         if self.environment.get('GITHUB_ACTIONS') != 'true':
             return
         from dataclasses import replace

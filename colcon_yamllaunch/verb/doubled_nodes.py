@@ -5,7 +5,7 @@
 Nodes that a launch would start and that run already.
 
 Two nodes of one name in one domain disturb each other: both are asked, both
-publish, and neither can be told from the other. Mostly somebody has launched
+publish, and nobody can distinguish them. Mostly somebody has launched
 the same file twice.
 """
 
@@ -76,7 +76,7 @@ def doubled_nodes(
 
 
 def warning(nodes: Iterable[str], other: LaunchState) -> str:
-    """Say that nodes run already, and the way out."""
+    """Return the warning that nodes run already, with the way out."""
     names = list(nodes)
     verb = 'runs' if len(names) == 1 else 'run'
     if len(names) > _SHOWN:

@@ -228,7 +228,7 @@ def _ended_by_signals(
     app: 'LaunchApp', terminal: OuterTerminal
 ) -> Iterator[None]:
     """
-    Have signals end the screen, whatever it does.
+    End the screen on a signal, whatever it does.
 
     The library hangs for good in a write when the terminal takes nothing any
     more: the thread that writes has ended by an error, or is blocked, and its
@@ -257,7 +257,7 @@ def _ended_by_signals(
 
 
 # ends what the library begins: keys of the kitty protocol, the mouse, pastes
-# and changes of focus and size that are told, one drawing at once, no wraps,
+# and reported changes of focus and size, one drawing at once, no wraps,
 # the other screen, no cursor; see xterm's ctlseqs
 _RESTORE = (
     b'\x1b[<u\x1b[?1000;1002;1003;1006;1015;1016l\x1b[?2004l\x1b[?1004l'
@@ -324,7 +324,7 @@ def _watch(reader: int, terminal: int, before: list[Any], screen: int) -> None:
     last = _OFF
     poll = select.poll()
     poll.register(reader, select.POLLIN)
-    # that it is hung up is told in any case
+    # poll reports a hang-up in any case
     poll.register(terminal, 0)
     while True:
         found = dict(poll.poll(1000 * _INTERVAL if last == _ON else None))

@@ -165,7 +165,7 @@ def default_log_base(known: Any) -> Path | None:
 
 
 def is_writable(folder: Path) -> bool:
-    """Tell whether a folder, which may have to be made, can be written to."""
+    """Return whether `folder`, which may be missing, can be written to."""
     # colcon shows a traceback if it cannot make the folder
     while not os.path.exists(folder) and folder != folder.parent:
         folder = folder.parent

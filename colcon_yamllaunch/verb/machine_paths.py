@@ -111,7 +111,7 @@ class PathsThere:
                 yield program, process
 
     def _missing(self, path: str, process: Process) -> Iterator[Diagnostic]:
-        """Say that a path is missing there, if that is a problem."""
+        """Report a missing path, if that is a problem."""
         there = self.folders.text(path)
         severity: Severity = 'warning'
         problem, hint = f"there is no '{there}' there", None

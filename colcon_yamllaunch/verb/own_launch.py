@@ -30,7 +30,7 @@ from colcon_yamllaunch.verb.messages import say
 #: Seconds between two looks at a launch that begins, or ends.
 _INTERVAL = 0.05
 #: Seconds that a launch may take to open its socket, or to be gone after it
-#: has told its end.
+#: has reported its end.
 _TIMEOUT = 10.0
 #: What an exit code has more than the signal that it tells, as in shells.
 _SIGNALLED = 128
@@ -131,7 +131,7 @@ class _Child:
         sys.stdout.flush()
         sys.stderr.flush()
         self._code: int | None = None
-        #: Whether the launch has told its end.
+        #: Whether the launch has reported its end.
         self.is_over = False
         #: Whether a signal ended it that it could do nothing about.
         self.was_killed = False
@@ -159,7 +159,7 @@ class _Child:
 
     def has_ended(self, timeout: float = 0.0) -> bool:
         """
-        Tell whether it is gone.
+        Return whether it has ended.
 
         :param timeout: Seconds that it may take
         """

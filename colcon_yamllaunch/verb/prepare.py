@@ -277,7 +277,7 @@ def _build(
             _warn(context, certain, warned)
 
     if evaluation.growing is None:
-        # what builds leave running is told apart by what was there before
+        # processes that a build leaves are those that were not there before
         context.release_worker()
     quiet = context.options.quiet
     output = io.StringIO()

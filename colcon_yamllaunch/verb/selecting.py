@@ -92,7 +92,7 @@ def nearest_first(
 
 
 def is_of(state: LaunchState, root: Path | None) -> bool:
-    """Tell whether a launch belongs to a workspace, by file or folder."""
+    """Return whether a launch belongs to a workspace, by file or folder."""
     return root is not None and any(
         Path(os.path.realpath(path)).is_relative_to(root)
         for path in (state.file, state.folder)
@@ -130,7 +130,7 @@ def choose_launch(
 
 
 def is_pattern(selector: str | None) -> bool:
-    """Tell whether what `--of` takes may mean several launches."""
+    """Return whether `selector` (of `--of`) may mean several launches."""
     return selector is not None and not set('*?[').isdisjoint(selector)
 
 
@@ -185,7 +185,7 @@ def matches(state: LaunchState, names: Iterable[str]) -> list[list[Part]]:
 
 
 def is_selected(state: LaunchState, selector: str) -> bool:
-    """Tell whether a launch is meant by what `--of` takes."""
+    """Return whether `selector` (of `--of`) means a launch."""
     file = Path(state.file)
     names = (
         state.title,

@@ -24,7 +24,7 @@ _HEADS = ('PROCESS', 'STATE', 'PID', 'UP', 'RESTARTS', 'CPU', 'MEMORY')
 _RIGHT = frozenset((2, 3, 4, 5, 6))
 _INDENT = '  '
 _SMALLEST_LABEL = 12
-# of the links to machines, those that are to be told
+# the states of connections to machines that are shown
 _BROKEN = {'lost': 'the link is lost', 'gone': 'is gone'}
 _SMALLEST_STATE = 10
 # of the process, its state and its process id

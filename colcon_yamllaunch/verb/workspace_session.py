@@ -125,7 +125,7 @@ class WorkspaceSession:
         return names
 
     def needed_by(self, wanted: Iterable[str]) -> dict[str, tuple[str, ...]]:
-        """Tell by which dependencies packages come to be needed."""
+        """Return by which dependencies each package is needed."""
         from colcon_yamllaunch.workspace.packages.package import needed_by
 
         return needed_by(self._packages.values(), wanted)
