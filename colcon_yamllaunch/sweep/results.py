@@ -77,8 +77,6 @@ class RunResult:
     :param reason: Why it did not succeed, in one line
     :param seconds: How long its launch took
     :param metrics: The values that were found, as they were written
-    :param cpu: Seconds of processor time of the launch itself, without its
-      processes
     :param commit: The git commit of the code, with `-dirty` if it was
       modified; '' without git
     :param fingerprint: The fingerprint of the code, '' if it is unknown
@@ -89,7 +87,6 @@ class RunResult:
     reason: str = ''
     seconds: float = 0.0
     metrics: Mapping[str, str] = field(default_factory=dict)
-    cpu: float = 0.0
     commit: str = ''
     fingerprint: str = ''
 

@@ -11,7 +11,6 @@ from contextlib import suppress
 import os
 from pathlib import Path
 import re
-import resource
 import time
 
 from colcon_yamllaunch.common.errors import UserError
@@ -267,7 +266,6 @@ def perform(
     :param over: Called when none of its processes run any more, before the
       launch is closed
     """
-    before = _processor_time()
     observer = RunObserver(goal.metrics)
     conditions = _Conditions(goal, wait, over)
     with open(os.devnull, 'w', encoding='utf-8') as nothing:
@@ -297,10 +295,4 @@ def perform(
         observer.reason if code else '',
         round(time.monotonic() - conditions.begun, 3),
         observer.found,
-        round(_processor_time() - before, 4),
     )
-
-
-def _processor_time() -> float:
-    usage = resource.getrusage(resource.RUSAGE_SELF)
-    return usage.ru_utime + usage.ru_stime
