@@ -135,34 +135,22 @@ def test_each_job_is_answered_without_state_of_those_before(make_worker):
     jobs.worker.forget()
 
 
-def test_output_and_errors_keep_their_order(make_worker, monkeypatch):
+def test_output_keeps_its_order_and_all_sizes_pass(make_worker, monkeypatch):
     def prepare(request, announce):
         print('building')
         os.write(2, b'an error\n')
         print('failed')
-        return 'done'
-
-    with open(1, 'w', closefd=False) as stdout:
-        monkeypatch.setattr(sys, 'stdout', stdout)
-        jobs = make_worker(prepare)
-        jobs.ask('something')
-        assert jobs.answer() == ['done']
-        assert jobs.worker.written == b'building\nan error\nfailed\n'
-
-
-def test_large_requests_answers_and_output_pass(make_worker):
-    def prepare(request, announce):
         sys.stdout.buffer.write(request)
         return request[:-1]
 
-    with open(1, 'w', closefd=False) as stdout:
-        sys.stdout, before = stdout, sys.stdout
-        jobs = make_worker(prepare)
-        sys.stdout = before
     data = os.urandom(3_000_000)
-    jobs.ask(data)
-    assert jobs.answer() == [data[:-1]]
-    assert jobs.worker.written == data
+    with open(1, 'w', closefd=False) as stdout:
+        monkeypatch.setattr(sys, 'stdout', stdout)
+        jobs = make_worker(prepare)
+        jobs.ask(data)
+        assert jobs.answer() == [data[:-1]]
+        output = b'building\nan error\nfailed\n'
+        assert jobs.worker.written == output + data
 
 
 def test_job_that_raises_has_failed(make_worker):
