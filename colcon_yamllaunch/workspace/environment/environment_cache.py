@@ -37,8 +37,7 @@ from colcon_yamllaunch.common.fingerprint import TICK
 from colcon_yamllaunch.common.json_files import read_json
 from colcon_yamllaunch.common.json_files import write_json
 from colcon_yamllaunch.workspace.environment.sourcing import Environment
-from colcon_yamllaunch.workspace.environment.sourcing import gone_note
-from colcon_yamllaunch.workspace.environment.sourcing import gone_underlays
+from colcon_yamllaunch.workspace.environment.sourcing import gone_notes
 from colcon_yamllaunch.workspace.environment.sourcing import OWN_VARIABLES
 from colcon_yamllaunch.workspace.environment.sourcing import source
 
@@ -141,8 +140,7 @@ def _source(
     except WorkspaceError as e:
         raise WorkspaceError(f'{e}{_fix(setup, str(e))}') from e
     if result.messages:
-        gone = gone_underlays(setup.parent)
-        return replace(result, notes=tuple(map(gone_note, gone)))
+        return replace(result, notes=gone_notes(setup.parent))
     if not described.explains(result.variables):
         return result
     result = replace(result, packages=frozenset(described.packages))

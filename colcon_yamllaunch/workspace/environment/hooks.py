@@ -29,8 +29,7 @@ from colcon_yamllaunch.common.text_files import content_of
 from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.environment.sourcing import chained_underlays
 from colcon_yamllaunch.workspace.environment.sourcing import Environment
-from colcon_yamllaunch.workspace.environment.sourcing import gone_note
-from colcon_yamllaunch.workspace.environment.sourcing import gone_underlays
+from colcon_yamllaunch.workspace.environment.sourcing import gone_notes
 from colcon_yamllaunch.workspace.environment.sourcing import shown_messages
 from colcon_yamllaunch.workspace.environment.sourcing import sourced_underlays
 from colcon_yamllaunch.workspace.packages.package import prefix_of
@@ -77,13 +76,11 @@ class Hooks:
     The hooks of a package.
 
     :param paths: What is read or looked for, the description of all first
-    :param extended: Variables with the path that is put into each
     :param changes: All that is done to variables, in order
     :param scripts: The scripts that are sourced
     """
 
     paths: list[str] = field(default_factory=list)
-    extended: list[tuple[str, str]] = field(default_factory=list)
     changes: list[Change] = field(default_factory=list)
     scripts: list[str] = field(default_factory=list)
 
@@ -162,7 +159,6 @@ def _change(operation: str, remainder: str, prefix: str, hooks: Hooks) -> None:
             hooks.paths.append(path)
             if not is_there:
                 continue
-        hooks.extended.append((name, path))
         end = 'append' if operation == _APPEND else 'prepend'
         hooks.changes.append((end, name, path))
 
@@ -221,8 +217,7 @@ class Description:
 
     def environment(self) -> Environment:
         """Return the variables, with notes on what is left out."""
-        gone = gone_underlays(self._base) if self._is_chaining else ()
-        notes = list(map(gone_note, gone))
+        notes = gone_notes(self._base) if self._is_chaining else ()
         sourced = sourced_underlays(self._before, self._base)
         left_out = [
             script
@@ -232,11 +227,11 @@ class Description:
         ]
         if left_out:
             more = ', …' if len(left_out) > SHOWN_SCRIPTS else ''
-            notes.append(
+            notes += (
                 'left out of the environment, as nothing is run to look at a '
-                f'launch: {", ".join(left_out[:SHOWN_SCRIPTS])}{more}'
+                f'launch: {", ".join(left_out[:SHOWN_SCRIPTS])}{more}',
             )
-        return Environment(self.variables, notes=tuple(notes))
+        return Environment(self.variables, notes=notes)
 
     def explains(self, variables: Mapping[str, str]) -> bool:
         """
@@ -376,22 +371,16 @@ def missing_packages(
             continue
         prefix = prefix_of(name, install_base, merge_install)
         fix = _fix_of_package(name, prefix, merge_install)
-        reason = None
-        if not os.path.isfile(prefix / 'share' / name / 'package.sh'):
-            reason = f'it is not installed in {prefix}'
-        else:
+        reason: str | None = f'it is not installed in {prefix}'
+        if os.path.isfile(prefix / 'share' / name / 'package.sh'):
             try:
-                promised = read_hooks(str(prefix), name).extended
+                changes = read_hooks(str(prefix), name).changes
             except DamagedHooksError as e:
                 reason = str(e)
             else:
-                promised.insert(0, ('COLCON_PREFIX_PATH', str(install_base)))
-                for variable, path in promised:
-                    if not _has(environment.variables, variable, path):
-                        path = os.path.normpath(path)
-                        reason = f'{variable} lacks {path}'
-                        fix = _fix_of_all(environment, install_base)
-                        break
+                reason = _lack(environment.variables, changes, install_base)
+                if reason is not None:
+                    fix = _fix_of_all(environment, install_base)
         if reason is not None:
             missing[name] = (
                 f'sourcing {install_base / "setup.bash"} did not bring in '
@@ -399,6 +388,21 @@ def missing_packages(
                 f'{fix}'
             )
     return missing
+
+
+def _lack(
+    variables: Mapping[str, str], changes: Sequence[Change], install_base: Path
+) -> str | None:
+    """Return what is not in the variables though hooks put it in."""
+    extended = [
+        (name, path)
+        for operation, name, path in changes
+        if operation in ('append', 'prepend')
+    ]
+    for name, path in [('COLCON_PREFIX_PATH', str(install_base)), *extended]:
+        if not _has(variables, name, path):
+            return f'{name} lacks {os.path.normpath(path)}'
+    return None
 
 
 def _has(variables: Mapping[str, str], name: str, path: str) -> bool:

@@ -262,7 +262,7 @@ def build_environment(
             environment = sourcing(script, environment).variables
             used.append(str(prefix))
         else:
-            notes.append(gone_note(prefix))
+            notes.append(_gone_note(prefix))
     if used:
         notes.append(
             'nothing is sourced in this shell: building on top of '
@@ -281,21 +281,20 @@ def chained_underlays(install_base: Path) -> list[Path]:
     return []
 
 
-def gone_underlays(install_base: Path) -> list[Path]:
+def gone_notes(install_base: Path) -> tuple[str, ...]:
     """
-    Return the underlays of the workspace that are not there any more.
+    Return notes on the underlays of the workspace that are gone.
 
     bash returns 0 nevertheless when it sources the workspace.
     """
-    return [
-        prefix
+    return tuple(
+        _gone_note(prefix)
         for prefix in chained_underlays(install_base)
         if not os.path.isfile(prefix / 'local_setup.bash')
-    ]
+    )
 
 
-def gone_note(prefix: Path) -> str:
-    """Tell the user of an underlay that is not there any more."""
+def _gone_note(prefix: Path) -> str:
     return (
         f'the workspace was built on top of {prefix}, which is not '
         'there any more: source its successor if it has one'
