@@ -30,20 +30,10 @@ _NODE = re.compile(r'[a-zA-Z][a-zA-Z0-9_]*')
 #: Names that CMake (policy CMP0037) and ament_cmake keep for themselves.
 _CMAKE_TARGETS = frozenset(
     (
-        *(
-            'all',
-            'clean',
-            'depend',
-            'edit_cache',
-            'help',
-            'install',
-            'package',
-        ),
-        *('rebuild_cache', 'test', 'uninstall'),
+        *('all', 'clean', 'depend', 'edit_cache', 'help', 'install'),
+        *('package', 'rebuild_cache', 'test', 'uninstall'),
     )
 )
-
-
 #: The licenses, as SPDX calls them, whose texts are known.
 LICENSES = ('Apache-2.0', 'BSD-3-Clause', 'MIT')
 #: What `ros2 pkg create` writes where no license was chosen, too: tools that

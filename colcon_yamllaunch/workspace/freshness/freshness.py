@@ -59,8 +59,6 @@ from colcon_yamllaunch.workspace.freshness.build_record import Reason
 from colcon_yamllaunch.workspace.freshness.build_record import Record
 from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
 from colcon_yamllaunch.workspace.freshness.build_record import write_record
-from colcon_yamllaunch.workspace.freshness.source_changes import built_from
-from colcon_yamllaunch.workspace.freshness.source_changes import BuiltFrom
 from colcon_yamllaunch.workspace.freshness.source_changes import Change
 from colcon_yamllaunch.workspace.freshness.source_changes import changes
 from colcon_yamllaunch.workspace.freshness.source_changes import (
@@ -77,6 +75,7 @@ from colcon_yamllaunch.workspace.freshness.source_changes import (
     SOURCE_SUFFIXES,
 )
 from colcon_yamllaunch.workspace.freshness.source_changes import with_changes
+from colcon_yamllaunch.workspace.freshness.source_changes import with_sources
 from colcon_yamllaunch.workspace.packages.package import Package
 
 if TYPE_CHECKING:
@@ -150,14 +149,9 @@ class Freshness:
                 reason = Reason(_UNKNOWN, BuildMode.CONFIGURE)
             return Decision(name, (reason,))
         if _is_apart(package, record, context, before, own):
+            then = {n: record.context.dependencies[n] for n in own}
             context = replace(
-                context,
-                dependencies={
-                    **context.dependencies,
-                    **{
-                        name: record.context.dependencies[name] for name in own
-                    },
-                },
+                context, dependencies={**context.dependencies, **then}
             )
             before = ()
         reasons = [*self._reasons(package, record, context)]
@@ -218,8 +212,9 @@ class Freshness:
         build = products.build(name)
         self._refuse_removed(name)
         inputs = self._inputs(package)
-        sources = self._sources(attempt, inputs)
-        own = [file for file in record.files if not Path(file).is_absolute()]
+        record = self._with_sources(attempt, inputs)
+        before = attempt.record.files
+        own = [file for file in before if not Path(file).is_absolute()]
         now = time.time_ns()
         listed = products.installed(name)
         installed = products.states(name, record.installed)
@@ -227,9 +222,6 @@ class Freshness:
             name,
             replace(
                 record,
-                files=sources.files,
-                written=sources.written,
-                generated=sources.generated,
                 succeeded=True,
                 finished=now,
                 built_at=now,
@@ -260,15 +252,8 @@ class Freshness:
         """Write down that the build of a package ended without success."""
         package = attempt.package
         self._products.restore_links(attempt.links)
-        sources = self._sources(attempt, self._inputs(package))
-        record = replace(
-            attempt.record,
-            files=sources.files,
-            written=sources.written,
-            generated=sources.generated,
-            finished=time.time_ns(),
-        )
-        self._write(package.name, record)
+        record = self._with_sources(attempt, self._inputs(package))
+        self._write(package.name, replace(record, finished=time.time_ns()))
 
     def last_build(self, name: str) -> str | None:
         """Tell a package's last successful build; None if not known."""
@@ -277,17 +262,11 @@ class Freshness:
             return None
         return build_of(record.clean_id, record.interface_id, record.id)
 
-    def _sources(self, attempt: Attempt, inputs: 'BuildInputs') -> BuiltFrom:
-        package, record = attempt.package, attempt.record
-        products = self._products
-        own = (package.path, products.build_base, products.install_base)
-        return built_from(
-            package.path,
-            BuiltFrom({}, record.written, record.generated),
-            record.files,
-            inputs.outside(own),
-            attempt.started,
-        )
+    def _with_sources(self, attempt: Attempt, inputs: 'BuildInputs') -> Record:
+        path, products = attempt.package.path, self._products
+        own = (path, products.build_base, products.install_base)
+        read = inputs.outside(own)
+        return with_sources(attempt.record, path, read, attempt.started)
 
     def _inputs(self, package: Package) -> 'BuildInputs':
         # most launches need not know what builds read

@@ -13,6 +13,7 @@ from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import replace
 from enum import IntEnum
 import os
 from pathlib import Path
@@ -26,6 +27,7 @@ from colcon_yamllaunch.common.fingerprint import has_same_content
 from colcon_yamllaunch.common.fingerprint import with_content
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.text_files import text_of
+from colcon_yamllaunch.workspace.freshness.build_record import Record
 from colcon_yamllaunch.workspace.packages.package import entries_of
 from colcon_yamllaunch.workspace.packages.package import source_files
 
@@ -94,22 +96,6 @@ class Change:
         return _TEXTS[self.kind].format(self.path)
 
 
-@dataclass(frozen=True, slots=True)
-class BuiltFrom:
-    """
-    What files were like that a build was made from.
-
-    :param files: By their paths, as :func:`changes` takes them
-    :param written: Those that were written during the build
-    :param generated: Those of them that the build writes by itself, and those
-      that earlier ones wrote
-    """
-
-    files: dict[str, Fingerprint]
-    written: frozenset[str] = frozenset()
-    generated: frozenset[str] = frozenset()
-
-
 def snapshot(
     folder: Path, known: Mapping[str, Fingerprint]
 ) -> dict[str, Fingerprint]:
@@ -129,29 +115,27 @@ def snapshot(
     }
 
 
-def built_from(
-    folder: Path,
-    last: BuiltFrom,
-    before: Mapping[str, Fingerprint],
-    read: Iterable[Path],
-    started: int,
-) -> BuiltFrom:
+def with_sources(
+    record: Record, folder: Path, read: Iterable[Path], started: int
+) -> Record:
     """
-    Return what the files were like that a build was made from.
+    Return the record of a build with what its files were like.
 
     What was written during the build is not recorded: it may have been read
     before or after that, even if it is by now as it was. But what has the same
     content after two builds that both wrote it was written by these.
 
-    :param last: As it was returned for the build before
-    :param before: The :func:`snapshot` before the build
+    :param record: As it was when the build started: its files are the
+      :func:`snapshot` before it, the others those of the last build
+    :param folder: The source of the package
     :param read: What was read from elsewhere, as it turned out
     :param started: When the build started (nanoseconds)
     """
+    before = record.files
     outside = {str(path) for path in read}
     now = _fingerprints(folder, outside)
     files: dict[str, Fingerprint] = {}
-    written, generated = set(), set(last.generated)
+    written, generated = set(), set(record.generated)
     for name in {*before, *now}:
         path = folder / name
         then, found = before.get(name), now.get(name)
@@ -162,7 +146,7 @@ def built_from(
             if _is_untouched(path, then, found):
                 files[name] = then
                 continue
-            if name in last.written and has_same_content(path, then, found):
+            if name in record.written and has_same_content(path, then, found):
                 generated.add(name)
         elif (
             found is not None
@@ -178,8 +162,11 @@ def built_from(
             files[name] = _ABSENT
         else:
             files[name] = _UNKNOWN
-    return BuiltFrom(
-        files, frozenset(written), frozenset(generated.intersection(files))
+    return replace(
+        record,
+        files=files,
+        written=frozenset(written),
+        generated=frozenset(generated.intersection(files)),
     )
 
 
