@@ -185,6 +185,11 @@ class Composition:
         """The components, in the order of the plan."""
         return list(self._by_label.values())
 
+    @property
+    def has_client(self) -> bool:
+        """Whether the client is ready for requests."""
+        return self._requests.is_ready
+
     def task(self, label: str) -> ComponentTask:
         """
         Return a component of the plan.

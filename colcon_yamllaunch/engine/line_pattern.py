@@ -3,6 +3,8 @@
 
 """Searching lines of output for a regular expression, in bounded time."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 import functools
 import re
 import signal
@@ -72,14 +74,8 @@ class LinePattern:
         :param lines: The lines; `\n` is their only line end
         :raises SearchTimeError: when that takes too long
         """
-        lines = lines.removesuffix('\n')
-        _heed_timer()
-        try:
-            # for our own work, so that a busy machine makes no difference
-            signal.setitimer(signal.ITIMER_VIRTUAL, SEARCH_TIME)
-            return self._search(lines)
-        finally:
-            signal.setitimer(signal.ITIMER_VIRTUAL, 0)
+        with _time_limit():
+            return self._search(lines.removesuffix('\n'))
 
     @property
     def groups(self) -> int:
@@ -96,16 +92,12 @@ class LinePattern:
         """
         if not self.is_in(lines):
             return None
-        _heed_timer()
-        try:
-            signal.setitimer(signal.ITIMER_VIRTUAL, SEARCH_TIME)
+        with _time_limit():
             for line in reversed(lines.removesuffix('\n').split('\n')):
                 found = self._given.search(line[:PIECE])
                 if found is not None:
                     groups = (g for g in found.groups() if g is not None)
                     return next(groups, found[0])
-        finally:
-            signal.setitimer(signal.ITIMER_VIRTUAL, 0)
         return None
 
     def _search(self, lines: str) -> bool:
@@ -128,6 +120,18 @@ class LinePattern:
                     line, found.start() + 1, start + PIECE
                 )
         return False
+
+
+@contextmanager
+def _time_limit() -> Iterator[None]:
+    """End a search inside by `SearchTimeError` when it takes too long."""
+    _heed_timer()
+    try:
+        # for our own work, so that a busy machine makes no difference
+        signal.setitimer(signal.ITIMER_VIRTUAL, SEARCH_TIME)
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
 
 
 @functools.cache

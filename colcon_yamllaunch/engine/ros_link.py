@@ -77,7 +77,6 @@ class RosLink:
         self._missing: list[str] | None = None
         #: Why no launch is possible in this environment, if any reason.
         self.error: str | None = None
-        self._is_ready = False
 
     def expect(self, more: Plan) -> None:
         """
@@ -105,7 +104,6 @@ class RosLink:
             self._engine.release_group(group)
 
     def _spawn(self, streams: tuple[int, int, int]) -> int:
-        self._is_ready = False
         python = self._pythons[self._python]
         words = [python, str(PROGRAM), *self._packages]
         return self._engine.start_client_program(words, streams)
@@ -119,8 +117,7 @@ class RosLink:
         """
         if self.error is not None:
             return
-        was_ready = self._is_ready
-        self._is_ready = False
+        was_ready = self.composition.has_client
         self.composition.client_died()
         is_last = self._python + 1 == len(self._pythons)
         if not (was_ready or was_killed or is_last):
@@ -151,9 +148,6 @@ class RosLink:
         match message:
             case {'event': 'found', 'missing': [*missing]}:
                 self._found([str(name) for name in missing])
-            case {'event': 'ready'}:
-                self._is_ready = True
-                self.composition.handle(message)
             case _:
                 self.composition.handle(message)
 
