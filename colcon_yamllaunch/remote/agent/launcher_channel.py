@@ -85,6 +85,16 @@ class LauncherChannel:
             send({'beat': 0})
         return ready - {0}
 
+    def read(self, descriptor: int) -> bytes:
+        """
+        Return what comes from another descriptor next; empty at its end.
+
+        :raises LauncherGoneError: when the launcher is gone meanwhile
+        """
+        while not self.poll({descriptor: select.POLLIN}):
+            continue
+        return os.read(descriptor, _READ)
+
     def new_messages(self) -> list[dict[str, Any]]:
         """Return the messages that have come since the last one."""
         new, self._messages = self._messages, []

@@ -273,7 +273,7 @@ def call_function(
     os.close(its)
     lines = bytearray()
     try:
-        while data := _read(launcher, ours):
+        while data := launcher.read(ours):
             # heartbeats go between two messages
             lines += data
             end = lines.rfind(b'\n') + 1
@@ -287,12 +287,6 @@ def call_function(
     _, status = os.waitpid(pid, 0)
     if status != _REPLIED:
         raise UserError(f'{name} broke off: {Outcome.from_status(status)}')
-
-
-def _read(launcher: LauncherChannel, descriptor: int) -> bytes:
-    while not launcher.poll({descriptor: select.POLLIN}):
-        continue
-    return os.read(descriptor, _READ)
 
 
 def _function(name: str) -> Any:

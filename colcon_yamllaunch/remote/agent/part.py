@@ -15,7 +15,6 @@ from collections.abc import Mapping
 from contextlib import suppress
 import os
 from pathlib import Path
-import select
 import signal
 import socket
 import termios
@@ -356,12 +355,8 @@ def start_engine(
     os.close(its)
     answer = b''
     try:
-        while True:
-            if ours in launcher.poll({ours: select.POLLIN}):
-                more = os.read(ours, 1 << 16)
-                if not more:
-                    break
-                answer += more
+        while more := launcher.read(ours):
+            answer += more
     except BaseException:
         with suppress(OSError):
             # it has started nothing that is not its own

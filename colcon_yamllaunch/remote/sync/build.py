@@ -278,12 +278,12 @@ def end(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:  # noqa: ARG0
 
 
 def _close_pipes() -> None:
+    redirect_to_null(0, 1, 2)
     # the agent waits for the end of all that write to the request's pipe
     for name in os.listdir('/proc/self/fd'):
         with suppress(OSError):
             if stat.S_ISFIFO(os.fstat(int(name)).st_mode):
                 os.close(int(name))
-    redirect_to_null(0, 1, 2)
 
 
 def _is_launchers(base: Path, launcher: tuple[str, int]) -> bool:
