@@ -154,7 +154,7 @@ def run(
         engine = launch.engine
         engine.start_client()
         for text in launch.troubles:
-            engine.tell(events.Warned(text))
+            engine.emit(events.Warned(text))
         with ExitStack() as control:
             launch.connect(control)
             try:
@@ -238,7 +238,7 @@ class _Launch:
         stack.callback(self.engine.close)
         # the participants have said by now on which machines it runs
         state.expect(whole.entries)
-        self._conditions.tell = self.engine.tell
+        self._conditions.emit = self.engine.emit
 
     def connect(self, stack: ExitStack) -> None:
         """
@@ -285,7 +285,7 @@ class _Launch:
             self._conditions.verdicts(),
             engine.state,
         )
-        engine.tell(ended)
+        engine.emit(ended)
         engine.finish(signals)
         for participant in self._context.participants:
             participant.finish()

@@ -172,7 +172,7 @@ def serve(
     try:
         address = socket_folder.Address(environment)
     except socket_folder.FolderError as error:
-        engine.tell(
+        engine.emit(
             Warned(
                 f'other terminals cannot see this launch: {error}; '
                 '`colcon launch --status` will not list it'
@@ -180,7 +180,7 @@ def serve(
         )
         return
     for trouble in address.troubles:
-        engine.tell(Warned(f'{trouble}; the socket is in {address.path}'))
+        engine.emit(Warned(f'{trouble}; the socket is in {address.path}'))
     guard.remove_later('socket', address.place)
     server = Server(address.socket, engine, journal, guard.lease)
     engine.listen(server.handle)

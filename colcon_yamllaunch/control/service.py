@@ -172,13 +172,13 @@ class Service:
         """Show a process to somebody who got leave to attach."""
         self._viewers.setdefault(label, []).append(viewer)
         self._terminals.add_sink(label, viewer.show)
-        self._engine.tell(events.Attached(self._process(label)))
+        self._engine.emit(events.Attached(self._process(label)))
 
     def detach(self, label: str, viewer: 'Client') -> None:
         """Show a process to somebody no more."""
         self._viewers[label].remove(viewer)
         self._terminals.remove_sink(label, viewer.show)
-        self._engine.tell(events.Detached(self._process(label)))
+        self._engine.emit(events.Detached(self._process(label)))
 
     def _process(self, name: str) -> Process:
         """

@@ -189,11 +189,11 @@ class Engine:
             self.loop,
             self.accepts if self._limits else writer.accepts,
             _recorder([*recorders, *overridden(participants, 'record')]),
-            self.tell,
+            self.emit,
         )
         #: The keyboards of processes.
         self.terminals = Terminals(self.loop, self._relay)
-        silence = SilenceWatch(settings.buffering.is_cpp, self.loop, self.tell)
+        silence = SilenceWatch(settings.buffering.is_cpp, self.loop, self.emit)
         shared = [*listeners, silence.handle]
         self._listeners: list[events.Listener] = [
             *shared,
@@ -506,7 +506,7 @@ class Engine:
         self._listeners.append(listener)
         self._output_listeners.append(listener)
 
-    def tell(self, event: events.Event) -> None:
+    def emit(self, event: events.Event) -> None:
         """Apply an event to the state, and pass it to all listeners."""
         listeners = self._output_listeners
         if not isinstance(event, events.Output):
@@ -746,9 +746,9 @@ class Engine:
         try:
             if not self._guard.restart():
                 text = 'the guard ended too often and is not started again'
-                self.tell(events.Warned(_without_guard(text)))
+                self.emit(events.Warned(_without_guard(text)))
         except OSError as error:
-            self.tell(events.Warned(no_guard(error)))
+            self.emit(events.Warned(no_guard(error)))
         self._expect_guard()
 
 

@@ -62,7 +62,7 @@ class ExitConditions:
         self._timed_out = False
         self._stopping = False
         #: Receives events about them while the launch runs.
-        self.tell: Callable[[events.Event], object] = bool
+        self.emit: Callable[[events.Event], object] = bool
 
     def begin(self) -> None:
         """Count the time from now on."""

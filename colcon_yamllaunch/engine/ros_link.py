@@ -65,7 +65,7 @@ class RosLink:
         self._python = self._first_found = 0
         #: The components and lifecycle nodes of the launch.
         self.composition = Composition(
-            plan, self._process.send, engine.tell, engine.loop, engine.state
+            plan, self._process.send, engine.emit, engine.loop, engine.state
         )
         #: Whether the environment has the needed packages.
         self.is_found = are_beside(
@@ -137,7 +137,7 @@ class RosLink:
             )
             return
         text = f'the ROS client {ending}, and is started again'
-        self._engine.tell(events.Warned(text))
+        self._engine.emit(events.Warned(text))
 
     def _last_words(self) -> str:
         last = self._process.last_line()

@@ -160,7 +160,7 @@ class Stop(Targets):
         left |= {o.pid: o.number for o in self.escalation.orphans}
         for pid, number in left.items():
             process = self._tasks[number].process
-            self._engine.tell(events.LeftBehind(process, pid))
+            self._engine.emit(events.LeftBehind(process, pid))
 
     def groups(self) -> dict[int, int]:
         """Return the groups whose leader runs; see `Targets`."""
@@ -184,7 +184,7 @@ class Stop(Targets):
             else:
                 pid, number, is_group = target, self._groups[target], True
             process = self._tasks[number].process
-            self._engine.tell(events.Signalled(process, pid, step, is_group))
+            self._engine.emit(events.Signalled(process, pid, step, is_group))
 
     def kill(self, number: int) -> None:
         """Kill all of a process of the plan; see `Targets`."""
@@ -426,7 +426,7 @@ class Supervisor:
         if self._composition is not None:
             self._composition.extend(more)
         if parts:
-            self._engine.tell(events.Planned(parts))
+            self._engine.emit(events.Planned(parts))
         self._agenda.extend(more.entries)
 
     def compose(self, composition: 'Composition') -> None:
@@ -478,7 +478,7 @@ class Supervisor:
             label = task.process.label
             is_left = self._state(task).is_kept_stopped or task.is_dropped
             if label in labels and not is_left and self._is_begun(task):
-                self._engine.tell(events.Requested(task.process, 'change'))
+                self._engine.emit(events.Requested(task.process, 'change'))
                 self._prepare_stop(task, is_anew=False)
                 task.is_restarting = True
                 self._stop_single(task)
@@ -531,7 +531,7 @@ class Supervisor:
         if task is None or self.is_stopping:
             return
         if number is not None or self._state(task).is_held:
-            self._engine.tell(events.Suspended(task.process, group, number))
+            self._engine.emit(events.Suspended(task.process, group, number))
 
     def stop(
         self,
@@ -549,7 +549,7 @@ class Supervisor:
         """
         self.stop_reasons.add(reason)
         if not self.is_stopping:
-            self._engine.tell(events.ShuttingDown(reason, interactive))
+            self._engine.emit(events.ShuttingDown(reason, interactive))
             self._begin_stopping()
         if drop_timers:
             self._drop_timers(all_of_them=True)
@@ -572,7 +572,7 @@ class Supervisor:
                 if entry.label in self._by_label:
                     self._start(self._by_label[entry.label])
             case Message():
-                self._engine.tell(events.Said(entry.level, entry.text))
+                self._engine.emit(events.Said(entry.level, entry.text))
             case Timer():
                 self._set(entry)
             case Component():
@@ -605,9 +605,9 @@ class Supervisor:
         except RefusedError as error:
             place = events.shown(entry.position)
             what = signal_name(entry.signal) if entry.signal else 'stop'
-            self._engine.tell(events.Warned(f'{what}: {error} (from {place})'))
+            self._engine.emit(events.Warned(f'{what}: {error} (from {place})'))
             return
-        self._engine.tell(events.Signalled(task.process, group, number, True))
+        self._engine.emit(events.Signalled(task.process, group, number, True))
 
     def _expect(self, processes: Iterable[Process]) -> None:
         """
@@ -629,14 +629,14 @@ class Supervisor:
         del self._by_label[process.label]
         if self._composition is not None:
             self._composition.drop_process(process)
-        self._engine.tell(events.Dropped(process))
+        self._engine.emit(events.Dropped(process))
 
     def _succeed(self, task: Task, process: Process) -> None:
         """Replace a process before its start."""
         before, task.process, task.successor = task.process, process, None
         if self._composition is not None:
             self._composition.replace_process(before, process)
-        self._engine.tell(events.Planned((process,)))
+        self._engine.emit(events.Planned((process,)))
 
     def _start(self, task: Task) -> None:
         if task.successor is not None:
@@ -656,7 +656,7 @@ class Supervisor:
         task.group = group
         self._running[group] = task
         self._groups[group] = task.number
-        self._engine.tell(events.Started(process, group))
+        self._engine.emit(events.Started(process, group))
         if self._composition is not None:
             self._composition.started(process)
         early_signals, task.early_signals = task.early_signals, []
@@ -673,7 +673,7 @@ class Supervisor:
         failed: bool,
     ) -> None:
         """Emit the end of a process, or its failed start, and go on."""
-        self._engine.tell(event)
+        self._engine.emit(event)
         delay = event.respawn_delay
         is_exit = isinstance(event, events.Exited)
         if self._composition is not None:
@@ -714,7 +714,7 @@ class Supervisor:
         is_paused = delay > task.process.respawn_delay
         if is_paused and not task.is_pause_reported:
             task.is_pause_reported = True
-            self._engine.tell(
+            self._engine.emit(
                 events.Warned(
                     f'{task.process.label} ended within '
                     f'{limits.QUICK_END_SECONDS:g} s of its start '
@@ -754,7 +754,7 @@ class Supervisor:
         if respawn.cleanup is not None:
             respawn.cleanup.abandon()
         task.respawns += 1
-        self._engine.tell(events.Respawned(task.process, task.respawns))
+        self._engine.emit(events.Respawned(task.process, task.respawns))
         self._start(task)
 
     def _ended_for(self, name: str, action: events.Action) -> Task:
@@ -773,7 +773,7 @@ class Supervisor:
         task = self.task(name)
         if not self._is_begun(task):
             raise RefusedError(f'{name} has not been started yet')
-        self._engine.tell(events.Requested(task.process, action))
+        self._engine.emit(events.Requested(task.process, action))
         self._prepare_stop(task, is_anew=action in ('restart', 'debug'))
         return task
 
@@ -911,7 +911,7 @@ class Supervisor:
             return
         self._progress = progress, now
         following, due = stop.escalation.next_signal() or (None, now)
-        self._engine.tell(events.StillRunning(*progress, following, due - now))
+        self._engine.emit(events.StillRunning(*progress, following, due - now))
 
     def _end_single_stops(self) -> None:
         stops = self._single_stops
@@ -938,7 +938,7 @@ class Supervisor:
             elif task.is_dropped:
                 self._forget(task)
             else:
-                self._engine.tell(events.PartChanged(task.process, 'ended'))
+                self._engine.emit(events.PartChanged(task.process, 'ended'))
 
     def _end_if_idle(self) -> None:
         if self._composition is not None:

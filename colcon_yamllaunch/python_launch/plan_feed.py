@@ -204,7 +204,7 @@ class PlanFeed(Participant):
         self._unwatch()
         self._grow(self._growing.lost(''))
         outcome = Outcome.from_status(status)
-        self.launch.tell(events.WorkerLost(str(outcome)))
+        self.launch.emit(events.WorkerLost(str(outcome)))
 
     def _read(self) -> None:
         try:
@@ -222,7 +222,7 @@ class PlanFeed(Participant):
         problems = [p.split('\n') for p in growth.problems]
         if problems:
             failed = events.PlanFailed(tuple(chain(*problems)))
-            self.launch.tell(failed)
+            self.launch.emit(failed)
         self.launch.blocks = growth.blocks or self.launch.blocks
         # unless the entries give a better reason
         end = (Shutdown(_FAILED),) if problems else ()

@@ -254,7 +254,7 @@ class MachineLink:
         if self._process is not None:
             self._lose(f'the connection ended ({outcome})')
 
-    def disown(self) -> None:
+    def detach_fork(self) -> None:
         """Close the pipes of the connection, in a fork of this process."""
         if self._process is not None:
             self._process.close_pipes()

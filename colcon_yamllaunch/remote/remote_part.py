@@ -583,7 +583,7 @@ class RemotePart:
             asked = launch.is_stopping
             lost = Outcome(lost=name)
             delay = 0.0 if self._restarts else None
-            launch.tell(
+            launch.emit(
                 events.Exited(process, pid, lost, seconds, asked, True, delay)
             )
         is_needed = any(process.on_exit_shutdown for process in running)
@@ -677,7 +677,7 @@ class RemotePart:
                 self._launch.end_lines(event.process.label)
             case _:
                 pass
-        self._launch.tell(event)
+        self._launch.emit(event)
         # a failure ends the launch before the next event undoes it
         self._launch.check_conditions()
         if isinstance(event, events.Dropped):
@@ -776,7 +776,7 @@ class RemotePart:
         self._emit(events.LinkChanged(name, state, self.reason))
 
     def _emit(self, event: events.Event) -> None:
-        self._launch.tell(event)
+        self._launch.emit(event)
 
     def _warn_refused(self, response: object) -> None:
         if isinstance(response, commands.Refused):

@@ -139,10 +139,10 @@ class RemoteParts(Participant, Keyboards):
             for part in self.parts:
                 part.close()
 
-    def disown(self) -> None:
+    def detach_fork(self) -> None:
         """Detach a fork of this process from the links."""
         for part in self.parts:
-            part.link.disown()
+            part.link.detach_fork()
 
     # lookups
 

@@ -74,7 +74,7 @@ class Attachment:
         ):
             return False
         self._wanted = self._attached = label
-        engine.tell(events.Attached(started.process, self.hint))
+        engine.emit(events.Attached(started.process, self.hint))
         engine.terminals.add_sink(label, self._show)
         return True
 
@@ -84,7 +84,7 @@ class Attachment:
         self._end()
         started = self._started.get(label)
         if started is not None and self._engine is not None:
-            self._engine.tell(events.Detached(started.process))
+            self._engine.emit(events.Detached(started.process))
 
     def _attach_started(self, label: str) -> None:
         """Connect the process that was waited for, as it has started."""

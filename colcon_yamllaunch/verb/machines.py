@@ -297,7 +297,7 @@ class Machines:
     def detach(self) -> None:
         """Leave the parts to the parent, in a fork of its process."""
         if self._parts is not None:
-            self._parts.disown()
+            self._parts.detach_fork()
 
     def close(self) -> None:
         """End all connections, and what runs there."""

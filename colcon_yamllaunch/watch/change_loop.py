@@ -153,7 +153,7 @@ class ChangeLoop(Participant):
         self._watcher = WatcherClient(
             launch.loop,
             self._receive,
-            lambda text: launch.tell(events.Warned(text)),
+            lambda text: launch.emit(events.Warned(text)),
             self._log,
         )
         self._watcher.start()
@@ -190,10 +190,10 @@ class ChangeLoop(Participant):
         if pauses and self._paused is None:
             self._paused = []
             text = 'off: what is saved now has to wait'
-            self.launch.tell(events.Watched(text, is_paused=True))
+            self.launch.emit(events.Watched(text, is_paused=True))
         elif not pauses and self._paused is not None:
             batches, self._paused = self._paused, None
-            self.launch.tell(events.Watched('on again', is_paused=False))
+            self.launch.emit(events.Watched('on again', is_paused=False))
             if batches:
                 changes = tuple(c for batch in batches for c in batch.changes)
                 # a process that started since may have read the old files
@@ -265,7 +265,7 @@ class ChangeLoop(Participant):
         current.suspects = self._suspects(found)
         if changes or wanted.restart or wanted.after_build:
             paths = tuple(dict.fromkeys(c.path for c in relevant))
-            self.launch.tell(events.Changed(paths))
+            self.launch.emit(events.Changed(paths))
         # a build may have failed because a file was missing
         may_help = (self._has_failed_job or self._has_job) and any(
             c.kind != 'changed' for c in relevant
@@ -288,7 +288,7 @@ class ChangeLoop(Participant):
         return suspects
 
     def _explain(self, text: str) -> None:
-        self.launch.tell(events.Watched(text, is_final=False))
+        self.launch.emit(events.Watched(text, is_final=False))
 
     def _after_rewrite(
         self, files: Collection[Change], seen: float
@@ -433,7 +433,7 @@ class ChangeLoop(Participant):
         self._release_job()
         self._changes.lose_worker()
         outcome = Outcome.from_status(status)
-        self.launch.tell(
+        self.launch.emit(
             events.Warned(
                 f'what builds for --watch {outcome}: from now on only what '
                 'needs no build and no new plan is restarted'
@@ -454,11 +454,11 @@ class ChangeLoop(Participant):
         if is_build:
             seconds = now - current.since
             built = events.Built(failure.packages, seconds, failed=True)
-            self.launch.tell(built)
+            self.launch.emit(built)
         self._changes.remove(current)
         what = f'{_FAILURES[failure.what]}, everything runs on as before'
         text = current.line(what, now)
-        self.launch.tell(events.Watched(text, failed=True, details=output))
+        self.launch.emit(events.Watched(text, failed=True, details=output))
 
     def _apply(self, prepared: Prepared, current: PendingChange) -> None:
         """
@@ -481,7 +481,7 @@ class ChangeLoop(Participant):
             return
         if prepared.packages:
             seconds = self._clock() - current.since
-            launch.tell(events.Built(prepared.packages, seconds))
+            launch.emit(events.Built(prepared.packages, seconds))
             current.built = prepared.packages
         launch.renew_environment(prepared.environment)
         if not before.grown_from or len(new.plan.blocks) >= len(launch.blocks):
@@ -498,7 +498,7 @@ class ChangeLoop(Participant):
         wanted |= self._worth_retrying(prepared)
         if not new.is_empty:
             started = tuple(part.label for part in _parts(new.new))
-            launch.tell(events.Replanned(started, new.gone, new.differs))
+            launch.emit(events.Replanned(started, new.gone, new.differs))
             current.started = started
             current.stopped = new.gone
         current.pending.update(new.gone)
@@ -596,7 +596,7 @@ class ChangeLoop(Participant):
         line = f'the launch begins anew, as {why}'
         self._changes.remove(current)
         self._restarts_launch = True
-        self.launch.tell(events.Watched(current.line(line, self._clock())))
+        self.launch.emit(events.Watched(current.line(line, self._clock())))
         self.launch.dispatcher.do(commands.Shutdown('it begins anew'))
 
     # what starts and fails
@@ -605,7 +605,7 @@ class ChangeLoop(Participant):
         now = self._clock()
         self._labels.add(part.label)
         for change in self._changes.started(part.label, failed=failed):
-            self.launch.tell(events.Restarted(part, now - change.since))
+            self.launch.emit(events.Restarted(part, now - change.since))
 
     def _crashed(self, event: events.Exited) -> None:
         now = self._clock()
@@ -642,7 +642,7 @@ class ChangeLoop(Participant):
     def _report(self, change: PendingChange) -> None:
         event = change.result(self._clock())
         if event is not None:
-            self.launch.tell(event)
+            self.launch.emit(event)
 
     def _watch(self) -> None:
         known = self._dependencies

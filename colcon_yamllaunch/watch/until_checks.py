@@ -95,7 +95,7 @@ class UntilChecks(ExitConditions):
         if due is None or self._now() < due:
             return
         self._is_open = False
-        self.tell(
+        self.emit(
             events.Checked(
                 not (self._missing or self._failures),
                 tuple(self._missing),

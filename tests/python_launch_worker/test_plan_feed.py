@@ -105,7 +105,7 @@ class Launch:
             do=lambda command: self.done.append(list(command.entries))
         )
 
-    def tell(self, event):
+    def emit(self, event):
         self.done.append(event)
 
     def add_helper(self, pid, ended, number):

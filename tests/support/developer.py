@@ -49,7 +49,7 @@ os.dup2(2, 1)
 QUIET = ['build.begin', 'build.end']
 
 
-def tell(**message):
+def emit(**message):
     os.write(out, json.dumps(message).encode() + b'\\n')
 try:
     tell(result=getattr(found, name)(arguments, lambda line: tell(line=line)))

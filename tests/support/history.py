@@ -73,7 +73,7 @@ class FakeHost:
     def is_waiting(self):
         return self.waits
 
-    def tell(self, event):
+    def emit(self, event):
         self.state.apply(event)
         # which is neither shown nor recorded
         if not isinstance(event, PartChanged):
@@ -110,7 +110,7 @@ class History:
 
     def compose(self, plan):
         return Composition(
-            plan, self.asked.append, self.host.tell, self.loop, self.launch
+            plan, self.asked.append, self.host.emit, self.loop, self.launch
         )
 
     def extend(self, *entries):

@@ -118,7 +118,7 @@ class PlayedLaunch:
             self.state.expect(parts.whole(Plan()).entries)
         self.parts: Any = None
 
-    def tell(self, event: events.Event) -> None:
+    def emit(self, event: events.Event) -> None:
         self.times.append(self.event_time())
         self.state.apply(event)
         if event.lines() or event.record():
@@ -146,7 +146,7 @@ class PlayedLaunch:
 
     def shut_down(self, reason: str) -> None:
         self.is_stopping = True
-        self.tell(events.ShuttingDown(reason))
+        self.emit(events.ShuttingDown(reason))
 
     def terminal_size(self) -> os.terminal_size:
         return SIZE

@@ -35,7 +35,7 @@ class PlayedFeed(PlanFeed):
         record = event.record()
         if record and record['event'] not in ('warning', 'ended', 'shutdown'):
             words = (record.get(name) for name in ('event', 'label', 'text'))
-            self._worker.tell(' '.join(filter(None, words)))
+            self._worker.emit(' '.join(filter(None, words)))
 
 
 class PlayedWorker:
@@ -113,12 +113,12 @@ class PlayedWorker:
     def ask(self, request: dict[str, Any]) -> None:
         match request:
             case {'do': 'call', 'number': number}:
-                self.tell(f'call {number}')
+                self.emit(f'call {number}')
             case {'event': {'type': 'shutdown', 'reason': reason}}:
-                self.tell(f'shutdown {reason}')
+                self.emit(f'shutdown {reason}')
             case {'event': {'type': 'output', **event}}:
                 text = event['text'].strip()
-                self.tell(f'{event["stream"]} {event["process"]} {text}')
+                self.emit(f'{event["stream"]} {event["process"]} {text}')
 
     def handle(self, message: dict[str, Any]) -> Growth:
         return self._coming.pop(0)
@@ -128,7 +128,7 @@ class PlayedWorker:
         self._is_stuck = False
         return Growth()
 
-    def tell(self, what: str) -> None:
+    def emit(self, what: str) -> None:
         with self._told.open('a', encoding='utf-8') as file:
             print(what, file=file)
         for rule in self._rules:

@@ -120,7 +120,7 @@ class ShownLaunch:
         self._has_ended = False
         self._reader, self._writer = os.pipe()
 
-    def tell(self, *received: Received) -> None:
+    def emit(self, *received: Received) -> None:
         """Send something to the screen."""
         self._received += received
         os.write(self._writer, b'.')
@@ -128,7 +128,7 @@ class ShownLaunch:
     def end(self) -> None:
         """End it."""
         self._has_ended = True
-        self.tell()
+        self.emit()
 
     def fileno(self) -> int:
         return self._reader

@@ -103,7 +103,7 @@ class Played:
 
     # what it asks of the launch
 
-    def tell(self, event: events.Event) -> None:
+    def emit(self, event: events.Event) -> None:
         self.told.append(event)
 
     @property

@@ -24,7 +24,7 @@ class Replay:
         self.rounds = UntilChecks(
             map(LinePattern, until), timeout, lambda: self.now
         )
-        self.rounds.tell = self.told.append
+        self.rounds.emit = self.told.append
         self.rounds.begin()
 
     def after(self, seconds):

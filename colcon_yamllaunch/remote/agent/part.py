@@ -141,7 +141,7 @@ class Part(Participant):
         is_idle, self._is_idle = self._is_idle, False
         if is_idle != self._sent_idle:
             self._sent_idle = is_idle
-            self._engine.tell(events.Idle(is_idle))
+            self._engine.emit(events.Idle(is_idle))
 
     def is_waiting(self) -> bool:
         """Return whether the part goes on, though nothing runs."""
@@ -163,7 +163,7 @@ class Part(Participant):
             reason = f'{type(error).__name__}: {error}'
         with suppress(UserError):
             self.begin()
-            self._engine.tell(events.CannotRun(reason))
+            self._engine.emit(events.CannotRun(reason))
             self.finish()
 
     def finish(self) -> None:

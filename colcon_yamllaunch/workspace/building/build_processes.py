@@ -39,7 +39,7 @@ from colcon_yamllaunch.common.process_scan import variable_of
 #: id of the launch, a colon, and the build folder.
 BUILD_ID_VARIABLE = 'COLCON_LAUNCH_BUILD'
 #: How long they have after SIGTERM, with which their end begins (seconds).
-PATIENCE = 2.0
+TERMINATE_TIMEOUT = 2.0
 
 
 #: The exit code of a build that the user stopped (128 + SIGINT).
@@ -108,7 +108,7 @@ class BuildProcesses(Targets):
 
     def end(self) -> None:
         """End all of them, and wait for that."""
-        timeouts = {0: Timeouts(0.0, PATIENCE)}
+        timeouts = {0: Timeouts(0.0, TERMINATE_TIMEOUT)}
         now = time.monotonic()
         Escalation(self, timeouts, now, first=signal.SIGTERM).run()
 

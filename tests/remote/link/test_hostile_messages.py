@@ -103,10 +103,10 @@ class _Process:
 class _Launch(PlayedLaunch):
     """A launch that shows and records all that it is told."""
 
-    def tell(self, event: events.Event) -> None:
+    def emit(self, event: events.Event) -> None:
         json.dumps(event.record())
         list(event.lines())
-        super().tell(event)
+        super().emit(event)
 
 
 def _sent(

@@ -165,7 +165,7 @@ def test_full_screen_does_not_pause_the_link_while_stopping(played):
 
 def test_stop_requests_are_sent_in_order(played):
     played.launch.is_stopping = True
-    played.launch.tell(events.ShuttingDown('interrupted', True))
+    played.launch.emit(events.ShuttingDown('interrupted', True))
     played.do(commands.Escalate())
     played.do(commands.Shutdown(drop_timers=True))
     assert played.link.sent[1:] == [
@@ -427,7 +427,7 @@ def test_on_lost_restart_begins_anew_without_what_was_stopped(restarting):
 
 
 def test_stop_does_not_wait_for_a_machine_that_is_gone(restarting):
-    restarting.launch.tell(events.ShuttingDown('interrupted', True))
+    restarting.launch.emit(events.ShuttingDown('interrupted', True))
     restarting.launch.is_stopping = True
     assert not restarting.parts.is_waiting()
     assert restarting.link.is_closed
@@ -453,7 +453,7 @@ def test_stopping_launch_says_why_it_waits_for_a_lost_link(on_lost, told):
     played = Played()
     played.link.machine = replace(played.link.machine, on_lost=on_lost)
     played.link.handler.lost('nothing was heard of it')
-    played.launch.tell(events.ShuttingDown('interrupted', True))
+    played.launch.emit(events.ShuttingDown('interrupted', True))
     played.do(commands.Shutdown(drop_timers=True))
     told_here = played.launch.told
     (warning,) = (e for e in told_here if isinstance(e, events.Warned))

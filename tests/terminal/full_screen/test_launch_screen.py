@@ -86,7 +86,7 @@ def test_keys_send_commands_for_the_row_of_the_cursor() -> None:
         await shown.types('l')
         await shown.until(lambda: around.asked == ['page /log/kitchen.log'])
         launch.state = ShownLaunch(process('kitchen', terminal=True)).state
-        launch.tell(happened('started', 'kitchen', pid=7))
+        launch.emit(happened('started', 'kitchen', pid=7))
         await shown.hides('talker')
         await shown.types('a')
         await shown.until(lambda: around.asked[1:] == ['attach kitchen'])
@@ -100,7 +100,7 @@ def test_filter_keys_select_the_output() -> None:
     launch = ShownLaunch(process('kitchen'), process('hall'))
 
     async def act(shown: Shown) -> None:
-        launch.tell(
+        launch.emit(
             wrote('kitchen', 'warm', '[ERROR] [1.2] [kitchen]: hot'),
             wrote('hall', 'Cold'),
         )
@@ -127,7 +127,7 @@ def test_keys_typed_into_the_prompt_are_text() -> None:
     launch = ShownLaunch(process('kitchen'), process('hall'))
 
     async def act(shown: Shown) -> None:
-        launch.tell(wrote('kitchen', 'a skill', 'warm'))
+        launch.emit(wrote('kitchen', 'a skill', 'warm'))
         await shown.shows('warm')
         # in one go, as they come by a slow line
         for key in ('/', 's', 'k', 'i'):
@@ -156,13 +156,13 @@ def test_failed_process_is_found_among_many() -> None:
         down = {'phase': 'ended', 'condition': 'failed', 'pid': None}
         nodes[150] = process('node150', ending='died', failure='X', **down)
         launch.state = ShownLaunch(*nodes).state
-        launch.tell(exited('node150', 3))
+        launch.emit(exited('node150', 3))
         await shown.shows('1 failed')
         await shown.types('f')
         await shown.shows('✗ node150', 'died')
         launch.state = ShownLaunch(*nodes[100:]).state
         launch.tree = (Branch('process', 'node150', 'x:1:1'),)
-        launch.tell(happened('dropped', 'node0'))
+        launch.emit(happened('dropped', 'node0'))
         await shown.types('p')
         await shown.hides('node151')
         await shown.shows('✗ node150')
@@ -174,7 +174,7 @@ def test_narrow_terminal_shows_one_pane() -> None:
     launch = ShownLaunch(process('kitchen'))
 
     async def act(shown: Shown) -> None:
-        launch.tell(wrote('kitchen', 'warm'))
+        launch.emit(wrote('kitchen', 'warm'))
         await shown.shows('● kitchen', 'Tab switch', 'q leave')
         assert 'warm' not in shown.text
         await shown.types('tab')
@@ -196,17 +196,17 @@ def test_scrolled_output_stays_until_end_is_in_sight() -> None:
     launch = ShownLaunch(process('kitchen'))
 
     async def act(shown: Shown) -> None:
-        launch.tell(wrote('kitchen', *(f'line {n}.' for n in range(100))))
+        launch.emit(wrote('kitchen', *(f'line {n}.' for n in range(100))))
         await shown.shows('line 99.')
         await shown.types('tab', 'home')
         await shown.shows('line 0.', 'held')
-        launch.tell(wrote('kitchen', 'line 100.'))
+        launch.emit(wrote('kitchen', 'line 100.'))
         await shown.until(lambda: len(shown.app.panes.model.view.lines) == 101)
         assert 'line 100.' not in shown.text
         await shown.types('end')
         await shown.shows('line 100.')
         await shown.hides('held')
-        launch.tell(wrote('kitchen', 'line 101.'))
+        launch.emit(wrote('kitchen', 'line 101.'))
         await shown.shows('line 101.')
 
     play(launch, act)
@@ -219,8 +219,8 @@ def test_output_can_be_read_after_the_end() -> None:
     async def act(shown: Shown) -> None:
         await shown.types('q')
         await shown.shows('leave it running')
-        launch.tell(wrote('kitchen', 'warm'), exited('kitchen', 3))
-        launch.tell(happened('ended', exit_code=1))
+        launch.emit(wrote('kitchen', 'warm'), exited('kitchen', 3))
+        launch.emit(happened('ended', exit_code=1))
         failed = {'phase': 'ended', 'pid': None, 'failure': 'exit 3'}
         parts = [process('kitchen', condition='failed', **failed)]
         launch.state = state_of(*parts, exit_code=1)
@@ -271,7 +271,7 @@ def test_resized_output_stays_at_the_same_line() -> None:
 
     async def act(shown: Shown) -> None:
         await shown.types('tab')
-        launch.tell(
+        launch.emit(
             wrote('kitchen', *(f'{n}. {"-" * 50} end{n}.' for n in range(99)))
         )
         await shown.shows('98. ---', '-- end98.')
@@ -300,7 +300,7 @@ def test_watch_key_switches_watch() -> None:
             said = {'watch': 'all is new', 'watch_paused': paused}
             before = {**said, 'watch_paused': not paused}
             launch.state = state_of(process('kitchen'), **before)
-            launch.tell(happened('watched', text='all is new'))
+            launch.emit(happened('watched', text='all is new'))
             await shown.shows(
                 'watch: all is new' if paused else ' --watch is off '
             )
@@ -321,12 +321,12 @@ def test_only_shown_output_is_read_after_a_gap() -> None:
         return [more['processes'] for more in asked]
 
     async def act(shown: Shown) -> None:
-        launch.tell(Missed(0, 1 << 20))
+        launch.emit(Missed(0, 1 << 20))
         await shown.shows('1.0 MiB not shown')
         await shown.types('o')
         await shown.shows('only kitchen')
         assert wanted() == []
-        launch.tell(Missed(0, 1 << 20))
+        launch.emit(Missed(0, 1 << 20))
         await shown.until(lambda: wanted() == [['kitchen']])
         await shown.shows('of what is not shown, nothing is read')
         await shown.types('m')
@@ -386,8 +386,8 @@ def test_errors_of_a_build_can_be_shown_again() -> None:
         text = 'pump.cpp changed: the build failed'
         errors = [text, 'pump.cpp:39:1: error']
         launch.state.apply(Watched(text, failed=True, details=errors[1]))
-        launch.tell(happened('watched', text=text, errors=errors))
-        launch.tell(happened('watched', text='b.py changed: restarted b'))
+        launch.emit(happened('watched', text=text, errors=errors))
+        launch.emit(happened('watched', text='b.py changed: restarted b'))
         await shown.shows('restarted b')
         await shown.types('E')
         await shown.shows(*errors)
