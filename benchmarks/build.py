@@ -107,7 +107,7 @@ sys.exit(main())
 IMPORT = """\
 import time, argparse, colcon_core.command, colcon_core.verb
 start = time.perf_counter()
-import colcon_yamllaunch.verb.extensions
+import colcon_yamllaunch.verb.launch
 print(time.perf_counter() - start)
 """
 

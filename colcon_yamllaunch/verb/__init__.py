@@ -4,15 +4,16 @@
 """
 The colcon verbs: arguments in, exit code out.
 
-- `extensions` is what colcon loads: a class for each verb.
+- `launch`, `run`, `sweep` and `create` are what colcon loads (with `argv` and
+  `environment_variables`): a class for each verb, derived from `options_verb`.
 - `options` describes all options, `command_line` reads them, `target` finds
   the workspace and the launch file.
-- `launch`, `run`, `sweep` and `create` each have the `main` of a verb. All
+- `launch_main`, `run_main`, `sweep_main` and `create_main` execute a verb. All
   steps of a launch are functions of one `LaunchContext` (`context`): `prepare`
-  evaluates the launch file, builds and checks (`builds`, `machines`),
+  evaluates the launch file, builds and checks (`builds`, `machines`), and
   `run_launch` runs the plan. `inspect_launch` shows it instead (`--plan`,
-  `--check`), `watch_launch` (`--watch`) and `sweep` prepare it again and
-  again.
+  `--check`); `watch_launch` (`--watch`) and `sweep_main` prepare it several
+  times.
 - `controlling` and what it imports act on running launches.
 - `completing` answers Tab.
 

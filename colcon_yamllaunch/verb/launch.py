@@ -1,209 +1,35 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""From the command line of `colcon launch` to its exit code."""
+"""What colcon loads for `colcon launch`."""
 
-from collections.abc import Iterator
 from collections.abc import Mapping
-from contextlib import closing
-from contextlib import contextmanager
-import gc
-from importlib import import_module
-import os
-from pathlib import Path
-import signal
-import sys
-import time
 from typing import Any
-from typing import TYPE_CHECKING
 
-from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.common.process_scan import need_proc
-from colcon_yamllaunch.verb.command_line import asks_for_help
-from colcon_yamllaunch.verb.command_line import parse_launch_options
-from colcon_yamllaunch.verb.command_line import show_help
-from colcon_yamllaunch.verb.messages import show
-from colcon_yamllaunch.verb.messages import show_versions
-from colcon_yamllaunch.verb.options import LaunchOptions
-
-if TYPE_CHECKING:
-    from colcon_yamllaunch.observers.junit import JUnitReport
-    from colcon_yamllaunch.verb.own_launch import Background
-
-# what few launches need is imported where it is needed
+from colcon_yamllaunch.verb.options_verb import OptionsVerb
 
 
-def main(known: Any, environment: Mapping[str, str]) -> int:
-    """Build, source and launch, and return the exit code."""
-    if asks_for_help(known.positionals):
-        return show_help(known.verb_parser, 'launch')
-    options = parse_launch_options(known)
-    if options.version:
-        return show_versions()
-    if options.help_all:
-        show(known.verb_parser.format_help(), end='')
-        return 0
-    if options.request is not None:
-        from colcon_yamllaunch.verb.controlling import control
+class LaunchVerb(OptionsVerb):
+    """Build what a launch file needs, source the workspace and run it."""
 
-        return control(options, environment)
-    if options.schema:
-        show(_schema(options, environment), end='')
-        return 0
-    if options.ui:
-        from colcon_yamllaunch.verb.own_launch import launch_for_screen
+    NAME = 'launch'
+    USAGE = """\
+colcon launch [options] PKG FILE [name:=value ...]
+       colcon launch [options] path/to/file.yaml [name:=value ...]"""
+    EPILOG = """\
+examples:
+  colcon launch my_pkg demo.yaml
+  colcon launch my_pkg demo.yaml rate:=5
+  colcon launch src/my_pkg/launch/demo.yaml
+  colcon launch my_pkg demo.yaml --until "Received .*" --timeout 60"""
+    WORDS = 'PKG FILE [name:=value ...]'
+    WORDS_HELP = (
+        'The package and its launch file: by name, with or without '
+        'extension, or by its path in the package; or instead of both '
+        'the path of a launch file. Then the launch arguments'
+    )
 
-        return launch_for_screen(
-            lambda background: _launch(
-                options, known, environment, background
-            ),
-            environment,
-            plain=options.no_color,
-        )
-    return _launch(options, known, environment)
+    def _main(self, known: Any, environment: Mapping[str, str]) -> int:
+        from colcon_yamllaunch.verb.launch_main import main
 
-
-def _schema(options: LaunchOptions, environment: Mapping[str, str]) -> str:
-    """Return the JSON Schema, with the actions that packages here bring."""
-    from colcon_yamllaunch.language.vocabulary.json_schema import schema_text
-    from colcon_yamllaunch.verb.target import find_workspace
-    from colcon_yamllaunch.verb.workspace_session import exposed_by_packages
-    from colcon_yamllaunch.workspace.colcon.package_scan import scan_packages
-
-    root = find_workspace(options.workspace, ())
-    locator = scan_packages(root, environment)
-    return schema_text(exposed_by_packages(locator, environment)().actions())
-
-
-def _launch(
-    options: LaunchOptions,
-    known: Any,
-    environment: Mapping[str, str],
-    background: 'Background | None' = None,
-) -> int:
-    """
-    Inspect a launch, or run it.
-
-    :param background: Where it goes when it begins to run, if it is shown by
-      another process
-    """
-    # nearly all that is imported and evaluated stays until the launch runs,
-    # which collects garbage again; until then there is none to speak of
-    gc.disable()
-    from colcon_yamllaunch.verb.context import LaunchContext
-    from colcon_yamllaunch.verb.log_folders import log_folder_of
-
-    log_folder = log_folder_of(known, environment)
-    cwd = Path.cwd()
-    if not options.inspects:
-        need_proc()
-    if options.watch is not None:
-        from colcon_yamllaunch.watch import watcher
-
-        if not watcher.is_installed():
-            raise UserError(watcher.MISSING)
-    sigint = signal.getsignal(signal.SIGINT)
-    with _junit_report(options, cwd) as report, _time_limit(options):
-        if options.attach is not None:
-            from colcon_yamllaunch.verb.attaching import need_terminal
-
-            need_terminal()
-        context = LaunchContext(options, cwd, environment, log_folder)
-        context.junit, context.background = report, background
-        with closing(context):
-            if ''.join(options.positionals[-1:]).endswith('.py'):
-                # it imports `launch` while this process imports the rest
-                context.worker(context.process_environment()).start()
-                import_module('colcon_yamllaunch.verb.builds')
-                import_module('colcon_yamllaunch.run')
-            if options.inspects:
-                from colcon_yamllaunch.verb.inspect_launch import inspect
-
-                return inspect(context)
-            from colcon_yamllaunch.verb.run_launch import launch
-
-            code, changes = launch(context)
-    if changes is not None and changes.restarts_launch:
-        # the same command again, in this process
-        sys.stdout.flush()
-        sys.stderr.flush()
-        signal.signal(signal.SIGINT, sigint)
-        os.execv(sys.executable, sys.orig_argv)
-    return code
-
-
-@contextmanager
-def _time_limit(options: LaunchOptions) -> Iterator[None]:
-    """
-    End what is done before the launch runs when --timeout is over.
-
-    That is interrupted as by Ctrl-C.
-
-    :raises UserError: when it was
-    """
-    seconds = options.timeout
-    if seconds is None or options.watch is not None:
-        yield
-        return
-    is_late = False
-
-    def end(_number: int, _frame: object) -> None:
-        nonlocal is_late
-        is_late = True
-        signal.raise_signal(signal.SIGINT)
-
-    before = signal.signal(signal.SIGALRM, end)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
-    try:
-        yield
-    except (KeyboardInterrupt, SystemExit):
-        if not is_late:
-            raise
-    finally:
-        # the launch takes it away when it begins
-        is_late = is_late and signal.getsignal(signal.SIGALRM) is end
-        signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.signal(signal.SIGALRM, before)
-    if is_late:
-        raise UserError(
-            f'--timeout: the launch did not begin within {seconds:g} s'
-        )
-
-
-@contextmanager
-def _junit_report(
-    options: LaunchOptions, cwd: Path
-) -> 'Iterator[JUnitReport | None]':
-    """
-    Write the report that --junit asks for after whatever happens inside.
-
-    :raises UserError: when the file cannot be written
-    """
-    if options.junit is None:
-        yield None
-        return
-    from colcon_yamllaunch.observers.junit import JUnitReport
-
-    path = cwd / options.junit.expanduser()
-    begun = time.monotonic()
-    # the package and the launch file
-    names = [Path(word).name for word in options.title_words]
-    name = '.'.join(n.partition('.')[0] or n for n in names)
-    report = JUnitReport(options.title, name, time.time())
-    # now rather than after a launch of an hour
-    _write_report(path, b'')
-    try:
-        yield report
-    finally:
-        _write_report(path, report.document(time.monotonic() - begun))
-
-
-def _write_report(path: Path, data: bytes) -> None:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(data)
-    except (OSError, ValueError) as e:
-        reason = e.strerror if isinstance(e, OSError) else e
-        raise UserError(
-            f"--junit: '{path}' cannot be written: {reason}"
-        ) from e
+        return main(known, environment)

@@ -19,10 +19,10 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.observers.log_files import lock_folder
 from colcon_yamllaunch.verb.command_line import request_of
 from colcon_yamllaunch.verb.command_line import split_line
-from colcon_yamllaunch.verb.extensions import ALL_LOGS_LIMIT
-from colcon_yamllaunch.verb.extensions import KEPT_LOG_FOLDERS
-from colcon_yamllaunch.verb.extensions import LOG_FOLDERS
-from colcon_yamllaunch.verb.extensions import LOG_TOTAL
+from colcon_yamllaunch.verb.environment_variables import ALL_LOGS_LIMIT
+from colcon_yamllaunch.verb.environment_variables import KEPT_LOG_FOLDERS
+from colcon_yamllaunch.verb.environment_variables import LOG_FOLDERS
+from colcon_yamllaunch.verb.environment_variables import LOG_TOTAL
 from colcon_yamllaunch.verb.messages import say
 from colcon_yamllaunch.verb.options import read_size
 from colcon_yamllaunch.verb.target import find_workspace

@@ -17,8 +17,8 @@ from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import IN_COMMON_LOG
 from colcon_yamllaunch.plan.plan import IN_OWN_LOG
 from colcon_yamllaunch.plan.plan import SHOWN
-from colcon_yamllaunch.verb.extensions import ALL_LOGS_LIMIT
-from colcon_yamllaunch.verb.extensions import KEPT_LOG_FOLDERS
+from colcon_yamllaunch.verb.environment_variables import ALL_LOGS_LIMIT
+from colcon_yamllaunch.verb.environment_variables import KEPT_LOG_FOLDERS
 import pytest
 
 TEXT = (Path(__file__).parents[2] / 'docs/logs.md').read_text()

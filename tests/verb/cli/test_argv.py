@@ -16,12 +16,12 @@ from colcon_core.command import add_parsers_without_arguments
 from colcon_core.command import create_parser
 from colcon_core.command import create_subparser
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.verb import extensions
+from colcon_yamllaunch.verb import argv
+from colcon_yamllaunch.verb.argv import rewritten
 from colcon_yamllaunch.verb.command_line import parse_run_options
 from colcon_yamllaunch.verb.command_line import program_index
-from colcon_yamllaunch.verb.extensions import rewritten
-from colcon_yamllaunch.verb.extensions import RunVerb
 from colcon_yamllaunch.verb.options import RunOptions
+from colcon_yamllaunch.verb.run import RunVerb
 from hypothesis import example
 from hypothesis import given
 from hypothesis import strategies as st
@@ -164,8 +164,8 @@ def test_separation_is_done_once() -> None:
 def test_parsers_that_others_decorate_are_real_ones() -> None:
     # colcon-argcomplete hands what it decorates to argcomplete
     parser = create_parser('colcon_core.environment_variable')
-    assert type(parser).__module__ == extensions.__name__
+    assert type(parser).__module__ == argv.__name__
     inner = parser._parser
     while hasattr(inner, '_decoree'):
-        assert type(inner).__module__ != extensions.__name__
+        assert type(inner).__module__ != argv.__name__
         inner = inner._decoree

@@ -11,7 +11,7 @@ from colcon_yamllaunch.observers.log_files import LogFile
 from colcon_yamllaunch.observers.log_files import Quota
 from colcon_yamllaunch.observers.log_store import INDEX_NAME
 from colcon_yamllaunch.observers.log_store import LogStore
-from colcon_yamllaunch.verb.extensions import KEPT_LOG_FOLDERS
+from colcon_yamllaunch.verb.environment_variables import KEPT_LOG_FOLDERS
 from colcon_yamllaunch.verb.log_folders import locked
 from colcon_yamllaunch.verb.log_folders import log_store_of
 import pytest

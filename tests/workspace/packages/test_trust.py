@@ -7,7 +7,7 @@ from collections.abc import Callable
 import os
 from pathlib import Path
 
-from colcon_yamllaunch.verb.extensions import TRUSTED
+from colcon_yamllaunch.verb.environment_variables import TRUSTED
 from colcon_yamllaunch.workspace.packages.workspace_root import find_root
 from colcon_yamllaunch.workspace.packages.workspace_root import TRUST
 from colcon_yamllaunch.workspace.packages.workspace_root import Trust

@@ -1,0 +1,84 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The base class of our verbs."""
+
+import argparse
+from collections.abc import Mapping
+from functools import partial
+import logging
+import os
+from typing import Any
+from typing import TYPE_CHECKING
+
+from colcon_core.plugin_system import satisfies_version
+from colcon_core.verb import VerbExtensionPoint
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.verb.options import Verb
+
+
+class OptionsVerb(VerbExtensionPoint):  # type: ignore[misc]
+    """
+    A verb: options that are described in `options`, and other words.
+
+    colcon imports the modules of all verbs for every command, so everything
+    else is imported when a verb is used.
+    """
+
+    NAME: 'Verb'
+    USAGE: str
+    EPILOG: str
+    #: The words that are no options: how many, and their name and help.
+    NARGS: str = argparse.REMAINDER
+    WORDS: str
+    WORDS_HELP: str
+
+    def __init__(self) -> None:
+        super().__init__()
+        satisfies_version(VerbExtensionPoint.EXTENSION_POINT_VERSION, '^1.0')
+        self._environment: dict[str, str] = {}
+
+    def add_arguments(self, *, parser: Any) -> None:  # noqa: D102
+        from colcon_yamllaunch.verb.command_line import add_options
+        from colcon_yamllaunch.verb.command_line import print_help
+        from colcon_yamllaunch.verb.messages import open_standard_streams
+
+        open_standard_streams()
+        # on a full disk each message to colcon's log would show a traceback
+        logging.raiseExceptions = False
+        # what colcon adds to the environment is not the user's
+        self._environment = dict(os.environ)
+        parser.usage = self.USAGE
+        parser.epilog = self.EPILOG
+        # an abbreviation could be a word of a program, or a mistake
+        parser.allow_abbrev = self.NARGS != argparse.REMAINDER
+        parser.add_argument(
+            'positionals',
+            nargs=self.NARGS,
+            metavar=self.WORDS,
+            help=self.WORDS_HELP,
+        )
+        add_options(parser, self.NAME)
+        parser.print_help = partial(print_help, parser, self.NAME)
+        if '_ARGCOMPLETE' in self._environment:
+            from colcon_yamllaunch.verb.completing import complete
+
+            complete(self.NAME, parser, self._environment)
+
+    def main(self, *, context: Any) -> int:  # noqa: D102
+        from colcon_yamllaunch.verb.messages import report_errors
+
+        return report_errors(
+            self.NAME, lambda: self._main(context.args, self._environment)
+        )
+
+    def _main(self, known: Any, environment: Mapping[str, str]) -> int:
+        """
+        Do what the command line asks for; return the exit code.
+
+        :param known: What colcon's parser has read: the options in front of
+          the first other word, and `positionals`
+        :param environment: The user's
+        """
+        raise NotImplementedError
