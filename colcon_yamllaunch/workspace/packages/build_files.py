@@ -223,8 +223,9 @@ def source_programs(folder: Path) -> SourcePrograms:
     """
     Return the programs that a package's build would install.
 
-    Variables of CMake have all values that the files give them anywhere. Where
-    something else computes one, such as a function, any name fits.
+    Variables of CMake, and the parameters of functions and macros, have all
+    values that the files give them anywhere. Where something else computes
+    one, any name fits.
 
     :param folder: The source of the package
     """
@@ -235,7 +236,11 @@ def source_programs(folder: Path) -> SourcePrograms:
         if name.endswith('add_executable') and arguments:
             for program in variables.words(arguments[:1]):
                 found.add(program)
-        elif not (_HARMLESS.fullmatch(name) or _COMPUTING.fullmatch(name)):
+        elif not (
+            name in variables.functions
+            or _HARMLESS.fullmatch(name)
+            or _COMPUTING.fullmatch(name)
+        ):
             stems = {PurePosixPath(w).stem for w in variables.words(arguments)}
             found.hints |= {s for s in stems if len(s) > 2 and _ANY not in s}
         for keyword, argument in pairwise(arguments):
@@ -277,12 +282,23 @@ class _Variables:
     The values that variables of CMake may have.
 
     A list has `;` between its items.
+
+    :param functions: The parameters of functions and macros, by their names
+      in lower case
     """
 
     def __init__(self, commands: Sequence[Command]) -> None:
         self._values: dict[str, set[str]] = {}
-        # one file may use the variables of another
-        for _ in range(2):
+        self.functions = {
+            arguments[0].lower(): arguments[1:]
+            for name, arguments in commands
+            if name in ('function', 'macro') and arguments
+        }
+        self._before: dict[str, set[str]] = {}
+        # one file may use the variables of another, and a function has its
+        # arguments only behind its commands
+        for _ in range(3):
+            self._before, self._values = self._values, {}
             for command in commands:
                 self._read(command.name, command.arguments)
 
@@ -308,9 +324,30 @@ class _Variables:
             self._add(arguments[1], self.words(arguments[2:]))
         elif name == 'foreach' and arguments:
             self._add(arguments[0], self._items(arguments[1:]))
+        elif name in self.functions:
+            self._call(self.functions[name], arguments)
+        elif name == 'get_filename_component' and len(arguments) > 2:
+            self._add(arguments[0], self._path_parts(*arguments[1:3]))
         elif _COMPUTING.fullmatch(name):
             for argument in arguments:
                 self._add(argument, (_ANY,))
+
+    def _call(
+        self, parameters: tuple[str, ...], arguments: tuple[str, ...]
+    ) -> None:
+        for parameter, argument in zip(parameters, arguments, strict=False):
+            self._add(parameter, self.words((argument,)))
+        for index, argument in enumerate(arguments):
+            self._add(f'ARGV{index}', self.words((argument,)))
+        self._add('ARGV', self.words(arguments))
+        self._add('ARGN', self.words(arguments[len(parameters) :]))
+
+    def _path_parts(self, path: str, part: str) -> list[str]:
+        if part not in ('NAME', 'NAME_WE'):
+            return [_ANY]
+        names = [PurePosixPath(word).name for word in self.words((path,))]
+        # NAME_WE is without the longest suffix
+        return names if part == 'NAME' else [n.split('.')[0] for n in names]
 
     def _items(self, arguments: tuple[str, ...]) -> Iterator[str]:
         """Return what the variable of a loop may be."""
@@ -332,7 +369,10 @@ class _Variables:
 
     def _evaluate(self, argument: str) -> set[str]:
         names = sorted(set(_VARIABLE.findall(argument)))
-        choices = [self._values.get(name) or {_ANY} for name in names]
+        choices = [
+            self._values.get(name) or self._before.get(name) or {_ANY}
+            for name in names
+        ]
         count = 1
         for choice in choices:
             count *= len(choice)

@@ -100,6 +100,22 @@ def test_components(tmp_path: Path, text: str, names: set[str]) -> None:
             'a1 a2 b1 b2 c1 c2 d1 d2 e1 e2',
         ),
         (
+            'function(program name)\nadd_executable(${name}_node ${ARGN})\n'
+            'endfunction()\nprogram(a a.c)\nPROGRAM(b)',
+            'a_node b_node',
+        ),
+        (
+            'macro(programs)\nforeach(x ${ARGN})\nadd_executable(${x})\n'
+            'endforeach()\nendmacro()\nprograms(a b)',
+            'a b',
+        ),
+        (
+            'foreach(file src/a.cpp src/b.x.cpp)\n'
+            'get_filename_component(name ${file} NAME_WE)\n'
+            'add_executable(${name} ${file})\nendforeach()',
+            'a b',
+        ),
+        (
             'add_executable(a a.c)\n'
             'set_target_properties(a PROPERTIES OUTPUT_NAME b)',
             'a b',
@@ -120,14 +136,17 @@ def test_names_that_cmake_computes(
     assert not found.may_have('zzz')
 
 
-def test_variables_of_another_file(tmp_path: Path) -> None:
+def test_functions_and_variables_of_another_file(tmp_path: Path) -> None:
     folder = tmp_path / 'cmake'
     folder.mkdir()
     (tmp_path / 'CMakeLists.txt').write_text(
-        'project(p)\ninclude(cmake/own.cmake)\nadd_executable(${PREFIX}_a)\n'
+        'project(p)\ninclude(cmake/own.cmake)\nprogram(${PREFIX}_a)\n'
     )
-    (folder / 'own.cmake').write_text('set(PREFIX ${PROJECT_NAME})\n')
-    assert source_programs(tmp_path).names == {'p_a'}
+    (folder / 'own.cmake').write_text(
+        'set(PREFIX ${PROJECT_NAME})\n'
+        'function(program name)\nadd_executable(${name}_x)\nendfunction()\n'
+    )
+    assert source_programs(tmp_path).names == {'p_a_x'}
 
 
 @pytest.mark.parametrize(
@@ -146,12 +165,6 @@ def test_variables_of_another_file(tmp_path: Path) -> None:
             'set(X a)\nstring(APPEND X b)\nadd_executable(${X}_c)',
             'ab_c',
             'ab',
-        ),
-        (
-            'function(program name)\nadd_executable(${name}_node)\n'
-            'endfunction()\nprogram(a)',
-            'a_node',
-            'node_a',
         ),
         ('find_package(nodes)\nadd_node(src/pump.cpp)', 'pump_node', 'node'),
         ('register_all(NAMES "pump" tap)', 'run_tap', 'run'),
@@ -175,6 +188,7 @@ def test_names_that_cannot_be_known(
 @pytest.mark.parametrize(
     'text',
     [
+        'macro(a x)\na(${x}${x})\na(b)\nendmacro()\na(c)',
         'set(A a b c d e f g h)\n' + 'set(A ${A}${A} ${A})\n' * 40,
         'foreach(a ${x})\n' * 300,
     ],
