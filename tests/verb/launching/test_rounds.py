@@ -3,7 +3,7 @@
 
 """Launch files that name more packages once others are built."""
 
-from colcon_yamllaunch.language.policies.check import MAXIMUM_ROUNDS
+from colcon_yamllaunch.verb.prepare import MAXIMUM_ROUNDS
 from support.user import built
 from support.user import User
 
