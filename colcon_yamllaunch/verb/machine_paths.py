@@ -29,7 +29,7 @@ from colcon_yamllaunch.watch.dependencies import is_user_file
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 #: What is asked of the machine.
-LOOK = 'paths.look'
+LOOK = 'inspection.find_missing'
 #: The fix for a program that no package has.
 INSTALL = 'install it there'
 

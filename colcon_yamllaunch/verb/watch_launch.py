@@ -45,7 +45,7 @@ _BUILD_MODULES = (
     'colcon_yamllaunch.verb.builds',
     'colcon_yamllaunch.workspace.colcon.colcon_adapter',
     'colcon_yamllaunch.workspace.freshness.build_inputs',
-    'colcon_yamllaunch.workspace.packages.install_rules',
+    'colcon_yamllaunch.workspace.packages.build_files',
     'colcon_yamllaunch.workspace.packages.missing_files',
     'ctypes',
 )
