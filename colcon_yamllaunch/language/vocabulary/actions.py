@@ -129,10 +129,10 @@ class Action:
 #: The attributes that every action has.
 CONDITIONS = (
     Attribute(
-        'if', Type.CONDITION, 'Do the action only if this is true or 1.'
+        'if', Type.CONDITION, 'Run the action only if this is true or 1.'
     ),
     Attribute(
-        'unless', Type.CONDITION, 'Do the action only if this is false or 0.'
+        'unless', Type.CONDITION, 'Run the action only if this is false or 0.'
     ),
 )
 _CHILDREN = Attribute(
@@ -185,7 +185,7 @@ _VARIABLE = _pair('The name of the environment variable.')
 _CONFIGURATION = _pair('The name of the launch configuration.')
 _REMAP = (
     _required('from', Type.NAME, 'The name that the node uses.'),
-    _required('to', Type.NAME, 'The name that it gets instead.'),
+    _required('to', Type.NAME, 'The name to use instead.'),
 )
 #: The types of a parameter that is no list.
 SCALAR_TYPES = ('str', 'bool', 'int', 'float')
@@ -200,35 +200,34 @@ class _NestedParameters(Attribute):
 PARAMETER: tuple[Attribute, ...] = (
     _text(
         'name',
-        'The name of the parameter; every parameter has one, unless it comes '
-        "with 'from'.",
+        "The name of the parameter; required unless there is a 'from'.",
     ),
     Attribute(
         'value',
         Type.VALUE,
-        'The value; a text with substitutions is read as YAML afterwards, '
-        "unless there is a 'type'.",
+        'The value; a text with substitutions is read as YAML after '
+        "substitution, unless there is a 'type'.",
     ),
     Attribute(
         'type',
         Type.PLAIN,
-        'The type that the value has, or is turned into after its '
-        'substitutions.',
+        'The type that the value must have, or is converted to after '
+        'substitution.',
         values=(*SCALAR_TYPES, *_LIST_TYPES, 'yaml'),
     ),
     _text(
         'from',
-        'A YAML file with parameters; stands alone or with allow_substs.',
+        'A YAML file with parameters; use it alone or with allow_substs.',
     ),
     _flag(
         'allow_substs',
-        "Make the substitutions in the file of 'from' first.",
+        "Evaluate substitutions in the file of 'from'.",
         'false',
     ),
     _NestedParameters(
         'param',
         Type.ITEMS,
-        "Parameters whose names start with this one's and a dot; stands "
+        'Parameters whose names start with this name and a dot; use them '
         "instead of 'value'.",
     ),
 )
@@ -236,19 +235,19 @@ PARAMETER: tuple[Attribute, ...] = (
 _PROCESS = (
     _text(
         'cwd',
-        'The working directory; when left out, the folder that the launch '
-        'was started in.',
+        'The working directory; the default is the folder in which the '
+        'launch was started.',
     ),
     _items(
         'env',
-        'Environment variables for this process, besides those of the scope.',
+        "Environment variables for this process, in addition to the scope's.",
         _VARIABLE,
     ),
     Attribute(
         'output',
         Type.TEXT,
         'Where the output goes: to the screen and the log (both), to one of '
-        'them, to log files of its own, or to all of these (full).',
+        'them, to separate log files (own_log), or to all of these (full).',
         values=OUTPUT_MODES,
         default=OUTPUT_MODES[0],
     ),
@@ -263,18 +262,18 @@ _PROCESS = (
         values=('shutdown',),
         since='Iron',
     ),
-    _flag('respawn', 'Start the process again whenever it ends.', 'false'),
+    _flag('respawn', 'Restart the process whenever it ends.', 'false'),
     Attribute(
         'respawn_max_retries',
         Type.INTEGER,
-        'How often it is started again at most; without end when -1.',
+        'The maximum number of restarts; -1 means no limit.',
         default=str(UNLIMITED_RETRIES),
         since='Jazzy',
     ),
     Attribute(
         'respawn_delay',
         Type.SECONDS,
-        'The pause before it is started again.',
+        'The pause before a restart.',
         default='0.0',
     ),
     Attribute(
@@ -293,7 +292,7 @@ _PROCESS = (
     ),
     _flag(
         'shell',
-        'Let /bin/sh run the arguments, joined by spaces and not quoted.',
+        'Run the arguments with /bin/sh, joined by spaces and not quoted.',
         'false',
     ),
     _flag(
@@ -306,16 +305,16 @@ _PROCESS = (
 _NODE_PARAMETERS = (
     _items(
         'param',
-        'Parameters; the last of several with one name counts.',
+        'Parameters; if several have the same name, the last one counts.',
         PARAMETER,
     ),
-    _items('remap', 'Names to replace by others.', _REMAP),
+    _items('remap', 'Names to replace with others.', _REMAP),
 )
 _NODE = (
     _name(
         'pkg',
-        'The package that has the program; when left out, the program is a '
-        'path or on the PATH.',
+        'The package that contains the program; without it, the program is a '
+        'path or is found on the PATH.',
     ),
     _required('exec', Type.NAME, 'The program.'),
     _name(
@@ -325,29 +324,27 @@ _NODE = (
     ),
     _name(
         'exec_name',
-        'The name of the process in the output where the node has no name; '
-        'when left out, that of the program.',
+        'The name of the process in the output if the node has no name; the '
+        'default is the name of the program.',
     ),
     _name(
         'namespace',
-        'The namespace of the node; a relative one is put behind that of the '
-        'scope.',
+        'The namespace of the node; a relative one is appended to that of '
+        'the scope.',
         _NAMESPACE_PATTERN,
     ),
     Attribute('args', Type.COMMAND, 'Arguments for the program.'),
-    Attribute(
-        'ros_args', Type.COMMAND, 'Arguments that stand behind --ros-args.'
-    ),
+    Attribute('ros_args', Type.COMMAND, 'Arguments after --ros-args.'),
     *_NODE_PARAMETERS,
     *_PROCESS,
 )
 _AUTOSTART = _flag(
     'autostart',
-    'Configure and activate the node once it is there.',
+    'Configure and activate the node once it is running.',
     'false',
 )
 _COMPONENT = (
-    _required('pkg', Type.NAME, 'The package that has the plugin.'),
+    _required('pkg', Type.NAME, 'The package that contains the plugin.'),
     _required(
         'plugin',
         Type.NAME,
@@ -355,19 +352,20 @@ _COMPONENT = (
     ),
     _name(
         'name',
-        'The name of the node; when left out, the one that it has itself.',
+        'The name of the node; the default is the one that the node sets '
+        'itself.',
         _NODE_NAME_PATTERN,
     ),
     _name(
         'namespace',
-        'The namespace of the node; a relative one is put behind that of the '
-        'scope, not of the container.',
+        'The namespace of the node; a relative one is appended to that of '
+        'the scope, not of the container.',
         _NAMESPACE_PATTERN,
     ),
     *_NODE_PARAMETERS,
     _items(
         'extra_arg',
-        'What the container takes besides, such as use_intra_process_comms.',
+        'More arguments for the container, such as use_intra_process_comms.',
         (
             _required('name', Type.NAME, 'The name of the argument.'),
             _required('value', Type.VALUE, 'The value, read as YAML.'),
@@ -375,23 +373,26 @@ _COMPONENT = (
     ),
 )
 _TIMER = (
-    _required('period', Type.SECONDS, 'The time until then.'),
+    _required('period', Type.SECONDS, 'The time to wait.'),
     _CHILDREN,
     _flag(
         'cancel_on_shutdown',
-        'Whether the end of the launch drops the timer instead of waiting for '
-        'it.',
+        'Whether the launch drops the timer when it ends, instead of waiting '
+        'for it.',
         'true',
     ),
 )
-_LOG = (_required('message', Type.TEXT, 'The line.'),)
+_LOG = (_required('message', Type.TEXT, 'The text to show.'),)
 _ARGUMENT = (
     _required('name', Type.PLAIN, 'The name of the argument.'),
     _text(
         'default',
-        'The value when none is given; without one, the argument is required.',
+        'The value if none is given; without a default, the argument is '
+        'required.',
     ),
-    Attribute('description', Type.PLAIN, 'What it is for, for --show-args.'),
+    Attribute(
+        'description', Type.PLAIN, 'A description, which --show-args prints.'
+    ),
 )
 
 
@@ -431,7 +432,7 @@ _COMPONENT_LISTS = tuple(
         COMPONENTS.values(),
         (
             'Components to load, one after the other.',
-            'Components to load that are lifecycle nodes.',
+            'Lifecycle nodes to load as components.',
         ),
         strict=True,
     )
@@ -440,13 +441,13 @@ _COMPONENT_LISTS = tuple(
 _ACTIONS = (
     _action(
         'arg',
-        'Declare a launch argument, which the command line or an include may '
-        'give.',
+        'Declare a launch argument, which the command line or an include can '
+        'set.',
         *_ARGUMENT,
         _items(
             'choice',
-            'The values that it may have.',
-            (_required('value', Type.PLAIN, 'One of them.'),),
+            'The allowed values.',
+            (_required('value', Type.PLAIN, 'An allowed value.'),),
         ),
     ),
     _action(
@@ -462,7 +463,7 @@ _ACTIONS = (
     ),
     _action(
         'reset',
-        'Forget all launch configurations, and the namespace, parameters and '
+        'Clear all launch configurations, and the namespace, parameters and '
         'remappings of the scope.',
         _items(
             'keep', 'Launch configurations to set afterwards.', _CONFIGURATION
@@ -470,23 +471,23 @@ _ACTIONS = (
     ),
     _action(
         'set_env',
-        'Set an environment variable for what follows.',
+        'Set an environment variable for the following actions.',
         *_VARIABLE,
     ),
     _action(
         'unset_env',
-        'Remove an environment variable for what follows.',
+        'Remove an environment variable for the following actions.',
         _required('name', Type.NAME, 'The name of the environment variable.'),
     ),
     _action(
         'append_env',
-        'Append to an environment variable, or set it if there is none.',
+        'Append to an environment variable, or set it if it does not exist.',
         *_VARIABLE,
-        _flag('prepend', 'Put the value in front instead.', 'false'),
+        _flag('prepend', 'Prepend the value instead.', 'false'),
         Attribute(
             'separator',
             Type.TEXT,
-            'What stands between the old value and the new one.',
+            'The text between the old value and the new one.',
             default=':',
         ),
     ),
@@ -496,12 +497,12 @@ _ACTIONS = (
     ),
     _action(
         'log',
-        'Show a line, and write it to the log.',
+        'Show a message and write it to the log.',
         *_LOG,
         Attribute(
             'level',
             Type.TEXT,
-            'How serious it is.',
+            'The severity.',
             values=(
                 'DEBUG',
                 'INFO',
@@ -517,42 +518,43 @@ _ACTIONS = (
             ignore_case=True,
         ),
     ),
-    _action('log_info', 'Show a line.', *_LOG, since='Lyrical'),
+    _action('log_info', 'Show a message.', *_LOG, since='Lyrical'),
     _action('log_warning', 'Show a warning.', *_LOG, since='Lyrical'),
     _action('log_error', 'Show an error.', *_LOG, since='Lyrical'),
-    _action('log_debug', 'Show a line for debugging.', *_LOG, since='Lyrical'),
+    _action('log_debug', 'Show a debug message.', *_LOG, since='Lyrical'),
     _action(
         'shutdown',
         'End the launch: stop all processes.',
-        Attribute('reason', Type.TEXT, 'Why, for the one who reads the log.'),
+        Attribute('reason', Type.TEXT, 'The reason, for readers of the log.'),
     ),
     _action(
         'group',
-        'Do several actions, in a scope of their own.',
+        'Run several actions in their own scope.',
         _CHILDREN,
-        _flag('scoped', 'Whether what they set ends with the group.', 'true'),
+        _flag('scoped', 'Whether their settings end with the group.', 'true'),
         _flag(
             'forwarding',
-            'Whether they see what was set before the group.',
+            'Whether they see the settings from before the group.',
             'true',
         ),
         _items('keep', 'Launch configurations to set first.', _CONFIGURATION),
     ),
     _action(
         'timer',
-        'Do several actions once, some time after the launch has come to '
+        'Run several actions once, some time after the launch has reached '
         'them.',
         *_TIMER,
     ),
     _action(
         'ros_timer',
-        'Do several actions once, some time after the launch has come to '
-        "them; on the topic /clock where 'set_use_sim_time' is true.",
+        'Run several actions once, some time after the launch has reached '
+        "them; the time is that of the topic /clock if 'set_use_sim_time' is "
+        'true.',
         *_TIMER,
     ),
     _action(
         'for_each',
-        'Do several actions for each of some values.',
+        'Repeat several actions for each of the given values.',
         _required(
             'values',
             Type.TEXT,
@@ -563,8 +565,8 @@ _ACTIONS = (
     ),
     _action(
         'for',
-        'Do several actions a number of times.',
-        _required('len', Type.INTEGER, 'How often.'),
+        'Repeat several actions a given number of times.',
+        _required('len', Type.INTEGER, 'The number of times.'),
         _required(
             'name', Type.PLAIN, 'The name of the index, which counts from 0.'
         ),
@@ -573,15 +575,15 @@ _ACTIONS = (
     ),
     _action(
         'include',
-        'Do all actions of another launch file, in the same scope.',
+        'Run all actions of another launch file in the same scope.',
         _required(
             'file',
             Type.TEXT,
             'The launch file, in YAML, XML or Python; a relative path is '
-            'looked up in the folder that the launch was started in, then '
-            'beside this file.',
+            'looked up in the folder in which the launch was started, then '
+            'in the folder of this file.',
         ),
-        _items('arg', 'Launch arguments for it.', _pair('The name.')),
+        _items('arg', 'Launch arguments for the file.', _pair('The name.')),
         _items('let', "The same as 'arg'.", _pair('The name.'), 'Jazzy'),
     ),
     _action(
@@ -590,33 +592,33 @@ _ACTIONS = (
         _required('cmd', Type.COMMAND, 'The command line.'),
         _name(
             'name',
-            'The name of the process in the output; when left out, that of '
-            'the program.',
+            'The name of the process in the output; the default is the name '
+            'of the program.',
         ),
         *_PROCESS,
     ),
     _action('node', 'Run a ROS node.', *_NODE),
     _action(
         'node_container',
-        'Run a component container, and load components into it; ROS 2 '
-        'wants it to have a name and a namespace.',
+        'Run a component container and load components into it; ROS 2 '
+        'requires a name and a namespace.',
         *_NODE,
         *_COMPONENT_LISTS,
     ),
     _action(
         'load_composable_node',
-        'Load components into a container that runs, whoever started it.',
+        'Load components into a running container, no matter who started it.',
         _required(
             'target',
             Type.NAME,
-            "The full name of the container's node; the first slash may be "
-            'left out.',
+            "The full name of the container's node; you may omit the first "
+            'slash.',
         ),
         *_COMPONENT_LISTS,
     ),
     _action(
         'lifecycle_node',
-        'Run a lifecycle node; ROS 2 wants it to have a namespace.',
+        'Run a lifecycle node; ROS 2 requires a namespace.',
         *(
             # those of a node are all older than this
             replace(a, required=a.required or a.name == 'name', since=None)
@@ -627,44 +629,44 @@ _ACTIONS = (
     ),
     _action(
         'push_ros_namespace',
-        'Put the nodes that follow in the scope into a namespace.',
+        'Put the following nodes in the scope into a namespace.',
         Attribute(
             'namespace',
             Type.NAME,
-            'The namespace; a relative one is put behind that of the scope.',
+            'The namespace; a relative one is appended to that of the scope.',
             required=True,
             pattern=_NAMESPACE_PATTERN,
         ),
     ),
     _action(
         'set_parameter',
-        'Set a parameter of the nodes that follow in the scope.',
+        'Set a parameter for the following nodes in the scope.',
         _required('name', Type.NAME, 'The name of the parameter.'),
         _required('value', Type.VALUE, 'The value.'),
     ),
     _action(
         'set_parameters_from_file',
-        'Set parameters of the nodes that follow in the scope.',
+        'Set parameters from a file for the following nodes in the scope.',
         _required('filename', Type.TEXT, 'A YAML file with parameters.'),
     ),
     _action(
         'set_remap',
-        'Remap a name in the nodes that follow in the scope.',
+        'Remap a name for the following nodes in the scope.',
         *_REMAP,
     ),
     _action(
         'set_use_sim_time',
-        "Let the nodes and 'ros_timer' that follow in the scope use simulated "
-        'time.',
-        _required('value', Type.BOOLEAN, 'Whether they do.'),
+        "Let the following nodes and 'ros_timer' actions in the scope use "
+        'simulated time.',
+        _required('value', Type.BOOLEAN, 'Whether they use simulated time.'),
     ),
     _action(
         'set_ros_log_dir',
-        'Set the folder for the logs of the nodes that follow in the scope.',
+        'Set the log folder for the following nodes in the scope.',
         _required(
             'new_log_dir',
             Type.TEXT,
-            'The folder; a relative one is put behind the one so far.',
+            'The folder; a relative one is appended to the current one.',
         ),
         since='Iron',
     ),

@@ -82,16 +82,16 @@ _KINDS = (
     Kind(
         'eval',
         "'expression' [modules]",
-        'What a Python expression comes to, with the names of the `math` '
-        'module, or those of other modules, separated by commas (the modules '
-        'since Iron).',
+        'The result of a Python expression, which can use the names of the '
+        '`math` module, or those of other modules, separated by commas (the '
+        'modules since Iron).',
         "$(eval '2 * $(var rate 10)')",
     ),
     Kind(
         'command',
         "'command line' [stderr]",
-        'The output of a command, run while the launch file is read; the '
-        'command may not fail, and what it writes to stderr is an error '
+        'The output of a command, which runs while the launch file is read; '
+        'the command must succeed, and output on stderr is an error '
         '(`fail`), dropped (`ignore`), a warning (`warn`) or part of the '
         'output (`capture`).',
         "$(command 'uname -m' ignore)",
@@ -105,7 +105,7 @@ _KINDS = (
     Kind(
         'find-pkg-prefix',
         'package',
-        'The folder that a package is installed to.',
+        'The folder in which a package is installed.',
         '$(find-pkg-prefix my_pkg)',
     ),
     Kind(
@@ -117,26 +117,26 @@ _KINDS = (
     Kind(
         'exec-in-pkg',
         'executable package',
-        'The path of a program of a package.',
+        'The path of a program in a package.',
         '$(exec-in-pkg my_node my_pkg)',
     ),
     Kind(
         'anon',
         'id',
-        'A name that no other launch has; the same for the same id in one '
-        'scope.',
+        'A name that no other launch has; within a scope, the same id gives '
+        'the same name.',
         '$(anon viewer)',
     ),
     Kind(
         'dirname',
         '',
-        'The folder of the launch file that it is written in.',
+        'The folder of the launch file in which it is written.',
         '$(dirname)/driver.yaml',
     ),
     Kind(
         'filename',
         '',
-        'The path of the launch file that it is written in.',
+        'The path of the launch file in which it is written.',
         '$(filename)',
     ),
     Kind(
@@ -155,7 +155,7 @@ _KINDS = (
     Kind(
         'file-content',
         'path',
-        'The text of a file, its last line end included.',
+        'The text of a file, including its last line end.',
         '$(file-content $(dirname)/arm.urdf)',
         'Iron',
     ),
@@ -210,7 +210,7 @@ _KINDS = (
         'if',
         'condition then [else]',
         'One of two texts; empty if the condition is false and there is no '
-        'second.',
+        'second text.',
         '$(if $(var sim true) gazebo driver)',
         'Iron',
     ),
@@ -245,7 +245,7 @@ _KINDS = (
     Kind(
         'path-join',
         'path …',
-        'The paths, one within the other.',
+        'The parts of a path, joined.',
         '$(path-join $(dirname) config rates.yaml)',
         'Lyrical',
     ),
