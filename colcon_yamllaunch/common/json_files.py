@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Files in which something is kept that can be found out again."""
+"""Cache files in JSON: losing one only costs time."""
 
 from collections.abc import Mapping
 from contextlib import suppress

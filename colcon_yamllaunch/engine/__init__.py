@@ -10,9 +10,9 @@ signals; a signal such as Ctrl-C arrives in `Engine._stop_by`.
 
 State and decisions, without the system:
 
-- :mod:`.supervisor` decides what is started, restarted (`respawn_delay`) and
-  stopped, and when. :mod:`.outcome` says how a process ended, and what
-  follows.
+- :mod:`.supervisor` decides what is started, restarted and stopped, and when.
+  :mod:`.outcome` says how a process ended, and after which delay it starts
+  again (`respawn_delay`).
 - :mod:`.events` declares what can happen, and :mod:`.event_codec` reads events
   of other machines. :mod:`.state` is the state of the launch, which only
   events change; it has what failed. `run.py` (`_Launch.finish`) decides the

@@ -135,7 +135,7 @@ class Engine:
 
     A launch has a state, executes commands (:meth:`ask`) and emits events. So
     have a launch of another process, `control.client.RunningLaunch`, and a
-    part of a launch on a machine, `remote.link.remote_part.RemotePart`.
+    part of a launch on a machine, `remote.remote_part.RemotePart`.
 
     :param guard: Receives all processes
     :param writer: The screen, whose pace output keeps to
@@ -380,7 +380,7 @@ class Engine:
         """
         Run to the end.
 
-        :param signals: Where signals arrive, see `signals.caught`
+        :param signals: Where signals arrive, see `loop.caught`
         :raises UserError: before anything is started, when the environment
           lacks what the plan needs
         """

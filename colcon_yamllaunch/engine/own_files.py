@@ -2,12 +2,13 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-What a launch made in folders that others may write to, and must remove.
+Parameter files and other files of a launch in folders like `/tmp`.
 
-Whoever removes it, be it the guard or another terminal, has it from hearsay.
-So a folder is known by its device and inode, too, is opened without following
-links, and is used through its descriptor; and nothing in it is removed but
-what the launcher makes there. What cannot be proved is left alone.
+The guard or another terminal may have to remove them, knowing only what the
+launcher has told it, and other users may write to the folders. So a folder is
+identified by its device and inode, too, is opened without following links,
+and is used through its descriptor. Only files that the launcher makes there
+are removed; anything else stays.
 
 This module is part of the guard and imports little.
 """

@@ -95,10 +95,6 @@ class Task:
     is_pause_reported: bool = False
 
 
-#: The label of what belongs to a launch, but to no process of it for sure.
-UNATTRIBUTED = 'unknown process'
-
-
 class Stop(Targets):
     """
     The end of some processes, with all that they started.

@@ -34,9 +34,9 @@ LOOK = 'inspection.find_missing'
 INSTALL = 'install it there'
 
 
-class PathsThere:
+class MachinePaths:
     """
-    What becomes of the paths of this computer on a machine.
+    Translates paths of this computer to those of a machine.
 
     :param folders: Where folders of this computer are there
     :param cwd: The folder that the launch is begun in

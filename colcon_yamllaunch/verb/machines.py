@@ -42,7 +42,7 @@ from colcon_yamllaunch.remote.deployment.placement import Placed
 from colcon_yamllaunch.remote.deployment.placement import Placer
 from colcon_yamllaunch.remote.deployment.placement import rules_in_vain
 from colcon_yamllaunch.remote.deployment.remote_paths import RemotePaths
-from colcon_yamllaunch.remote.deployment.remote_paths import variables_along
+from colcon_yamllaunch.remote.deployment.remote_paths import sent_variables
 from colcon_yamllaunch.remote.machine_link import MachineLink
 from colcon_yamllaunch.remote.part_protocol import PartSettings
 from colcon_yamllaunch.remote.remote_parts import RemoteParts
@@ -52,8 +52,8 @@ from colcon_yamllaunch.remote.sync.code_sync import Synced
 from colcon_yamllaunch.verb.context import LaunchContext
 from colcon_yamllaunch.verb.log_folders import log_store_of
 from colcon_yamllaunch.verb.machine_paths import files_of
+from colcon_yamllaunch.verb.machine_paths import MachinePaths
 from colcon_yamllaunch.verb.machine_paths import packages_of
-from colcon_yamllaunch.verb.machine_paths import PathsThere
 from colcon_yamllaunch.verb.messages import say
 from colcon_yamllaunch.verb.prepare import stop_at_unknown_executables
 from colcon_yamllaunch.watch.dependencies import Products
@@ -137,7 +137,7 @@ class Machines:
         # what machines have said that nobody saw
         self._unseen: dict[str, deque[str]] = {}
         self._connections: dict[str, MachineConnection] = {}
-        self._paths: dict[str, PathsThere] = {}
+        self._paths: dict[str, MachinePaths] = {}
         # what to say of those whose workspace is not there
         self._lacks: dict[str, UserError] = {}
         # what connects with those that will most likely be needed
@@ -540,7 +540,7 @@ class Machines:
             if machine.workspace is not None:
                 raise self._lacks[name]
 
-    def _paths_to(self, name: str, facts: Facts) -> PathsThere:
+    def _paths_to(self, name: str, facts: Facts) -> MachinePaths:
         folders: dict[str, str] = {}
         session, log_folder = self._session, self._context.log_folder
         if session.root is not None and facts.workspace is not None:
@@ -552,7 +552,7 @@ class Machines:
         if log_folder is not None:
             base = facts.workspace or f'{facts.home}/.ros'
             folders[str(log_folder)] = f'{base}/log/{log_folder.name}'
-        return PathsThere(
+        return MachinePaths(
             self._deployment.machines[name],
             RemotePaths(folders),
             str(self._context.cwd),
@@ -673,7 +673,7 @@ class Machines:
     ) -> MachineLink:
         machine = self._deployment.machines[name]
         paths = self._paths[name]
-        variables = variables_along(self._context.environment, machine.env)
+        variables = sent_variables(self._context.environment, machine.env)
         workspace = paths.workspace
         if not paths.has_setup and not self._brought.get(name):
             # what needs no package does without

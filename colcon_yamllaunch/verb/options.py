@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 #: How many values an option takes: one; one each time that it is given;
 #: maybe one of its choices, behind '='; any number; at least one.
 Arity = Literal['one', 'each', 'choice', 'any', 'some']
-#: What Tab offers for a value, see `completion/completing.py`.
+#: What Tab offers for a value, see `completing.py`.
 Completer = Literal[
     'files',
     'folders',

@@ -42,7 +42,7 @@ _RUNS_ON = (
 
 class Background:
     """
-    What a launch leaves the terminal for.
+    Detaches a launch into a session of its own, for `--ui`.
 
     :param begun: A descriptor that gets a byte then
     :param messages: Takes what it has to say from then on

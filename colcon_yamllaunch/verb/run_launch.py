@@ -167,7 +167,7 @@ def _run(
         identity=identity,
         participants=(*participants, *feeds),
     )
-    # all that is there now stays, see `launch.main`
+    # all that is there now stays, see `launch_main.main`
     gc.freeze()
     gc.enable()
     code = run(plan, run_context, observers)

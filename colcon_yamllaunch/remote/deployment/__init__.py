@@ -7,5 +7,5 @@ The deployment file: the machines, and the rules for the processes.
 :mod:`.deployment_file` reads it, :mod:`.placement` divides a plan into the
 parts of the machines, and :mod:`.remote_paths` replaces the paths of the
 workspace, and selects the environment variables that are sent
-(`variables_along`).
+(`sent_variables`).
 """

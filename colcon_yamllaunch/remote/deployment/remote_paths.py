@@ -5,7 +5,7 @@
 What is adapted to a machine.
 
 The paths of the workspace are replaced by those there, and
-:func:`variables_along` returns the environment variables that are sent.
+:func:`sent_variables` returns the environment variables that are sent.
 """
 
 from collections.abc import Iterator
@@ -27,7 +27,7 @@ from colcon_yamllaunch.plan.plan import SetParameter
 from colcon_yamllaunch.plan.plan import Timer
 
 #: The variables of the user that are sent to each machine.
-ALONG = (
+SENT = (
     'ROS_*',
     'RMW_*',
     'CYCLONEDDS_URI',
@@ -37,7 +37,7 @@ ALONG = (
     'COLORTERM',
 )
 #: Exceptions, which depend on the installation there.
-NOT_ALONG = (
+NOT_SENT = (
     'ROS_DISTRO',
     'ROS_VERSION',
     'ROS_PYTHON_VERSION',
@@ -156,7 +156,7 @@ def is_of_system(path: str) -> bool:
     return any(path == top or path.startswith(f'{top}/') for top in SYSTEM)
 
 
-def variables_along(
+def sent_variables(
     environment: Mapping[str, str], names: Sequence[str] = ()
 ) -> dict[str, str]:
     """
@@ -169,8 +169,8 @@ def variables_along(
         for name, value in environment.items()
         if name in names
         or (
-            name not in NOT_ALONG
-            and any(fnmatchcase(name, pattern) for pattern in ALONG)
+            name not in NOT_SENT
+            and any(fnmatchcase(name, pattern) for pattern in SENT)
         )
     }
 

@@ -15,7 +15,7 @@ from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.remote.deployment.remote_paths import is_of_system
 from colcon_yamllaunch.remote.deployment.remote_paths import paths_in
 from colcon_yamllaunch.remote.deployment.remote_paths import RemotePaths
-from colcon_yamllaunch.remote.deployment.remote_paths import variables_along
+from colcon_yamllaunch.remote.deployment.remote_paths import sent_variables
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
@@ -162,7 +162,7 @@ def test_only_some_variables_are_sent():
         'SECRET': 'x',
         'MINE': 'y',
     }
-    assert list(variables_along(variables, ['MINE'])) == [
+    assert list(sent_variables(variables, ['MINE'])) == [
         'ROS_DOMAIN_ID',
         'RMW_IMPLEMENTATION',
         'CYCLONEDDS_URI',
@@ -170,4 +170,4 @@ def test_only_some_variables_are_sent():
         'TERM',
         'MINE',
     ]
-    assert variables_along({'ROS_DISTRO': 'a'}, ['ROS_DISTRO'])
+    assert sent_variables({'ROS_DISTRO': 'a'}, ['ROS_DISTRO'])
