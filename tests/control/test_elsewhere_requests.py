@@ -75,7 +75,7 @@ class Asked:
             ),
             composition=None,
             blocks=(),
-            tell=self.launch.emit,
+            emit=self.launch.emit,
         )
         engine.parameters_of = lambda p: p.parameters
         engine.dispatcher = Dispatcher(engine)

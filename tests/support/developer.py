@@ -34,6 +34,8 @@ from support.file_clock import let_files_settle
 from support.user import CMAKE
 from support.user import HELLO
 
+#: What is asked when there is nothing to bring.
+QUIET = ['build.begin', 'build.end']
 _ANSWER = """\
 import sys
 sys.path.insert(0, sys.argv[1])
@@ -45,11 +47,7 @@ arguments = json.loads(sys.stdin.buffer.read())
 os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
 out = os.dup(1)
 os.dup2(2, 1)
-#: What is asked when there is nothing to bring.
-QUIET = ['build.begin', 'build.end']
-
-
-def emit(**message):
+def tell(**message):
     os.write(out, json.dumps(message).encode() + b'\\n')
 try:
     tell(result=getattr(found, name)(arguments, lambda line: tell(line=line)))
