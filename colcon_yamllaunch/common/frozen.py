@@ -5,19 +5,16 @@
 Dataclasses that are defined fast: frozen ones, and mutable ones.
 
 `dataclasses.dataclass(frozen=True, slots=True)` compiles six functions for
-each class, at each start: before Python 3.13 that takes some 0.4 ms a class,
-and with all classes of a launch a tenth of the time until its first process.
-Here one function is compiled, for classes with many objects; the others are
-the same for all classes. The fields that :mod:`dataclasses` works with are
-made when they are first used.
+each class, at each start: before Python 3.13 that is some 0.4 ms a class, and
+with all classes of a launch a tenth of the time until its first process. Here
+it is one function, made when the first object is; the others are the same for
+all classes.
 """
 
 from collections.abc import Callable
 import dataclasses
 from operator import attrgetter
 from typing import Any
-from typing import ClassVar
-from typing import get_origin
 from typing import TYPE_CHECKING
 
 __all__ = ['dataclass', 'mutable']
@@ -59,78 +56,22 @@ else:
         return _define
 
 
-#: The attribute by which :mod:`dataclasses` finds the fields of a class.
-_FIELDS = '__dataclass_fields__'
-#: How many objects a class has before its initializer is compiled, which takes
-#: as long as some fifty objects save.
-_FEW = 50
-
-
-class _Fields:
-    """
-    The fields of a class; as an attribute, what :mod:`dataclasses` expects.
-
-    :param hints: The types by their names, those of base classes first
-    :param values: The defaults, or what :func:`dataclasses.field` returned
-    """
-
-    def __init__(
-        self, hints: dict[str, Any], values: dict[str, object]
-    ) -> None:
-        self.hints = hints
-        self.values = values
-        self._made: Any = None
-
-    def __get__(self, instance: object, owner: type) -> Any:
-        if self._made is None:
-            contents = {'__annotations__': self.hints, **self.values}
-            bare = dataclasses.dataclass(init=False, repr=False, eq=False)
-            self._made = getattr(bare(type('', (), contents)), _FIELDS)
-        return self._made
-
-
-def _made(cls: type) -> tuple[Any, _Fields]:
-    fields = _Fields({}, {})
-    for base in reversed(cls.__mro__[1:]):
-        inherited = base.__dict__.get(_FIELDS)
-        if isinstance(inherited, _Fields):
-            fields.hints |= inherited.hints
-            fields.values |= inherited.values
-    contents = dict(cls.__dict__)
-    own = {
-        name: hint
-        for name, hint in cls.__annotations__.items()
-        if not _is_class_variable(hint)
-    }
-    contents['__slots__'] = tuple(n for n in own if n not in fields.hints)
-    fields.hints |= own
-    fields.values |= {n: contents.pop(n) for n in own if n in contents}
-    for name in ('__dict__', '__weakref__'):
-        contents.pop(name, None)
-    contents['__match_args__'] = tuple(fields.hints)
-    contents[_FIELDS] = fields
-    made: Any = type(cls)(cls.__name__, cls.__bases__, contents)
-    made.__qualname__ = cls.__qualname__
-    made.__init__ = _first_initializer(made, fields)
+def _made(cls: type) -> tuple[Any, tuple[dataclasses.Field[Any], ...]]:
+    # for a class without one the standard library makes up a text, which takes
+    # longer than all else
+    cls.__doc__ = cls.__doc__ or cls.__name__
+    bare = dataclasses.dataclass(init=False, repr=False, eq=False, slots=True)
+    made: Any = bare(cls)
+    fields = dataclasses.fields(made)
+    made.__init__ = _late_initializer(made, fields)
     made.__repr__ = _show
     return made, fields
 
 
-def _is_class_variable(hint: Any) -> bool:
-    origin: Any = get_origin(hint)
-    return origin is ClassVar
-
-
 def _define(cls: type) -> type:
     made, fields = _made(cls)
-    values = _getter([*fields.hints])
-    compared = _getter(
-        [
-            name
-            for name in fields.hints
-            if getattr(fields.values.get(name), 'compare', True)
-        ]
-    )
+    values = _getter([field.name for field in fields])
+    compared = _getter([field.name for field in fields if field.compare])
 
     def is_equal(self: Any, other: object) -> Any:
         if other.__class__ is not self.__class__:
@@ -151,40 +92,15 @@ def _getter(names: list[str]) -> Callable[[Any], tuple[Any, ...]]:
     return lambda self: tuple(getattr(self, name) for name in names)
 
 
-def _first_initializer(made: Any, fields: _Fields) -> Any:
-    """Return the initializer of the first objects, which is not compiled."""
-    count = 0
-    assign = object.__setattr__
-
+def _late_initializer(
+    made: Any, fields: tuple[dataclasses.Field[Any], ...]
+) -> Any:
+    # most launches make objects of half of the classes only
     def initialize(self: Any, *args: Any, **kwargs: Any) -> None:
-        nonlocal count
-        count += 1
-        given = dict(zip(fields.hints, args, strict=False)) | kwargs
-        if count <= _FEW and len(given) == len(args) + len(kwargs):
-            missing = dataclasses.MISSING
-            for name in fields.hints:
-                value = given.pop(name, missing)
-                if value is missing:
-                    value = _default(fields.values.get(name, missing))
-                if value is missing:
-                    break
-                assign(self, name, value)
-            else:
-                if not given:
-                    return
-        # also for the errors that Python finds in arguments
-        made.__init__ = _initializer(dataclasses.fields(made))
+        made.__init__ = _initializer(fields)
         made.__init__(self, *args, **kwargs)
 
     return initialize
-
-
-def _default(value: Any) -> Any:
-    if not isinstance(value, dataclasses.Field):
-        return value
-    if value.default_factory is not dataclasses.MISSING:
-        return value.default_factory()
-    return value.default
 
 
 def _initializer(fields: tuple[dataclasses.Field[Any], ...]) -> Any:
