@@ -16,7 +16,6 @@ from colcon_yamllaunch.verb.messages import say_line
 from colcon_yamllaunch.verb.workspace_session import WorkspaceSession
 from colcon_yamllaunch.workspace.building.build_processes import interruption
 from colcon_yamllaunch.workspace.building.build_report import after_build
-from colcon_yamllaunch.workspace.building.build_report import after_failure
 from colcon_yamllaunch.workspace.building.build_report import explanation
 from colcon_yamllaunch.workspace.building.update import bring_up_to_date
 from colcon_yamllaunch.workspace.building.update import BuildRequest
@@ -134,14 +133,3 @@ class Builds:
             if decision.name not in self._explained:
                 self._explained.add(decision.name)
                 say_line(explanation(decision, ways[decision.name], launch))
-
-
-def failure(update: Update) -> str:
-    """Return in one line how far a build came that failed."""
-    stale = [name for name, _ in update.stale]
-    done = update.built | update.failed
-    return after_failure(
-        [name for name in stale if name in update.failed],
-        [name for name in stale if name in update.built],
-        [name for name in stale if name not in done],
-    )

@@ -265,7 +265,6 @@ def _build(
     warned: list[Diagnostic],
 ) -> bool:
     """Build what is stale, and return whether that changed anything."""
-    from colcon_yamllaunch.verb.builds import failure
 
     def look_first() -> None:
         stop_at_unknown_executables(context, evaluation)
@@ -286,7 +285,7 @@ def _build(
             wanted, Path(target.name).name, look_first
         )
     if update.returncode:
-        say(failure(update))
+        say(update.failure())
         if quiet:
             # as without --quiet, with the colours of the compiler
             print(output.getvalue().rstrip(), file=sys.stderr, flush=True)

@@ -24,10 +24,8 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.prctl import end_with_parent
 from colcon_yamllaunch.workspace.building.build_lock import WorkspaceLock
 from colcon_yamllaunch.workspace.building.build_processes import interruption
-from colcon_yamllaunch.workspace.building.build_report import after_failure
 from colcon_yamllaunch.workspace.building.update import bring_up_to_date
 from colcon_yamllaunch.workspace.building.update import BuildRequest
-from colcon_yamllaunch.workspace.building.update import Update
 from colcon_yamllaunch.workspace.environment.sourcing import build_environment
 from colcon_yamllaunch.workspace.environment.sourcing import chained_underlays
 from colcon_yamllaunch.workspace.environment.sourcing import Environment
@@ -124,7 +122,7 @@ def _build(request: Mapping[str, Any]) -> dict[str, Any]:
         update = replace(update, returncode=interrupted.returncode)
     sys.stdout.flush()
     if update.returncode:
-        raise UserError(f'the build failed there: {_failure(update)}')
+        raise UserError(f'the build failed there: {update.failure()}')
     return {'built': sorted(update.built)}
 
 
@@ -155,16 +153,6 @@ def _environment(
         return Environment(environment)
     used = ', '.join(str(script.parent) for script in scripts)
     return Environment(environment, notes=(f'building on top of {used}',))
-
-
-def _failure(update: Update) -> str:
-    stale = [name for name, _ in update.stale]
-    done = update.built | update.failed
-    return after_failure(
-        [name for name in stale if name in update.failed],
-        [name for name in stale if name in update.built],
-        [name for name in stale if name not in done],
-    )
 
 
 def _say(line: str) -> None:

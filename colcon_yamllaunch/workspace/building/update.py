@@ -14,6 +14,7 @@ from pathlib import Path
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.workspace.building.build_lock import WorkspaceLock
 from colcon_yamllaunch.workspace.building.build_processes import mark
+from colcon_yamllaunch.workspace.building.build_report import after_failure
 from colcon_yamllaunch.workspace.building.build_report import before_build
 from colcon_yamllaunch.workspace.building.build_report import setup_missing
 from colcon_yamllaunch.workspace.colcon.colcon_cache import BuildResult
@@ -82,6 +83,16 @@ class Update:
     def changed(self) -> bool:
         """Whether the install space may be another one than before."""
         return self.waited or any(d.is_stale for d in self.decisions)
+
+    def failure(self) -> str:
+        """Return how far a build came that did not succeed, in one line."""
+        stale = [name for name, _ in self.stale]
+        done = self.built | self.failed
+        return after_failure(
+            [name for name in stale if name in self.failed],
+            [name for name in stale if name in self.built],
+            [name for name in stale if name not in done],
+        )
 
     @property
     def stale(self) -> tuple[tuple[str, str], ...]:
