@@ -3,9 +3,6 @@
 
 """What colcon loads for `colcon create`."""
 
-from collections.abc import Mapping
-from typing import Any
-
 from colcon_yamllaunch.verb.options_verb import OptionsVerb
 
 
@@ -22,8 +19,3 @@ examples:
     NARGS = '*'
     WORDS = 'PKG'
     WORDS_HELP = 'The name of the package, which is that of its folder, too'
-
-    def _main(self, known: Any, environment: Mapping[str, str]) -> int:
-        from colcon_yamllaunch.verb.create_main import main
-
-        return main(known, environment)

@@ -3,9 +3,6 @@
 
 """What colcon loads for `colcon launch`."""
 
-from collections.abc import Mapping
-from typing import Any
-
 from colcon_yamllaunch.verb.options_verb import OptionsVerb
 
 
@@ -28,8 +25,3 @@ examples:
         'extension, or by its path in the package; or instead of both '
         'the path of a launch file. Then the launch arguments'
     )
-
-    def _main(self, known: Any, environment: Mapping[str, str]) -> int:
-        from colcon_yamllaunch.verb.launch_main import main
-
-        return main(known, environment)

@@ -4,8 +4,8 @@
 """The base class of our verbs."""
 
 import argparse
-from collections.abc import Mapping
 from functools import partial
+from importlib import import_module
 import logging
 import os
 from typing import Any
@@ -69,16 +69,9 @@ class OptionsVerb(VerbExtensionPoint):  # type: ignore[misc]
     def main(self, *, context: Any) -> int:  # noqa: D102
         from colcon_yamllaunch.verb.messages import report_errors
 
-        return report_errors(
-            self.NAME, lambda: self._main(context.args, self._environment)
-        )
+        return report_errors(self.NAME, partial(self._execute, context.args))
 
-    def _main(self, known: Any, environment: Mapping[str, str]) -> int:
-        """
-        Do what the command line asks for; return the exit code.
-
-        :param known: What colcon's parser has read: the options in front of
-          the first other word, and `positionals`
-        :param environment: The user's
-        """
-        raise NotImplementedError
+    def _execute(self, known: Any) -> int:
+        """Call `main` of the module for this verb, such as `launch_main`."""
+        module = import_module(f'{__package__}.{self.NAME}_main')
+        return int(module.main(known, self._environment))

@@ -3,9 +3,6 @@
 
 """What colcon loads for `colcon run`."""
 
-from collections.abc import Mapping
-from typing import Any
-
 from colcon_yamllaunch.verb.options_verb import OptionsVerb
 
 
@@ -25,8 +22,3 @@ examples:
         'program, which are passed as they are. Without EXEC the '
         'executables of the package are listed'
     )
-
-    def _main(self, known: Any, environment: Mapping[str, str]) -> int:
-        from colcon_yamllaunch.verb.run_main import main
-
-        return main(known, environment)

@@ -3,9 +3,6 @@
 
 """What colcon loads for `colcon sweep`."""
 
-from collections.abc import Mapping
-from typing import Any
-
 from colcon_yamllaunch.verb.options_verb import OptionsVerb
 
 
@@ -30,8 +27,3 @@ examples:
         'values: a list such as lab,street, or a range such as 1..1000 '
         'or 0..1..0.1, which is first..last..step'
     )
-
-    def _main(self, known: Any, environment: Mapping[str, str]) -> int:
-        from colcon_yamllaunch.verb.sweep_main import main
-
-        return main(known, environment)
