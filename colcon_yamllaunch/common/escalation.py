@@ -135,7 +135,7 @@ class Escalation:
         self.is_over = False
 
     def advance(self, now: float) -> None:
-        """Look what still runs, and send it what is due."""
+        """Find out what still runs, and send the signals that are due."""
         is_first = self._checked == -math.inf
         # the first signal is sent even if there is no time until the second
         due = [n for n, t in self._deadlines.items() if t <= now]
@@ -165,7 +165,7 @@ class Escalation:
         )
 
     def escalate(self, now: float) -> None:
-        """Take the next step at once for all that still runs."""
+        """Send the next signal at once to all that still runs."""
         for number in map(self._known, self.alive()):
             if self._steps[number] < len(STEPS) - 1:
                 self._deadlines[number] = now
@@ -205,7 +205,7 @@ class Escalation:
         clock: Callable[[], float] = time.monotonic,
         sleep: Callable[[float], None] = time.sleep,
     ) -> None:
-        """Take all steps, and wait until nothing is left to be done."""
+        """Send all signals, and wait until nothing is left to do."""
         while True:
             self.advance(clock())
             if self.is_over:
@@ -213,7 +213,7 @@ class Escalation:
             sleep(max(0.0, min(self.due() - clock(), CHECK_INTERVAL)))
 
     def _search(self) -> None:
-        """Look for others; who was found before stays what it was."""
+        """Search for more targets, and keep those found before."""
         known = {(o.pid, o.birth) for o in self.orphans}
         found = self._targets.search(self._groups)
         self.orphans += [o for o in found if (o.pid, o.birth) not in known]

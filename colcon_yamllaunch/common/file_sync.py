@@ -13,7 +13,7 @@ _put_off: list[Path] | None = None
 
 
 def put_off() -> None:
-    """Have all disks wait for :func:`catch_up` from now on."""
+    """Postpone flushing of all disks to :func:`catch_up`."""
     global _put_off
     _put_off = []
 

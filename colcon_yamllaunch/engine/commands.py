@@ -214,7 +214,7 @@ class Shutdown(Command[Done]):
 
 @dataclass(frozen=True, slots=True)
 class Escalate(Command[Done]):
-    """Take the next step of stopping everything at once."""
+    """Send the next signal of the stop sequence to everything at once."""
 
     name: ClassVar[str] = 'escalate'
 

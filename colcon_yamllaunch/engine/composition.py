@@ -460,7 +460,7 @@ class Composition:
         self._lifecycles.process_ended(process, ending, excused=excused)
 
     def end(self) -> None:
-        """Give up the components that are not loaded, as nothing runs."""
+        """Give up unloaded components, as no process runs."""
         self._fail_open(
             'there was no such container until everything in the launch had '
             'ended'

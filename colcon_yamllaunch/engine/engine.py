@@ -259,7 +259,7 @@ class Engine:
         return self.state.groups()
 
     def renew_environment(self, variables: Mapping[str, str]) -> None:
-        """Give processes that start from now on other variables."""
+        """Change the variables of processes that start from now on."""
         self.starter.variables = self._settings.adapt(variables)
 
     def find(self, name: str) -> Process | Component | None:
@@ -368,7 +368,7 @@ class Engine:
         self._guard.started(number, group, _CLIENT_TIMEOUTS)
 
     def release_group(self, group: int) -> None:
-        """Take into account that nothing of a process group runs."""
+        """Handle the end of the last process of a group."""
         self._guard.ended(group)
 
     def start_client(self) -> None:
@@ -618,7 +618,7 @@ class Engine:
         self._set_alarm()
 
     def _set_alarm(self) -> None:
-        """Have a turn when it is time for the next condition or drawing."""
+        """Schedule a turn for the next condition or drawing."""
         dues = self._conditions.due(), self._writer.due()
         due = min((due for due in dues if due is not None), default=None)
         if self._alarm is not None:
@@ -629,7 +629,7 @@ class Engine:
             self._alarm = self.loop.wake_at(due)
 
     def _look_for_children(self) -> None:
-        """Look at all children: SIGCHLD may be lost, or not be sent."""
+        """Check all children, as SIGCHLD may be lost or not sent."""
         self._reap()
         self.loop.call_later(limits.ADOPTION_PAUSE, self._look_for_children)
 
@@ -681,7 +681,7 @@ class Engine:
         self.dispatcher.do(Hold(is_held))
 
     def _follow_screen(self) -> None:
-        """Give the terminals of processes the size of the screen."""
+        """Resize the terminals of processes to that of the screen."""
         from colcon_yamllaunch.engine.commands import Resize
 
         for listener in self.when_resized:
@@ -765,7 +765,7 @@ def _recorder(recorders: Sequence[Recorder]) -> Recorder:
 
 
 def no_guard(error: OSError) -> str:
-    """Say what it means that the guard cannot be started."""
+    """Return a warning about the consequences of a missing guard."""
     return _without_guard(f'the guard cannot be started: {error.strerror}')
 
 

@@ -136,7 +136,7 @@ class OrphanedOutput:
                 self._close(descriptor)
 
     def say(self, text: str) -> None:
-        """Have a line of our own where the lines of all processes go."""
+        """Write a line of our own to the log of all processes."""
         for common in self._commons:
             self._append(str(common), _stamped(_TAG, f'{text}\n'.encode()))
 

@@ -210,7 +210,7 @@ class GuardLink:
         }
 
     def closed(self, reader: int) -> None:
-        """Take a descriptor back, as it is being closed."""
+        """Withdraw a descriptor that is being closed."""
         key = 'output', reader
         frame = self._state.get(key)
         if frame is not None and frame in self._pending:
@@ -251,12 +251,12 @@ class GuardLink:
         self.flush()
 
     def no_terminal(self) -> None:
-        """Take the terminal back, as it is as it was before."""
+        """Withdraw the terminal, whose modes are restored."""
         self._revoke(('terminal', None), ['no terminal'])
         self.flush()
 
     def reaped(self, pid: int) -> None:
-        """Take note that a process that lost its parent has ended."""
+        """Record that a process that lost its parent has ended."""
         self._state.pop(('adopted', pid), None)
 
     def remove_later(

@@ -300,7 +300,7 @@ class Lifecycles:
                 self._drop(task, 'the ROS client ended, and starts again')
 
     def client_given_up(self, reason: str) -> None:
-        """Give up with the client."""
+        """Give up because the client is lost."""
         for planned in self._planned.values():
             planned.request = None
         for task in self.tasks:

@@ -136,7 +136,7 @@ def _time_limit() -> Iterator[None]:
 
 @functools.cache
 def _heed_timer() -> None:
-    """Let the timer end searches from now on."""
+    """Install the timer that ends searches."""
     signal.signal(signal.SIGVTALRM, _over)
 
 

@@ -301,7 +301,7 @@ class Loop:
 
 
 def _do_nothing() -> None:
-    """Let the loop run a turn."""
+    """Do nothing: the timer only makes the loop run a turn."""
 
 
 def accept_signals() -> None:
@@ -372,7 +372,7 @@ def stop_ourselves() -> None:
 
 
 def _ignored(number: int, frame: object) -> None:
-    """Let the wake-up descriptor do the work."""
+    """Do nothing: the wake-up descriptor reports the signal."""
 
 
 def ended_children(ours: Collection[int]) -> Iterator[tuple[int, int]]:

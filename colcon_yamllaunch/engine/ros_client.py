@@ -287,7 +287,7 @@ class Peer:
         self._send_next()
 
     def ask_again(self, now: float) -> None:
-        """Look for the outcome of calls without an answer."""
+        """Query the outcome of calls without an answer."""
         for call in list(self._running):
             if call.future is None or now < call.due:
                 continue
@@ -573,7 +573,7 @@ class Container(Peer):
         self._ask_list(call, listed)
 
     def _find_unloaded(self, call: Call) -> None:
-        """Look whether the container lists a component no more."""
+        """Check whether the container no longer lists a component."""
 
         def listed(response: Any) -> None:
             if call.message.unique_id in response.unique_ids:
@@ -882,7 +882,7 @@ class Ros:
         return [*self._containers.values(), *self._nodes.values()]
 
     def look_soon(self) -> None:
-        """Look at the graph now, and often for a while."""
+        """Read the graph now, and frequently for a while."""
         self._pause = FIRST_LOOK
         self._next_look = 0.0
 
@@ -891,7 +891,7 @@ class Ros:
         self._look()
 
     def _look(self) -> None:
-        """Look at the graph if that is due, and after calls."""
+        """Read the graph if that is due, and after calls."""
         now = time.monotonic()
         for peer in self._peers():
             peer.ask_again(now)

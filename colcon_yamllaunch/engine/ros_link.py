@@ -93,7 +93,7 @@ class RosLink:
         self._process.start()
 
     def hang_up(self) -> None:
-        """Let the client end, as no requests follow."""
+        """End the client, as no requests follow."""
         self._process.stop()
 
     def close(self) -> None:

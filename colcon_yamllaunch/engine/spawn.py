@@ -126,7 +126,7 @@ def find_program(name: str, path: str) -> str:
 
 
 def _explanation(error: OSError, program: str) -> StartError:
-    """Say why the system would not start a program, and the way out."""
+    """Return why the system cannot start a program, and the fix."""
     if error.errno == errno.EACCES:
         if Path(program).is_dir():
             return StartError(f"'{program}' is a folder, not a program")

@@ -137,12 +137,12 @@ class Stop(Targets):
         self._note_next()
 
     def escalate(self) -> None:
-        """Take the next step at once."""
+        """Send the next signal at once."""
         self.escalation.escalate(self._loop.time())
         self._note_next()
 
     def cancel(self) -> None:
-        """Take no further steps."""
+        """Send no further signals."""
         if self._next is not None:
             self._next.cancel()
 
@@ -551,7 +551,7 @@ class Supervisor:
             self._drop_timers(all_of_them=True)
 
     def escalate(self) -> None:
-        """Take the next step of stopping at once."""
+        """Send the next signal of the stop sequence at once."""
         if self._stop is not None:
             self._drop_timers(all_of_them=True)
             self._stop.escalate()

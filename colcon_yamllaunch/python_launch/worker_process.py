@@ -211,7 +211,7 @@ class WorkerProcess:
         return self._pipes.flush()
 
     def entrust(self) -> None:
-        """Let the engine guard and reap it from now on, see :meth:`reaped`."""
+        """Let the engine guard and reap the process, see :meth:`reaped`."""
         self._is_entrusted = True
         if self._guard is not None:
             self._guard.dismiss()

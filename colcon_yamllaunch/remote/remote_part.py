@@ -145,7 +145,7 @@ class RemotePart:
         self.resize(size)
 
     def resize(self, size: os.terminal_size) -> None:
-        """Give all terminals another size."""
+        """Resize all terminals."""
         self._size = size
         self.send(commands.Resize(size.columns, size.lines))
 
@@ -200,7 +200,7 @@ class RemotePart:
         self.send(command)
 
     def escalate(self) -> None:
-        """Take the next step of stopping at once."""
+        """Send the next signal of the stop sequence at once."""
         if self.link_state == 'lost':
             # who asks twice does not wait until it is back
             what = 'its processes stop there by themselves'
@@ -288,7 +288,7 @@ class RemotePart:
         self.send(commands.Extend(self._localised(plan).entries))
 
     def revise(self, part: Process | Component, *, at_once: bool) -> None:
-        """Replace a part of it from its next start on."""
+        """Replace a process or component from its next start on."""
         if at_once:
             self._plan_part(part)
         else:
@@ -441,7 +441,7 @@ class RemotePart:
 
     @contextmanager
     def _at(self, seconds: object) -> Iterator[None]:
-        """Give what is emitted meanwhile the time at which it happened."""
+        """Set the time of events that are emitted meanwhile."""
         event_time = self._launch.event_time
         # what comes as fast as it can has the time of here, so that times grow
         if isinstance(seconds, int | float):
@@ -794,7 +794,7 @@ class RemotePart:
         return f'the link to {name} is lost: {self.reason}'
 
     def _pending_text(self) -> str:
-        """Say what a launch that stops waits for while the link is lost."""
+        """Report what a stopping launch waits for while the link is lost."""
         if self.machine.on_lost == 'keep':
             return (
                 'the link is lost, so it is waited for until it can be told '
@@ -831,7 +831,7 @@ class RemotePart:
         self.link.close()
 
     def _guard_link(self) -> None:
-        """Let the guard of the launch stop the processes of the link."""
+        """Register the processes of the link with the guard."""
         pids = self.link.pids
         if pids == self._guarded:
             return

@@ -104,7 +104,7 @@ class RemoteParts(Participant, Keyboards):
             part.join(engine)
 
     def begin(self) -> None:
-        """Let the parts run."""
+        """Start the parts."""
         size = self._launch.terminal_size()
         for part in self.parts:
             part.begin(size)

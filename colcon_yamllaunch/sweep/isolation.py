@@ -96,7 +96,7 @@ class DomainIds:
         return None if self._shared else self._next()
 
     def release(self, number: int) -> None:
-        """Let another run have it."""
+        """Release it for another run."""
         lock = self._reserved.pop(number, -1)
         if lock != -1:
             os.close(lock)

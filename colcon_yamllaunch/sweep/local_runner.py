@@ -226,7 +226,7 @@ class LocalRunner:
             self._stop(number)
 
     def _plan_next(self) -> None:
-        """Let idle and new workers plan the next runs."""
+        """Make idle and new workers plan the next runs."""
         if self._unbuilt:
             return
         for child in self._children:
@@ -411,7 +411,7 @@ class LocalRunner:
             self._escalate(_ESCALATIONS)
 
     def _escalate(self, left: int) -> None:
-        """Let the launches kill their processes, step by step."""
+        """Make the launches stop their processes, signal by signal."""
         self._escalates = left > 0
         if left:
             for child in self._children:

@@ -201,7 +201,7 @@ class _Conditions(ExitConditions):
         super().begin()
 
     def end(self) -> None:
-        """Let another run begin; only bookkeeping follows."""
+        """Allow another run to start; only bookkeeping follows."""
         super().end()
         self._over()
 

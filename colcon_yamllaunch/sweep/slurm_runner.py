@@ -562,7 +562,7 @@ class SlurmRunner:
                 )
 
     def _handle_end(self, task: _Task, now: float) -> None:
-        """Give a task up that is over without a result."""
+        """Record the failure of a task that ended without a result."""
         number = task.run.number
         since = self._over.setdefault(number, now)
         ending = self._client.ending(task.job, task.index)

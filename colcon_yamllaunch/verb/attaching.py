@@ -137,7 +137,7 @@ class _Conversation:
                         return ending
 
     def _listen(self) -> None:
-        """Take keys, unless another job has the terminal."""
+        """Read keys, unless another job has the terminal."""
         if self._keyboard.grab():
             self._poll.register(self._keyboard.descriptor, select.POLLIN)
         else:

@@ -104,13 +104,13 @@ class Builds:
         return update
 
     def report(self) -> None:
-        """Say in one line what was built, if it came to that."""
+        """Print in one line which packages were built, if any."""
         if self._has_decided:
             fresh = self._fresh - set(self._built)
             say_line(after_build(list(self._built.values()), len(fresh)))
 
     def explain(self, wanted: Collection[str], launch: str) -> None:
-        """Say what would be built and why, and build nothing."""
+        """Print which packages would be built and why."""
         decisions = decide(
             self._session.colcon,
             self._request(wanted),

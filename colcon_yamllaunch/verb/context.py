@@ -387,4 +387,4 @@ class LaunchContext:
 
 
 def _print_nothing(line: str) -> None:
-    """Take no notice."""
+    """Do nothing."""

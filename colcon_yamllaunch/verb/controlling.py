@@ -225,7 +225,7 @@ def _end(chosen: Candidate, parts: Sequence[Part], *, is_restart: bool) -> int:
 
 
 def _outcome(now: Part | None, is_restart: bool) -> tuple[str, bool]:
-    """Say what became of something, and whether that was asked for."""
+    """Return how a request ended, and whether it succeeded."""
     if now is None:
         return 'the launch has ended', not is_restart
     if isinstance(now, ProcessState):

@@ -359,7 +359,7 @@ def _missing_ros(
 def _misspelt(
     dependencies: Iterable[str], locator: PackageLocator
 ) -> Iterator[str]:
-    """Say which names are not known, and near to one that is."""
+    """Return hints for unknown names that are similar to known ones."""
     modules = (module.name for module in iter_modules())
     known = {*locator.names(), *modules}
     for name in dependencies:

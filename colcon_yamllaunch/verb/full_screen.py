@@ -296,7 +296,7 @@ class ScreenWatchdog:
         os.close(reader)
 
     def note(self, *, is_shown: bool) -> None:
-        """Take note that the screen is shown now, or is not."""
+        """Record whether the screen is shown."""
         with suppress(OSError):
             os.write(self._writer, _ON if is_shown else _OFF)
 

@@ -209,7 +209,7 @@ def _invalid_manifests(
 
 
 def _guesses(context: LaunchContext) -> Iterator[Diagnostic]:
-    """Say what is left open, as nothing is run to find it out."""
+    """Return warnings about package names that are guesses."""
     for name, setup in context.workspace.guessed.items():
         yield Diagnostic(
             'warning',

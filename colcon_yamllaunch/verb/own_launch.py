@@ -70,7 +70,7 @@ class Background:
         return nothing
 
     def say(self, lines: Iterable[str]) -> None:
-        """Say something that is shown when the user has left."""
+        """Store a message that is shown after the user has left."""
         for line in lines:
             say(line)
 

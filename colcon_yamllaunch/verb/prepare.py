@@ -111,7 +111,7 @@ def prepare(context: LaunchContext) -> tuple[Plan, Mapping[str, str]]:
 def explain(
     context: LaunchContext, target: Target, evaluation: Evaluation
 ) -> None:
-    """Say what would be built for the launch, and why."""
+    """Print which packages would be built for the launch, and why."""
     if context.workspace.root is not None:
         wanted = _wanted(context, target, evaluation)
         context.builds.explain(wanted, Path(target.name).name)

@@ -135,7 +135,7 @@ def _phase(part: Part) -> str:
 
 
 def _narrow(widths: list[int], width: int) -> None:
-    """Take what is too much from states, labels, and columns at the end."""
+    """Shorten states and labels, then drop columns at the end, to fit."""
     for column, least in ((1, _SMALLEST_STATE), (0, _SMALLEST_LABEL)):
         least = min(widths[column], least)
         excess = max(0, table_width(widths) - width)

@@ -297,7 +297,7 @@ class LaunchPackages:
         return [package.name for package in self._locator.packages()]
 
     def explain_executable(self, package: str, name: str) -> str:
-        """Say why a package has no such program, and the way out."""
+        """Return why a package has no such program, and the fix."""
         from colcon_yamllaunch.workspace.packages import missing_files
 
         return str(
@@ -338,7 +338,7 @@ class LaunchPackages:
         return True
 
     def rule_for(self, path: str) -> str | None:
-        """Say how to install a file that only a source has, None if none."""
+        """Return how to install a file that only the source has, or None."""
         from colcon_yamllaunch.workspace.packages import missing_files
 
         found = missing_files.not_installed(self._locator, path)

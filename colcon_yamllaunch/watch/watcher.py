@@ -144,7 +144,7 @@ class WatcherClient:
         self._process.send(self._request)
 
     def hang_up(self) -> None:
-        """Let the process end, and do not start it again."""
+        """Stop the process without starting it again."""
         self._process.stop()
 
     def close(self) -> None:
@@ -342,7 +342,7 @@ class Watcher:
         return changes
 
     def _listen(self) -> bool:
-        """Let the kernel watch the folders; return False if it cannot."""
+        """Make the kernel watch the folders; return False if it cannot."""
         if self._notify is not None:
             self._notify.close()
             self._notify = None

@@ -375,7 +375,7 @@ def note_sections(
 
 
 def note_sections_of_scope(walk: Walk, node: Value | None) -> None:
-    """Take note of the files that a node is given with all of its scope."""
+    """Record the parameter files that a node gets from its scope."""
     for path in walk.scope.parameters:
         if isinstance(path, str):
             _note(walk, path, walk.file_places[path], node, is_own=False)

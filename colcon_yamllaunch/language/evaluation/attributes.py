@@ -203,7 +203,7 @@ class Attributes:
         is_certain: bool = True,
         may_pass_after_build: bool = False,
     ) -> None:
-        """Take note of an error in an attribute; see :meth:`Walk.fail`."""
+        """Record an error in an attribute; see :meth:`Walk.fail`."""
         text = self.item.texts[name]
         value = self._values.get(name)
         self._walk.fail(
@@ -218,7 +218,7 @@ class Attributes:
         )
 
     def fail_as_whole(self, message: str, hint: str | None = None) -> None:
-        """Take note of an error in the action or item."""
+        """Record an error in the action or item."""
         self._walk.fail(error(message, self, hint=hint))
 
     def _check(self, attribute: Attribute, value: Value) -> None:

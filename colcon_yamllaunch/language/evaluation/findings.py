@@ -141,7 +141,7 @@ class NamedNode:
     guards: tuple[Guard, ...]
 
     def may_meet(self, other: 'NamedNode') -> bool:
-        """Say whether one launch may evidently have both."""
+        """Return whether one launch may contain both nodes."""
         return not any(
             mine.excludes(its) for mine in self.guards for its in other.guards
         )
@@ -339,12 +339,12 @@ class PlanDraft:
             self._open_blocks.pop()
 
     def name_block(self, title: str) -> None:
-        """Give the block that is open another title."""
+        """Change the title of the open block."""
         index = self._open_blocks[-1]
         self.blocks[index] = replace(self.blocks[index], title=title)
 
     def go_on_in(self, block: int | None) -> None:
-        """Let what comes stand in a block that was there before."""
+        """Reopen an earlier block for the next entries."""
         self._open_blocks = [] if block is None else [block]
 
     def snapshot(self) -> 'PlanDraft':
@@ -364,7 +364,7 @@ class PlanDraft:
 
     @contextmanager
     def collect(self) -> Iterator[list[Entry]]:
-        """Give the entries that are added for the time of the context."""
+        """Return the entries that are added within the context."""
         before = self.entries
         collected: list[Entry] = []
         self.entries = collected
@@ -383,7 +383,7 @@ class PlanDraft:
         return f'{program}-{self.process_count}'
 
     def reserve_labels(self, labels: Iterable[str]) -> None:
-        """Take note of labels that no further component gets."""
+        """Reserve labels, so that no further component gets them."""
         self._components.update(labels)
 
     def component_label(self, plugin: str) -> str:

@@ -43,7 +43,7 @@ class Packages(Protocol):
         """
 
     def explain_executable(self, package: str, name: str) -> str:
-        """Say why a package has no such program, and the way out."""
+        """Return why a package has no such program, and the fix."""
 
     def locate(self, path: str) -> tuple[str, str] | None:
         """
@@ -55,10 +55,10 @@ class Packages(Protocol):
         """
 
     def may_appear(self, path: str) -> bool:
-        """Say whether a build may bring a path that is not there."""
+        """Return whether a build may create a missing path."""
 
     def rule_for(self, path: str) -> str | None:
-        """Say how to install a file that only a source has, None if none."""
+        """Return how to install a file that only the source has, or None."""
 
     def similar(self, path: str) -> Iterable[str]:
         """Return files that could be meant by a path that is not there."""
@@ -80,7 +80,7 @@ class Exposed(Protocol):
         """Return all such substitutions, with their packages."""
 
     def is_installed(self, package: str) -> bool:
-        """Say whether a package that has something is there already."""
+        """Return whether the package is installed."""
 
 
 class NothingExposed:
@@ -103,7 +103,7 @@ class NothingExposed:
         return {}
 
     def is_installed(self, _package: str) -> bool:
-        """Say that it is not there."""
+        """Return False."""
         return False
 
 

@@ -108,7 +108,7 @@ class Names:
         return self.outer.all() | self.own
 
     def may_have_others(self) -> bool:
-        """Say whether there may be names that are not known here."""
+        """Return whether unknown names may exist."""
         return any(layer.is_open for layer in self._layers())
 
     def clear(self) -> None:
@@ -228,7 +228,7 @@ class Scope:
         self.uses_sim_time = False
 
     def merge(self, inner: 'Scope', guard: Guard | None) -> None:
-        """Take over what an inner scope leaves; see :meth:`Names.merge`."""
+        """Adopt the changes of an inner scope; see :meth:`Names.merge`."""
         self.configurations.merge(inner.configurations, guard)
         self.environment.merge(inner.environment, guard)
         if guard is None or guard.taken:

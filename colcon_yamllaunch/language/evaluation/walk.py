@@ -167,7 +167,7 @@ class Call:
         is_certain: bool = True,
         may_pass_after_build: bool = False,
     ) -> None:
-        """Say that it cannot be made; see :meth:`Walk.fail`."""
+        """Report that it cannot be evaluated; see :meth:`Walk.fail`."""
         self.walk.fail(
             error(
                 message,
@@ -427,10 +427,10 @@ class Walk(Findings):
     def declare(
         self, attributes: Attributes, name: str, choices: tuple[str, ...]
     ) -> None:
-        """Take note of a launch argument that is declared."""
+        """Record a launch argument that is declared."""
 
     def overwrite(self, name: str, by: Text) -> None:
-        """Take note of a given launch argument that is set anew."""
+        """Record a given launch argument that the file sets itself."""
         if name not in self.overwritten:
             given = f'{name}:={self.given[name].text}'
             self.overwritten[name] = self.located(
@@ -442,7 +442,7 @@ class Walk(Findings):
             )
 
     def missing_argument(self, attributes: Attributes, name: str) -> None:
-        """Take note of a launch argument that was not given."""
+        """Record a launch argument that was not given."""
         given = f'{name}:=…'
         if self.depth > 1:
             given = f"arg: [{{name: {name}, value: …}}] in the 'include'"
@@ -484,7 +484,7 @@ class Walk(Findings):
             self.fail_at(value.place, message, hint, value.origins[1:])
 
     def may_be_set(self, _name: str) -> bool:
-        """Say whether a launch configuration may be there that is not seen."""
+        """Return whether an unknown launch configuration may exist."""
         return self.scope.configurations.may_have_others()
 
     def default(self, value: Value, _source: str) -> Value:
@@ -512,14 +512,14 @@ class Walk(Findings):
         return LeftOpen(written)
 
     def is_left_open(self, value: Value) -> bool:
-        """Say whether a plan has a value, or a part, as it is written."""
+        """Return whether the plan contains a value as written."""
         return self.is_launch and bool(value.sources)
 
     def enter(self, path: str, file: LaunchFile) -> None:
-        """Take note of a launch file that is gone through."""
+        """Record a launch file that is evaluated."""
 
     def found_beside(self, file: Text, written: str) -> None:
-        """Take note of an include that ROS 2 would not find."""
+        """Record an include that ROS 2 would not find."""
 
     def note_text(self, template: Template | None) -> None:
         """
@@ -529,7 +529,7 @@ class Walk(Findings):
         """
 
     def note_file(self, path: str, file: LaunchFile) -> None:
-        """Take note of a launch file that is read for the first time."""
+        """Record a launch file that is read for the first time."""
 
     def source_path(self, path: str) -> str:
         """Return the file in a source that is installed at a path, or it."""
@@ -541,7 +541,7 @@ class Walk(Findings):
         return source
 
     def is_program(self, path: str) -> bool:
-        """Say whether there is such a program, or a build may bring it."""
+        """Return whether the program exists or a build may install it."""
         is_file = os.path.isfile(path) and os.access(path, os.X_OK)
         return is_file or self.packages.may_appear(path)
 
@@ -557,7 +557,7 @@ class Walk(Findings):
         return located[1]
 
     def name_place(self, call: Call, path: str) -> None:
-        """Take note of a path that a launch file takes for its own."""
+        """Record a path that a launch file takes for its own."""
 
     def visit_later(self, children: tuple[Entity, ...]) -> None:
         """Do actions that are done some time afterwards."""
@@ -609,7 +609,7 @@ class Walk(Findings):
         return len(self._open)
 
     def is_open(self, path: str) -> bool:
-        """Say whether a launch file is gone through, with others inside."""
+        """Return whether a launch file is being evaluated."""
         return any(source.path == path for source in self._open)
 
     @contextmanager
@@ -665,7 +665,7 @@ class Walk(Findings):
         return True
 
     def note_python(self, path: str) -> None:
-        """Take note of a launch file in Python that is read."""
+        """Record a launch file in Python that is read."""
         if path not in self.python_files:
             self.python_files[path] = None
             self.sources.append(Source(path, path, ''))
@@ -746,7 +746,7 @@ class Walk(Findings):
                 self.visit(entity)
 
     def count_action(self, place: Item | Attributes | Position) -> None:
-        """Take note of an action, or of a round of a loop."""
+        """Record an action, or of a round of a loop."""
         self._actions += 1
         if self._actions > MAXIMUM_ACTIONS:
             self.end(
@@ -828,7 +828,7 @@ class Walk(Findings):
         return Guard(value.key, wanted, sources, None)
 
     def note_node(self, full_name: str, at: Span) -> None:
-        """Take note of a node; warn of one that has the name of another."""
+        """Record a node; warn of one that has the name of another."""
         if self.never:
             return
         node = NamedNode(at.position, tuple(self.guards))

@@ -297,7 +297,7 @@ def warn_of_useless_sections(walk: Walk, *, in_full: bool) -> None:
 def _warn_of_useless(
     walk: Walk, use: SectionUse, useless: list[Section]
 ) -> set[Section]:
-    """Warn of a node that gets nothing; return what may be meant for it."""
+    """Warn of a node without a section; return sections with similar names."""
     node = use.node or ''
     file = os.path.basename(use.path)
     last = node.rpartition('/')[2]

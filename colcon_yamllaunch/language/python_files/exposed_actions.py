@@ -188,7 +188,7 @@ class RawReader:
 
 
 def _is_of_yaml(value: Value) -> TypeGuard[Scalar]:
-    """Say whether YAML takes a value for something that is no text."""
+    """Return whether YAML reads a value as something other than text."""
     return (
         isinstance(value, Scalar)
         and not value.is_of_xml

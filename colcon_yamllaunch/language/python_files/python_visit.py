@@ -237,7 +237,7 @@ def at_frames(
 
 
 def may_be_built(walk: Walk) -> bool:
-    """Say whether something of the workspace may still be built."""
+    """Return whether packages of the workspace may still be built."""
     for name in walk.packages.own_names():
         prefix = walk.packages.prefix(name) or ''
         return walk.packages.may_appear(os.path.join(prefix, 'share', name))

@@ -305,7 +305,7 @@ class WorkerDialogue:
         )
 
     def note_handlers(self, said: WorkerMessage) -> None:
-        """Take note of the event handlers that there are."""
+        """Record the current event handlers."""
         handlers = said['handlers']
         self.has_handlers = bool(handlers)
         if isinstance(handlers, list):
@@ -313,7 +313,7 @@ class WorkerDialogue:
         self._outputs = list(said.get('output', ()))
 
     def forget_handlers(self) -> None:
-        """Take note that there are none any more."""
+        """Record that no event handlers are left."""
         self.has_handlers, self._outputs = False, []
 
 

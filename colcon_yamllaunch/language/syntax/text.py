@@ -68,7 +68,7 @@ class Template:
         return None
 
     def substitutions(self) -> Iterator[Substitution]:
-        """Iterate over all substitutions, each before those inside of it."""
+        """Iterate over all substitutions, outer ones before inner ones."""
         for part in self.parts:
             if isinstance(part, Substitution):
                 yield part

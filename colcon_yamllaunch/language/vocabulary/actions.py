@@ -93,7 +93,7 @@ class Attribute:
     ignore_case: bool = False
 
     def choice_problem(self, text: str) -> tuple[str, str] | None:
-        """Say that a text is none of its values, and the way out."""
+        """Return the error for a text that is not among the values."""
         shown = text.upper() if self.ignore_case else text
         if not self.values or shown in self.values:
             return None

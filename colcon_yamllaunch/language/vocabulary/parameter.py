@@ -129,7 +129,7 @@ def coerce(text: str, kind: str) -> ParameterContent:
 
 
 def is_of_type(value: ScalarValue, kind: str) -> bool:
-    """Say whether a value has a type; an int is no bool and no float."""
+    """Return whether a value has a type; an int is no bool and no float."""
     return type(value) is _SCALAR_TYPES[kind]
 
 

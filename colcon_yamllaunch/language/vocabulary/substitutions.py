@@ -53,7 +53,7 @@ class Kind:
         return len(_ARGUMENT.findall(self.arguments)) if is_limited else None
 
     def arity_problem(self, count: int) -> str | None:
-        """Say what is wrong with a number of arguments, if anything."""
+        """Return the error in a number of arguments, if any."""
         minimum, maximum = self.minimum, self.maximum
         if minimum <= count and (maximum is None or count <= maximum):
             return None

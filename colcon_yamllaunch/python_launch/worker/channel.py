@@ -145,7 +145,7 @@ class Channel:
                     self._lines.put(request)
 
     def _leave(self) -> None:
-        """Have no part in the lines any more, nor keep them open."""
+        """Close the channel in a forked child."""
         for descriptor in (self._input, self._output):
             with contextlib.suppress(OSError):
                 os.close(descriptor)

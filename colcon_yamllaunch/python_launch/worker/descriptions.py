@@ -20,7 +20,7 @@ from .channel import Json
 
 
 def is_a(thing: Any, *kinds: str) -> bool:
-    """Say whether something is of a class of ROS 2, by the names of these."""
+    """Return whether an object has a class of ROS 2 with such a name."""
     return any(cls.__name__ in kinds for cls in type(thing).__mro__)
 
 
@@ -380,21 +380,21 @@ def entities_of(handler: Any) -> Any:
 
 
 def may_hear(handler: Any) -> bool:
-    """Say whether a handler of users may be about the output of processes."""
+    """Return whether a handler may be about the output of processes."""
     return not hasattr(handler, OF_WORKER) and (
         _kind(handler) in ('output', 'other')
     )
 
 
-def may_waver(handler: Any) -> bool:
-    """Say whether a handler may take another time what it does not now."""
+def may_match_later(handler: Any) -> bool:
+    """Return whether a handler may match an event at another time."""
     return _kind(handler) == 'other' or callable(
         Private(handler).action_matcher
     )
 
 
-def hears(handler: Any, event: Any) -> bool:
-    """Say whether a handler takes an event."""
+def matches_event(handler: Any, event: Any) -> bool:
+    """Return whether a handler matches an event."""
     try:
         return bool(handler.matches(event))
     except Exception:  # noqa: BLE001 - it may be anyone's

@@ -290,7 +290,7 @@ class Entries:
         }
 
     def _patch_files(self, module: Any) -> None:
-        """Let files with parameters be found that are not installed yet."""
+        """Make ROS 2 find parameter files that are not installed yet."""
         visitor = self._visitor
         name = '_ParameterFile__param_file'
 
@@ -490,7 +490,7 @@ class Entries:
         return taken
 
     def _keep_loads(self) -> None:
-        """Tell what is loaded as launch files in Python."""
+        """Report the modules that launch files in Python load."""
         visitor = self._visitor
         module: Any = importlib.import_module(
             'launch.launch_description_sources.python_launch_file_utilities'
@@ -593,7 +593,7 @@ class MessageHandler(logging.Handler):
         self._visitor = visitor
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Tell a record."""
+        """Report a log record."""
         text = record.getMessage()
         visitor = self._visitor
         if visitor.positions.is_users(record.pathname) or (
@@ -608,11 +608,11 @@ class MessageHandler(logging.Handler):
             visitor.say('message', level=record.levelname, text=text)
 
     def setFormatterFor(self, *_: object) -> None:  # noqa: N802 - launch's
-        """Take a format, as the handlers of `launch` do."""
+        """Set a format, as the handlers of `launch` do."""
 
 
 def install_logging(visitor: Visitor) -> None:
-    """Let all that is logged by `launch` be told, and nothing be written."""
+    """Report what `launch` logs, and write no log files."""
     log = importlib.import_module('launch.logging')
     handler = MessageHandler(visitor)
     config = log.launch_config
@@ -664,7 +664,7 @@ def through_shell(argv: list[Any]) -> list[Any]:
 
 
 def is_shutdown(on_exit: Any) -> bool:
-    """Say whether what is done at the end is to shut down, and no more."""
+    """Return whether the actions at the end only shut down."""
     if on_exit is None:
         return False
     actions = on_exit if isinstance(on_exit, (list, tuple)) else [on_exit]

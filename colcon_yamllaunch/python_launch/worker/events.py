@@ -29,10 +29,10 @@ from launch.events import process as processes
 from .channel import Json
 from .descriptions import Describer
 from .descriptions import entities_of
-from .descriptions import hears
 from .descriptions import is_a
+from .descriptions import matches_event
 from .descriptions import may_hear
-from .descriptions import may_waver
+from .descriptions import may_match_later
 from .descriptions import OF_WORKER
 from .descriptions import TRANSITIONS
 from .entries import is_shutdown
@@ -56,7 +56,7 @@ class Future:
         self._is_done = False
 
     def done(self) -> bool:
-        """Say whether the action is done."""
+        """Return whether the action is done."""
         return self._is_done
 
     def add_done_callback(self, callback: Callable[[Any], object]) -> None:
@@ -67,7 +67,7 @@ class Future:
             self._callbacks.append(callback)
 
     def set_result(self, _result: object = None) -> None:
-        """Take note that the action is done."""
+        """Record that the action is done."""
         if not self._is_done:
             self._is_done = True
             for callback in self._callbacks:
@@ -97,7 +97,7 @@ class Queue:
         self.put_nowait(event)
 
     def empty(self) -> bool:
-        """Say whether there are no events."""
+        """Return whether there are no events."""
         return not self._events
 
     def pop(self) -> tuple[Any, Any]:
@@ -109,7 +109,7 @@ class Queue:
         return list(self._events)
 
     def restore(self, events: Iterable[tuple[Any, Any]]) -> None:
-        """Let the events be others, as :meth:`copy` returned them."""
+        """Replace the events by those that :meth:`copy` returned."""
         self._events = deque(events)
 
 
@@ -176,7 +176,7 @@ class Events:
     # what launch files start
 
     def add_process(self, action: Any, number: int) -> None:
-        """Take note of the action of a process."""
+        """Record the action of a process."""
         setattr(action, _COMPLETED, Future())
         # for those who look for a process by it
         action.process_details.setdefault('pid', None)
@@ -223,7 +223,7 @@ class Events:
             # they would take another stop of the process for this one
             is_heard = bool(users)
         else:
-            is_heard = any(hears(one, event) for one in users)
+            is_heard = any(matches_event(one, event) for one in users)
         # what matches anything may match what is still to come
         return (
             not is_heard
@@ -232,7 +232,7 @@ class Events:
         )
 
     def settle(self, event: Any, position: Any) -> None:
-        """Say what a request comes to that was emitted at a position."""
+        """Handle an event that was emitted at a position."""
         self._origin = position
         self._handle(event)
         self._origin = None
@@ -262,7 +262,7 @@ class Events:
         if self._seen is None or handlers != self._seen[0]:
             self._listeners = [one for one in handlers if may_hear(one)]
             self._heard.clear()
-        elif any(map(may_waver, self._listeners)):
+        elif any(map(may_match_later, self._listeners)):
             self._heard.clear()
         self._seen = seen
         found: list[Json] | bool
@@ -298,13 +298,13 @@ class Events:
         return [one for one in map(describer.handler, handlers) if one]
 
     def _is_heard(self, number: int, action: Any) -> bool:
-        """Say whether a handler is to be told what a process writes."""
+        """Return whether a handler wants the output of a process."""
         if not self._listeners:
             return False
         if number not in self._heard:
             events = [self._output(action, 1), self._output(action, 2)]
             self._heard[number] = any(
-                hears(one, event)
+                matches_event(one, event)
                 for one in self._listeners
                 for event in events
             )
@@ -313,7 +313,7 @@ class Events:
     def name_packages(
         self, describer: Describer, entities: Any, of: Any
     ) -> None:
-        """Tell which packages entities need that are visited later."""
+        """Report the packages that entities visited later need."""
         for name, place in describer.packages(entities, of):
             position = self._visitor.positions.of(place)
             self._visitor.packages.name(name, position)
@@ -489,7 +489,7 @@ class Events:
         self._visitor.say('shutdown', reason=reason)
 
     def report_shutdown(self, event: Any) -> None:
-        """Tell the launcher to end the launch."""
+        """Request the end of the launch."""
         reason = event.reason
         if not isinstance(reason, str):
             reason = self._visitor.text_of(reason)

@@ -176,12 +176,12 @@ class Packages:
         self._installed: dict[str, str] = {}
 
     def set(self, packages: dict[str, Any]) -> None:
-        """Take note of the packages of the workspace."""
+        """Record the packages of the workspace."""
         self.prefixes = {n: p['prefix'] for n, p in packages.items()}
         self._located.clear()
 
     def install(self) -> None:
-        """Let those who look for packages find ours."""
+        """Make package lookups find those of the workspace."""
         # it says that of those that are not built yet
         warnings.filterwarnings('ignore', 'Share (directory|path) for ')
         when_imported('ament_index_python.packages', self._wrap_index)
@@ -191,7 +191,7 @@ class Packages:
         )
 
     def name(self, package: str, position: Any = None) -> None:
-        """Tell that a package is named, once for each place."""
+        """Report the name of a package, once for each position."""
         position = position or self._visitor.here()
         key = (package, tuple(position or ()))
         if key not in self._named:
@@ -312,7 +312,7 @@ class Packages:
 
 
 def report_modules(visitor: Visitor) -> None:
-    """Have it told before each `done` which modules were imported."""
+    """Report the imported modules before each `done`."""
     own = set(sys.modules)
     told = set(own)
 
@@ -331,7 +331,7 @@ def report_modules(visitor: Visitor) -> None:
 
 
 def _is_edited(path: str) -> bool:
-    """Tell whether somebody may edit a module, and not an installer."""
+    """Return whether a user may edit a module, not only an installer."""
     real = os.path.realpath(path)
     return not (
         any(name in real.split(os.sep) for name in _INSTALLED)

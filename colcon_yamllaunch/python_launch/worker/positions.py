@@ -69,7 +69,7 @@ class Positions:
         self._mapping_keys: dict[str, list[ast.Constant]] = {}
 
     def set_prefixes(self, prefixes: Iterable[str]) -> None:
-        """Take note of the prefixes of the packages of the workspace."""
+        """Record the prefixes of the packages of the workspace."""
         self._prefixes = tuple(f'{prefix}{os.sep}' for prefix in prefixes)
         self._users.clear()
 
@@ -89,12 +89,12 @@ class Positions:
         self._instructions.clear()
 
     def add_file(self, path: str) -> None:
-        """Take note of a launch file in Python."""
+        """Record a launch file in Python."""
         self.files.add(path)
         self._users[path] = True
 
     def is_users(self, path: str) -> bool:
-        """Say whether a file is the user's, and no part of ROS or Python."""
+        """Return whether a file belongs to the user, not to ROS or Python."""
         known = self._users.get(path)
         if known is None:
             known = self._users[path] = self._is_users(path)
@@ -125,7 +125,7 @@ class Positions:
                 setattr(made, _PLACE, place)
 
     def put(self, made: object, position: list[object]) -> None:
-        """Say where an object is said to be, wherever it was made."""
+        """Set the position of an object, wherever it was created."""
         with contextlib.suppress(AttributeError):
             setattr(made, _POSITION, position)
 
@@ -150,7 +150,7 @@ class Positions:
         return users
 
     def pass_on(self, other: object, made: object) -> None:
-        """Let an object without a place have that of another one."""
+        """Copy the position of an object to one without."""
         place = getattr(other, _PLACE, None)
         if place is not None and not hasattr(made, _PLACE):
             with contextlib.suppress(AttributeError):

@@ -73,7 +73,7 @@ class _Scope:
 
     @contextmanager
     def entered(self) -> Iterator[None]:
-        """Let the context be in it; what is set meanwhile is kept."""
+        """Enter the scope; changes made meanwhile are kept."""
         context = self._context
         with _pushed(context):
             configurations = context.launch_configurations
@@ -150,7 +150,7 @@ class Timers:
     def execute(
         self, _old: Callable[..., Any], timer: Any, context: Any
     ) -> None:
-        """Tell a timer, in the place of `TimerAction.execute`."""
+        """Report a timer, instead of `TimerAction.execute`."""
         timer._completed_future = done = Future()
         timer._canceled_future = cancelled = Future()
         cancelled.add_done_callback(done.set_result)
@@ -322,7 +322,7 @@ class Timers:
         return True
 
     def _may_be_cancelled(self, timer: Any) -> bool:
-        """Say whether the file that makes a timer cancels any."""
+        """Return whether the file that creates a timer cancels one."""
         position = self._visitor.position(timer)
         if position is None:
             return False
@@ -336,7 +336,7 @@ def _is_request(event: Any) -> bool:
 
 
 def _ends_launch(entity: Any) -> bool:
-    """Say whether an action shuts down the launch, and does no more."""
+    """Return whether an action only shuts down the launch."""
     kind = type(entity)
     if not f'{kind.__module__}.'.startswith(_KNOWN):
         return False

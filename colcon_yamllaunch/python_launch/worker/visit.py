@@ -162,7 +162,7 @@ class Visitor:
         return [frame_of(self.entity, self.positions)] if self.entity else []
 
     def say(self, what: str, **fields: Any) -> None:
-        """Tell something, after what was logged before it."""
+        """Send a message, after what was logged before it."""
         logged, self.logged = self.logged, []
         if what != 'done' or 'scope' in fields:
             for level, text in logged:
@@ -332,7 +332,7 @@ class Visitor:
             self.context._pop_locals()
 
     def enter_file(self, path: str) -> None:
-        """Let a file be the one whose turn it is."""
+        """Make a file the current one."""
         path = os.path.abspath(path)
         self.context.extend_locals(
             {
@@ -410,7 +410,7 @@ class Scopes:
         self.uses_sim_time = False
 
     def enter(self, scope: Json) -> None:
-        """Let the context be in a scope."""
+        """Set the scope of the context."""
         configurations = self._context.launch_configurations
         others = {
             name: value
@@ -443,7 +443,7 @@ class Scopes:
         set_environment(wanted)
 
     def restore(self) -> None:
-        """Let the environment be that of this program again."""
+        """Restore the environment of this program."""
         set_environment(self._environment)
 
     def current(self) -> Json:
@@ -490,7 +490,7 @@ def _counter() -> Any:
 
 
 def set_environment(wanted: dict[str, str]) -> None:
-    """Let the environment variables be others."""
+    """Replace the environment variables."""
     for name in set(os.environ) - set(wanted):
         del os.environ[name]
     for name, value in wanted.items():

@@ -184,7 +184,7 @@ def reply_of(
 
 
 def redirect_to_null(*descriptors: int) -> None:
-    """Let descriptors read and write nothing from now on."""
+    """Redirect descriptors to the null device."""
     null = os.open(os.devnull, os.O_RDWR)
     for descriptor in descriptors:
         os.dup2(null, descriptor)

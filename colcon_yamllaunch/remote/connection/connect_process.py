@@ -225,7 +225,7 @@ def has_terminal() -> bool:
 
 @contextmanager
 def foreground(group: int) -> Iterator[None]:
-    """Give our terminal, with its Ctrl-C, to a process group meanwhile."""
+    """Put a process group into the foreground meanwhile."""
     try:
         terminal = os.open(_TERMINAL, os.O_RDWR)
     except OSError:

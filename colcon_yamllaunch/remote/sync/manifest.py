@@ -445,7 +445,7 @@ def _create(path: str, content: str) -> None:
 
 
 def _set_executable(path: str, is_executable: bool) -> None:
-    """Let those who may read a file execute it, or nobody."""
+    """Make a file executable for its readers, or for nobody."""
     mode = os.stat(path).st_mode & 0o777
     readers = (mode & 0o444) >> 2
     os.chmod(path, mode | readers if is_executable else mode & ~0o111)

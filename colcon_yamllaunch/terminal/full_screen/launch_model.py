@@ -193,7 +193,7 @@ class LaunchModel(StatusModel):
         self._narrow()
 
     def ask_for_usage(self) -> None:
-        """Ask for what processes on other machines use."""
+        """Request the CPU and memory use of processes on other machines."""
         if any(process.machine for process in self.state.processes):
             # it comes with the state
             self.send(self._launch.send_request, 'status', bool)

@@ -133,7 +133,7 @@ class WorkspaceLock:
         self._describe(f'{_BUILDS} {", ".join(names)}')
 
     def publish_start(self) -> None:
-        """Let those who wait know that this process has built."""
+        """Tell waiting launches that this process has built."""
         # what was built is there, even if the disk is full now
         with suppress(WorkspaceError):
             self._describe('is about to start')
@@ -144,7 +144,7 @@ class WorkspaceLock:
             os.ftruncate(self._descriptor, 0)
 
     def release(self) -> None:
-        """Let it go."""
+        """Release the lock."""
         self._release(clear=True)
 
     def _release(self, *, clear: bool) -> None:

@@ -495,7 +495,7 @@ class Colcon:
 
 
 def _count_from_now(context: Any) -> None:
-    """Have the summary of a build count its time from now on."""
+    """Start the time in the summary of a build now."""
     for handler in get_event_handler_extensions(context=context).values():
         if hasattr(handler, '_start_time'):
             # that is when the arguments were understood
@@ -678,7 +678,7 @@ class Identification:
         }
 
     def augment(self, descriptors: set[Any]) -> None:
-        """Have all extensions complete descriptors."""
+        """Let all extensions augment the descriptors."""
         if descriptors:
             self._read_parameters()
             augment_packages(
@@ -726,7 +726,7 @@ class _AskedOnce:
         self._answer: tuple[Any] | None = None
 
     def has_parameters(self, *, args: Any) -> Any:
-        """Say what the extension said the first time."""
+        """Return what the extension returned the first time."""
         if self._answer is None:
             self._answer = (False,)
             self._answer = (self._extension.has_parameters(args=args),)

@@ -256,7 +256,7 @@ class Freshness:
         self._write(package.name, replace(record, finished=time.time_ns()))
 
     def last_build(self, name: str) -> str | None:
-        """Tell a package's last successful build; None if not known."""
+        """Return the last successful build of a package, or None."""
         record = self._known_record(name)
         if record is None or not record.succeeded:
             return None

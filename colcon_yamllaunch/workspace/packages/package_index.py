@@ -271,7 +271,7 @@ class PackageIndex:
         known: Mapping[str, Entry],
         ask: Callable[[], Identifier],
     ) -> list[str]:
-        """Say what a folder is; return what to visit below, last first."""
+        """Classify a folder; return the subfolders to visit, last first."""
         entry = self._known(known.get(folder), path, status)
         if entry is None or entry['kind'] == PLAIN:
             if has_ignore_marker(path):

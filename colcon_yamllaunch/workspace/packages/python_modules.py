@@ -238,7 +238,7 @@ def _installed_into(prefix: str) -> list[str]:
 
 
 def _base_of(prefix: str) -> str | None:
-    """Return the prefix that a virtual environment sees the packages of."""
+    """Return the prefix whose packages a virtual environment uses."""
     settings = dict(
         [part.strip() for part in line.split('=', 1)]
         for line in text_of(Path(prefix, 'pyvenv.cfg')).splitlines()
