@@ -116,7 +116,7 @@ class _Container:
       and none if it runs elsewhere
     :param phases: The phase of each of those, by its label
     :param ending: How the last of those ended
-    :param is_there: Whether its services are there
+    :param is_present: Whether its services are there
     :param must_list: Whether its components are unknown, as a client died,
       or it went away and came back
     :param since: When the wait for it began
@@ -127,7 +127,7 @@ class _Container:
     providers: list[Process] = field(default_factory=list)
     phases: dict[str, events.Phase] = field(default_factory=dict)
     ending: str = ''
-    is_there: bool = False
+    is_present: bool = False
     must_list: bool = False
     listing: int | None = None
     since: float = 0.0
@@ -219,7 +219,7 @@ class Composition:
             return False
         now = self._loop.time()
         return self._lifecycles.is_busy or any(
-            container.is_there
+            container.is_present
             or not self._has_processes
             or now < container.since + limits.WAIT_WARNING_DELAY
             for container in self._containers.values()
@@ -506,7 +506,7 @@ class Composition:
                 self._timers.follow_clock()
             case {'event': 'container', 'container': str(name)}:
                 self._presence_changed(
-                    name, is_there=bool(message.get('there'))
+                    name, is_present=bool(message.get('there'))
                 )
             case {'event': 'state', 'node': str(node), 'state': str(state)}:
                 before = message.get('from') or None
@@ -525,7 +525,7 @@ class Composition:
         if self.is_stopping:
             return
         for container in self._containers.values():
-            container.is_there = False
+            container.is_present = False
             container.listing = None
             for task in container.tasks:
                 task.was_sent |= task.request is not None
@@ -576,7 +576,7 @@ class Composition:
     def _container_ended(
         self, container: _Container, *, asked: bool, again: bool
     ) -> None:
-        container.is_there = container.must_list = False
+        container.is_present = container.must_list = False
         container.since = self._loop.time()
         self._requests.cancel(container.listing)
         container.listing = None
@@ -586,17 +586,17 @@ class Composition:
             if task.is_due:
                 self._lost_container(container, task, asked=asked, again=again)
 
-    def _presence_changed(self, name: str, *, is_there: bool) -> None:
+    def _presence_changed(self, name: str, *, is_present: bool) -> None:
         """Handle that the services of a container came or went."""
         container = self._containers.get(name)
         if container is None or container.is_gone:
             return
-        if not is_there:
+        if not is_present:
             self._services_lost(container)
             return
-        if not container.is_there:
+        if not container.is_present:
             container.since = self._loop.time()
-        container.is_there = True
+        container.is_present = True
         if container.must_list:
             self._list(container)
         for task in container.tasks:
@@ -690,7 +690,7 @@ class Composition:
             self._loaded(task, answer['unique_id'], answer['full_name'])
 
         task.request = self._requests.ask('load', answered, **request)
-        if container.is_there:
+        if container.is_present:
             self._enter(task, 'loading')
 
     def _loaded(
@@ -811,7 +811,7 @@ class Composition:
             self._enter(task, 'unloaded', reason)
 
     def _services_lost(self, container: _Container) -> None:
-        container.is_there = False
+        container.is_present = False
         container.since = self._loop.time()
         for task in container.tasks:
             if task.phase == 'loading':
@@ -833,7 +833,7 @@ class Composition:
                 container.must_list = False
                 self._compare(container, answer['nodes'])
                 self._request_open(container)
-            elif container.is_there:
+            elif container.is_present:
                 # else it is asked when it comes
                 self._loop.call_later(
                     limits.LIST_RETRY_DELAY, self._list, container
@@ -893,7 +893,7 @@ def _loaded_as(
 def _waited_for(container: _Container, waiting: list[ComponentTask]) -> str:
     """Return which components wait for `container`."""
     names = events.listed([task.label for task in waiting])
-    if container.is_there:
+    if container.is_present:
         first = waiting[0].label
         return f'{container.name} is still loading {first}'
     text = f'waiting for the container {container.name}, to load {names}'

@@ -230,7 +230,7 @@ class Peer:
         self, ros: Ros, name: str, noun: str, services: dict[str, Any]
     ) -> None:
         self.name = name
-        self.is_there = False
+        self.is_present = False
         #: The state that a lifecycle node is known to have.
         self.state: str | None = None
         self._ros = ros
@@ -255,7 +255,7 @@ class Peer:
         head = self._queue_head
         waits = [*self._running, *([head] if head else [])]
         is_sent = all(call.servers & self._current for call in waits)
-        return not is_sent or bool(self._current) != self.is_there
+        return not is_sent or bool(self._current) != self.is_present
 
     @property
     def due(self) -> list[float]:
@@ -278,11 +278,11 @@ class Peer:
         if fresh and self._gone:
             self._connected_at = now + CONNECTING
         if before and not before & self._current:
-            self._set_there(False)
+            self._set_present(False)
             self._lose()
         is_ready = self._main_client.service_is_ready()
         is_connected = now >= self._connected_at
-        self._set_there(bool(self._current) and is_ready and is_connected)
+        self._set_present(bool(self._current) and is_ready and is_connected)
         self._repeat()
         self._send_next()
 
@@ -308,7 +308,7 @@ class Peer:
     def call(self, call: Call) -> None:
         """Call a service at once, of nobody but the one that is there."""
         call.is_final = True
-        if not self.is_there:
+        if not self.is_present:
             call.refused('not there')
         else:
             self._send(call)
@@ -399,9 +399,9 @@ class Peer:
         refused(reason)
         self._send_next()
 
-    def _set_there(self, is_there: bool) -> None:
-        if is_there != self.is_there:
-            self.is_there = is_there
+    def _set_present(self, is_present: bool) -> None:
+        if is_present != self.is_present:
+            self.is_present = is_present
             self.on_presence()
 
     def _lose(self) -> None:
@@ -431,7 +431,7 @@ class Peer:
     def _can_send(self, call: Call) -> bool:
         """Return whether it arrives: each service has its own connection."""
         client = self._clients[call.service]
-        return self.is_there and bool(client.service_is_ready())
+        return self.is_present and bool(client.service_is_ready())
 
     def _send(self, call: Call) -> None:
         self._running.append(call)
@@ -488,7 +488,7 @@ class Container(Peer):
     def on_presence(self) -> None:
         """Report it to the engine."""
         self._ros.output.write(
-            event='container', container=self.name, there=self.is_there
+            event='container', container=self.name, there=self.is_present
         )
 
     def _lose(self) -> None:
@@ -622,7 +622,7 @@ class LifecycleNode(Peer):
     def on_presence(self) -> None:
         """Ask for the state of one that comes."""
         self.state = self._expected = None
-        if self.is_there:
+        if self.is_present:
             self._refresh()
 
     def follow(self, request: Json) -> None:
@@ -710,7 +710,7 @@ class LifecycleNode(Peer):
 
     def _refresh(self) -> None:
         """Ask for the state, and report it unless a later one arrives."""
-        if self._subscription is None or not self.is_there:
+        if self._subscription is None or not self.is_present:
             return
         known = self._transitions
 

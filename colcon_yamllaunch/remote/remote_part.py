@@ -294,7 +294,7 @@ class RemotePart:
         else:
             self._successors[part.label] = part
         if part.label not in self._missing:
-            self.send(commands.Revise(self._part_there(part), at_once))
+            self.send(commands.Revise(self._remote_part(part), at_once))
 
     def restart(self, labels: Collection[str]) -> tuple[str, ...]:
         """Start and load parts anew after a change; return their labels."""
@@ -730,7 +730,7 @@ class RemotePart:
         self._successors.pop(label, None)
         self._missing.discard(label)
 
-    def _part_there(self, part: Process | Component) -> Process | Component:
+    def _remote_part(self, part: Process | Component) -> Process | Component:
         """Return a part with the paths of its machine."""
         (there,) = self._localised(Plan((part,))).entries
         assert isinstance(there, Process | Component)

@@ -255,7 +255,7 @@ class LaunchContext:
         """
         target = target or self.target()
         self.packages = LaunchPackages(
-            self.locator, built=built, only_there=self.only_there
+            self.locator, built=built, remote_only=self.remote_only
         )
         located = self.packages.locate(target.name)
         environment = self.process_environment()
@@ -273,10 +273,10 @@ class LaunchContext:
         )
 
     @property
-    def only_there(self) -> frozenset[str]:
+    def remote_only(self) -> frozenset[str]:
         """The packages that other machines have, and this one need not."""
         machines = vars(self).get('machines')
-        return frozenset() if machines is None else machines.only_there
+        return frozenset() if machines is None else machines.remote_only
 
     def worker(self, environment: Mapping[str, str]) -> 'WorkerProcess':
         """

@@ -60,7 +60,7 @@ class MachinePaths:
         self.workspace = workspace
         self._locator = locator
         # where processes run that run here where the launch is begun
-        self._cwd_there = self._home = home
+        self._remote_cwd = self._home = home
         #: Whether the workspace there can be sourced.
         self.has_setup = False
 
@@ -87,7 +87,7 @@ class MachinePaths:
         found = answer.get('missing')
         missing = set(map(str, found)) if isinstance(found, list) else set()
         there = (folder for folder in folders if folder not in missing)
-        self._cwd_there = next(there, self._home)
+        self._remote_cwd = next(there, self._home)
         self.has_setup = setup not in missing
         for path, process in named.items():
             if asked[path] in missing:
@@ -151,7 +151,7 @@ class MachinePaths:
             inner = tuple(map(self._with_folder, entry.entries))
             return replace(entry, entries=inner)
         if isinstance(entry, Process) and entry.cwd == self._cwd:
-            return replace(entry, cwd=self._cwd_there)
+            return replace(entry, cwd=self._remote_cwd)
         return entry
 
 

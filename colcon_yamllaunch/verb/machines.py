@@ -151,7 +151,7 @@ class Machines:
         self._placer = Placer(deployment)
         self._parts: RemoteParts | None = None
         #: The packages that are not built here, as nothing here needs them.
-        self.only_there: frozenset[str] = frozenset()
+        self.remote_only: frozenset[str] = frozenset()
         #: The packages that were built there.
         self.built: frozenset[str] = frozenset()
         #: The machines that parts of it run on.
@@ -200,7 +200,7 @@ class Machines:
         self._begin(self._needed)
         # what was run here may need any of them
         if not evaluation.has_run_programs:
-            self.only_there = self._not_needed_here(placed)
+            self.remote_only = self._not_needed_here(placed)
 
     def bring_code_of(self, plan: Plan) -> None:
         """
@@ -613,16 +613,16 @@ class Machines:
     def _records_of(
         self, name: str, files: Iterable[str], packages: Iterable[str]
     ) -> dict[str, dict[str, str]]:
-        text_there = self._paths[name].folders.text
+        remote_text = self._paths[name].folders.text
         # by the paths there, as they are here
-        named = {text_there(path): path for path in files}
+        named = {remote_text(path): path for path in files}
         asked: dict[str, Any] = {'packages': (), 'files': sorted(named)}
         if packages:
             colcon = self._session.colcon
             asked |= {
                 'packages': sorted(packages),
-                'install_base': text_there(str(colcon.install_base)),
-                'build_base': text_there(str(colcon.build_base)),
+                'install_base': remote_text(str(colcon.install_base)),
+                'build_base': remote_text(str(colcon.build_base)),
                 'merge_install': colcon.merge_install,
             }
         connection = self._connections[name]

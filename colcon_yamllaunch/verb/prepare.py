@@ -175,10 +175,10 @@ def _wanted(
     """Return the packages of the workspace to bring up to date."""
     workspace, options = context.workspace, context.options
     if options.build_all:
-        return workspace.package_names - context.only_there
+        return workspace.package_names - context.remote_only
     if options.paths:
         return set(workspace.select(options.paths, context.cwd))
-    return _named(context, target, evaluation) - context.only_there
+    return _named(context, target, evaluation) - context.remote_only
 
 
 def _exists(context: LaunchContext, path: str) -> bool:
@@ -186,7 +186,7 @@ def _exists(context: LaunchContext, path: str) -> bool:
     if os.path.exists(Path(path)):
         return True
     owner = context.locator.owner(path)
-    return owner is not None and owner.name in context.only_there
+    return owner is not None and owner.name in context.remote_only
 
 
 def _warn(
@@ -230,7 +230,7 @@ def _stop_at_errors(
     errors = evaluation.errors
     if all(error.may_pass_after_build for error in errors):
         # what is missing may be missing for this reason
-        needed = _named(context, target, evaluation) - context.only_there
+        needed = _named(context, target, evaluation) - context.remote_only
         context.workspace.check_sourced(
             sorted(needed), may_build=not context.options.no_build
         )
@@ -249,7 +249,7 @@ def _check_before_start(
             evaluation,
             context.packages.not_installed,
             locator,
-            context.only_there,
+            context.remote_only,
         ),
     ]
     if any(d.severity == 'error' for d in found):
@@ -393,7 +393,7 @@ def _missing_files(
     evaluation: Evaluation,
     missing: Iterable[str],
     locator: PackageLocator,
-    only_there: Container[str] = (),
+    remote_only: Container[str] = (),
 ) -> Iterator[Diagnostic]:
     """
     Find what the launch needs and the packages have not installed.
@@ -401,19 +401,19 @@ def _missing_files(
     A program or component that is not there is an error; a file is a warning,
     as the launch may go on without it in ROS 2 too.
 
-    :param only_there: Packages that other machines have, and not this one
+    :param remote_only: Packages that other machines have, and not this one
     """
     executables = [
-        use for use in evaluation.executables if use.package not in only_there
+        use for use in evaluation.executables if use.package not in remote_only
     ]
-    plugins = [u for u in evaluation.plugins if u.package not in only_there]
+    plugins = [u for u in evaluation.plugins if u.package not in remote_only]
     yield from missing_executables(executables, locator, 'now')
     yield from missing_plugins(plugins, locator, 'now')
     wanted = dict.fromkeys(missing) | _used_paths(evaluation)
     reported = {d.hint for d in evaluation.diagnostics}
     for path, position in wanted.items():
         owner = locator.owner(path)
-        if owner is None or owner.name in only_there:
+        if owner is None or owner.name in remote_only:
             continue
         from colcon_yamllaunch.workspace.packages import missing_files
 

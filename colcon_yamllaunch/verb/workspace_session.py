@@ -77,7 +77,7 @@ class WorkspaceSession:
             )
             self._packages = {p.name: p for p in colcon.packages()}
             if os.path.isfile(colcon.install_base / 'setup.bash'):
-                self._source_what_is_there()
+                self._source_existing()
         self._make_locator()
 
     @property
@@ -209,7 +209,7 @@ class WorkspaceSession:
             return None
         return self._colcon.install_base / 'setup.bash'
 
-    def _source_what_is_there(self) -> None:
+    def _source_existing(self) -> None:
         base = self.colcon.build_base
         self.lock.look(base)
         try:
@@ -270,7 +270,7 @@ class LaunchPackages:
     The packages of a workspace and its underlays.
 
     :param built: Whether all that was to be built has been built
-    :param only_there: Packages that are not built here, as only what runs on
+    :param remote_only: Packages that are not built here, as only what runs on
       other machines needs them
     """
 
@@ -279,11 +279,11 @@ class LaunchPackages:
         locator: PackageLocator,
         *,
         built: bool,
-        only_there: Container[str] = (),
+        remote_only: Container[str] = (),
     ) -> None:
         self._locator = locator
         self._built = built
-        self._only_there = only_there
+        self._remote_only = remote_only
         self.prefix = locator.prefix
         self.names = locator.names
         self.executable = locator.executable
@@ -330,7 +330,7 @@ class LaunchPackages:
         owner = self._locator.owner(path)
         if owner is None:
             return False
-        if owner.name in self._only_there:
+        if owner.name in self._remote_only:
             return True
         if self._built:
             return False

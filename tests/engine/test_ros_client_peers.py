@@ -26,7 +26,7 @@ class Box(Peer):
         super().__init__(ros, '/box', 'container', services)
 
     def on_presence(self) -> None:
-        self.told.append(self.is_there)
+        self.told.append(self.is_present)
 
     def has(self, *servers: int) -> None:
         """Let these be visible."""

@@ -95,7 +95,7 @@ def test_the_working_directory_is_that_of_the_process_alone(start, tmp_path):
 
 
 def test_a_program_is_looked_up_in_the_path_of_the_process(start, script):
-    path = script(b'#!/bin/sh\necho found\n', name='only_there')
+    path = script(b'#!/bin/sh\necho found\n', name='remote_only')
     assert start([path.name], {'PATH': f'/nowhere:{path.parent}:/bin'}) == (
         'found\n'
     )

@@ -68,7 +68,7 @@ class Client:
     def look(self) -> None:
         """Do what can be done now."""
         for container, before in self.seen.items():
-            now = self.is_there(container)
+            now = self.is_present(container)
             if now != before:
                 self.seen[container] = now
                 say(event='container', container=container, there=now)
@@ -78,12 +78,12 @@ class Client:
                     break
                 del queue[0]
         for node, before in self.followed.items():
-            self.followed[node] = self.is_there(node)
+            self.followed[node] = self.is_present(node)
             if self.followed[node] and not before:
                 say(event='state', node=node, state='unconfigured')
         changes, self.changes = self.changes, []
         for request in changes:
-            if not self.is_there(request['node']):
+            if not self.is_present(request['node']):
                 self.changes.append(request)
             elif (FOLDER / 'bad').exists():
                 say(id=request['id'], ok=False, reason='it is bad')
@@ -114,7 +114,7 @@ class Client:
         return True
 
     @staticmethod
-    def is_there(name: str) -> bool:
+    def is_present(name: str) -> bool:
         try:
             pid = (FOLDER / f'{name[1:]}.there').read_text()
             os.kill(int(pid), 0)
@@ -123,7 +123,7 @@ class Client:
         return True
 
     def nodes(self, container: str) -> list[list[Any]] | None:
-        if not self.is_there(container):
+        if not self.is_present(container):
             return None
         try:
             text = (FOLDER / f'{container[1:]}.loaded').read_text()

@@ -92,7 +92,7 @@ class Synced:
 def sync_code(
     mode: str,
     machine: str,
-    workspace_there: str,
+    remote_workspace: str,
     connection: MachineConnection,
     code: Code | None,
     needed: frozenset[str],
@@ -106,7 +106,7 @@ def sync_code(
 
     :param mode: `build`, `install` or `none`
     :param machine: The name of the machine, for errors
-    :param workspace_there: The root of the workspace there, absolute or
+    :param remote_workspace: The root of the workspace there, absolute or
       with a leading `~/`
     :param code: The workspace here, or None: then there is nothing to do
     :param needed: The names of the packages that the parts there use; their
@@ -117,7 +117,7 @@ def sync_code(
     """
     if code is None:
         return Synced()
-    sync = _Sync(workspace_there, connection, code, needed, say)
+    sync = _Sync(remote_workspace, connection, code, needed, say)
     if mode != 'none' and not sync.packages:
         return Synced()
     modes = {'build': sync.build, 'install': sync.install, 'none': sync.check}
@@ -139,13 +139,13 @@ class _Sync:
 
     def __init__(
         self,
-        workspace_there: str,
+        remote_workspace: str,
         connection: MachineConnection,
         code: Code,
         needed: frozenset[str],
         say: Say,
     ) -> None:
-        self._workspace_there = workspace_there
+        self._remote_workspace = remote_workspace
         self._connection = connection
         self._code = code
         self._say = say
@@ -190,7 +190,7 @@ class _Sync:
             change_texts = partial(
                 listing.changed_texts,
                 root=code.root,
-                root_there=begun['root'],
+                remote_root=begun['root'],
                 missing_of=self._missing_of,
             )
             # those of other packages are left as they are
@@ -229,9 +229,9 @@ class _Sync:
         answer = self._ask(
             'inspection.find_packages',
             {
-                'workspace': self._workspace_there,
-                'install_base': path_there(code.install_base, code.root),
-                'build_base': path_there(code.build_base, code.root),
+                'workspace': self._remote_workspace,
+                'install_base': remote_path(code.install_base, code.root),
+                'build_base': remote_path(code.build_base, code.root),
                 'names': names,
             },
         )
@@ -262,8 +262,8 @@ class _Sync:
         begun = self._ask(
             'build.begin',
             {
-                'workspace': self._workspace_there,
-                'build_base': path_there(code.build_base, code.root),
+                'workspace': self._remote_workspace,
+                'build_base': remote_path(code.build_base, code.root),
                 'title': f'{code.title} ({platform.node()})',
                 'launcher': [boot_of_machine(), os.getpid()],
                 'origin': code.origin,
@@ -307,14 +307,14 @@ class _Sync:
         return self._connection.ask(request, values, self._say)
 
 
-def _difference(package: Package, digest_there: str, version: str) -> str:
+def _difference(package: Package, remote_digest: str, version: str) -> str:
     """Return a line about the difference to a package there, if any."""
     try:
         manifest = content_of(package.path / 'package.xml')
     except OSError:
         return ''
     here = version_of(manifest)
-    if not digest_there or digest(manifest) == digest_there:
+    if not remote_digest or digest(manifest) == remote_digest:
         return ''
     if version != here:
         return (
@@ -362,7 +362,7 @@ def build_words(
     return words
 
 
-def path_there(path: Path, root: Path) -> str:
+def remote_path(path: Path, root: Path) -> str:
     """Return a folder for the machine: relative if it is in the workspace."""
     if path.is_relative_to(root):
         return os.path.relpath(path, root)

@@ -311,17 +311,17 @@ def pythons_of(trees: Iterable[FileTree]) -> list[str]:
 def changed_texts(
     paths: Iterable[str],
     root: Path,
-    root_there: str,
+    remote_root: str,
     missing_of: Callable[[list[str]], Collection[str]],
 ) -> Texts:
     """
     Return the contents of the text files that differ there.
 
     :param root: The workspace
-    :param root_there: The workspace there
+    :param remote_root: The workspace there
     :param missing_of: Returns the paths among some that are missing there
     """
-    here, there = os.fsencode(root), os.fsencode(root_there)
+    here, there = os.fsencode(root), os.fsencode(remote_root)
     # but no folder beside it with a longer name
     names_here = re.compile(re.escape(here) + rb'(?![\w.-])')
     texts = dict(_texts(paths, here))

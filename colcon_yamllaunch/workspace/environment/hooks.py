@@ -149,15 +149,15 @@ def _change(operation: str, remainder: str, prefix: str, hooks: Hooks) -> None:
         values = [remainder.partition(';')[2]]
     for value in values:
         path = os.path.join(prefix, value) if value else prefix
-        is_there = os.path.exists(path)
+        is_present = os.path.exists(path)
         if operation in _SET:
             hooks.paths.append(path)
-            change = path if is_there else value
+            change = path if is_present else value
             hooks.changes.append((operation, name, change))
             continue
         if operation == _IF_EXISTS:
             hooks.paths.append(path)
-            if not is_there:
+            if not is_present:
                 continue
         end = 'append' if operation == _APPEND else 'prepend'
         hooks.changes.append((end, name, path))

@@ -15,7 +15,7 @@ COMPONENT = """
 
 
 @pytest.mark.parametrize(
-    ('text', 'is_there', 'expected'),
+    ('text', 'is_present', 'expected'),
     [
         # the node reads it, and it is in the plan
         (NODE.format(''), True, False),
@@ -38,10 +38,10 @@ COMPONENT = """
     ],
 )
 def test_what_is_read_or_looked_for_in_vain(
-    launcher: Launcher, text: str, is_there: bool, expected: bool
+    launcher: Launcher, text: str, is_present: bool, expected: bool
 ) -> None:
     path = launcher.folder / 'p.yaml'
-    if is_there:
+    if is_present:
         launcher.write('p.yaml', '/**: {ros__parameters: {a: 1}}')
     evaluation = launcher.evaluate(f'launch:\n{text}\n')
     assert (str(path) in evaluation.inputs) == expected

@@ -9,7 +9,7 @@ import sys
 
 from colcon_yamllaunch.remote.sync.build import colcon_python
 from colcon_yamllaunch.remote.sync.code_sync import build_words
-from colcon_yamllaunch.remote.sync.code_sync import path_there
+from colcon_yamllaunch.remote.sync.code_sync import remote_path
 import pytest
 
 SETTINGS = {
@@ -66,5 +66,5 @@ def test_layout_is_passed_on() -> None:
 
 
 def test_folder_outside_of_the_workspace_is_absolute() -> None:
-    assert path_there(Path('/ws/build'), Path('/ws')) == 'build'
-    assert path_there(Path('/tmp/build'), Path('/ws')) == '/tmp/build'
+    assert remote_path(Path('/ws/build'), Path('/ws')) == 'build'
+    assert remote_path(Path('/tmp/build'), Path('/ws')) == '/tmp/build'
