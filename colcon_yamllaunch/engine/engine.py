@@ -485,7 +485,7 @@ class Engine:
         return False
 
     def call(self, number: int) -> None:
-        """Call a function of a launch file; see `HostCall`."""
+        """Call a function of a launch file; see `WorkerCall`."""
         for participant in self.participants:
             participant.call(number)
 

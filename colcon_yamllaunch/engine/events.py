@@ -944,6 +944,7 @@ class WorkerLost(Event):
 
     reason: str
 
+    # the name in `events.jsonl` is older than the word worker
     name = 'host_lost'
     severity = 'ERROR'
 

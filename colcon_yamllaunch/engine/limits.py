@@ -98,7 +98,7 @@ SCREEN_TIMEOUT = 5.0
 #: it has not seen, the guard does not hear of.
 ADOPTION_INTERVAL = 1.0
 ADOPTION_PAUSE = 10.0
-#: Seconds that the host of launch files in Python gets, once all has ended, to
+#: Seconds that the worker of Python launch files gets, once all has ended, to
 #: answer what happened last.
 SOURCE_TIMEOUT = 5.0
 #: Seconds after which it is sent more of what it has not taken.

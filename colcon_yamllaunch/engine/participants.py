@@ -78,7 +78,7 @@ class Participant:
         return proceed(command, reply)
 
     def call(self, number: int) -> None:
-        """Call a function of a launch file; see `HostCall`."""
+        """Call a function of a launch file; see `WorkerCall`."""
 
     def find(self, name: str) -> Process | Component | None:  # noqa: ARG002
         """

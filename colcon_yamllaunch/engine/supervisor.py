@@ -45,13 +45,13 @@ from colcon_yamllaunch.plan.plan import changed_entries
 from colcon_yamllaunch.plan.plan import ChangeState
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Entry
-from colcon_yamllaunch.plan.plan import HostCall
 from colcon_yamllaunch.plan.plan import Message
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.plan import Shutdown
 from colcon_yamllaunch.plan.plan import SignalProcess
 from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.plan.plan import WorkerCall
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.engine.composition import Composition
@@ -579,7 +579,7 @@ class Supervisor:
                     self._composition.change_as_planned(entry)
             case SignalProcess():
                 self._signal(entry)
-            case HostCall():
+            case WorkerCall():
                 self._engine.call(entry.number)
             case Shutdown():
                 reason = entry.reason or 'the launch file says so'

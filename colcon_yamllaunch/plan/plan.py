@@ -317,13 +317,13 @@ class SignalProcess:
 
 
 @dataclass(frozen=True, slots=True)
-class HostCall:
+class WorkerCall:
     """
-    Something that only the host of launch files in Python can go on with.
+    Something that only the worker of launch files in Python can go on with.
 
-    When its turn comes, the host is asked, and answers with more plan.
+    When its turn comes, the worker is asked, and answers with more plan.
 
-    :param number: What the host knows it by
+    :param number: What the worker knows it by
     :param title: What it does, such as `call spawn_more (a.launch.py:7)`
     :param position: Where the launch file says so
     """
@@ -341,7 +341,7 @@ Entry = (
     | Timer
     | ChangeState
     | SignalProcess
-    | HostCall
+    | WorkerCall
 )
 
 
@@ -350,7 +350,7 @@ class EventHandler:
     """
     What a launch file in Python does when something happens.
 
-    The host of launch files in Python is told what happens, and answers with
+    The worker of launch files in Python is told what happens, and answers with
     more plan; here is only what there is to be seen of it before.
 
     :param event: `start`, `exit`, `output`, `complete`, `shutdown`, `state`
@@ -425,16 +425,16 @@ class Plan:
         )
 
     @property
-    def host_position(self) -> Position | None:
+    def worker_position(self) -> Position | None:
         """Where it first says what only a launch file in Python can do.
 
-        That needs the host of launch files in Python while the plan runs.
+        That needs the worker of launch files in Python while the plan runs.
         None if there is nothing of the kind.
         """
         for handler in self.handlers:
             return handler.position
         for entry in self.walk():
-            if isinstance(entry, HostCall):
+            if isinstance(entry, WorkerCall):
                 return entry.position
         return None
 

@@ -26,13 +26,13 @@ from colcon_yamllaunch.plan.plan import changed_entries
 from colcon_yamllaunch.plan.plan import ChangeState
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Entry
-from colcon_yamllaunch.plan.plan import HostCall
 from colcon_yamllaunch.plan.plan import ParameterFile
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.plan import SetParameter
 from colcon_yamllaunch.plan.plan import SignalProcess
 from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.plan.plan import WorkerCall
 
 #: What has a label.
 Labelled = Process | Component
@@ -267,8 +267,8 @@ def _other_content(entry: Entry, periods: tuple[float, ...]) -> Hashable:
             return periods, 'state', entry.node, entry.transition
         case SignalProcess():
             return periods, 'signal', entry.process, entry.signal
-        case HostCall():
-            # another host has other numbers
+        case WorkerCall():
+            # another worker has other numbers
             return periods, 'call', entry.title, entry.position.path
         case _:
             return periods, entry

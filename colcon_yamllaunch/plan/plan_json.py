@@ -24,7 +24,6 @@ from colcon_yamllaunch.common.codec import read_float
 from colcon_yamllaunch.common.codec import Write
 from colcon_yamllaunch.plan.plan import ChangeState
 from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import HostCall
 from colcon_yamllaunch.plan.plan import Message
 from colcon_yamllaunch.plan.plan import ParameterFile
 from colcon_yamllaunch.plan.plan import Plan
@@ -33,6 +32,7 @@ from colcon_yamllaunch.plan.plan import Shutdown
 from colcon_yamllaunch.plan.plan import SignalProcess
 from colcon_yamllaunch.plan.plan import Timer
 from colcon_yamllaunch.plan.plan import Variables
+from colcon_yamllaunch.plan.plan import WorkerCall
 
 #: How many values and separators the JSON of a plan may have: a process takes
 #: some thirty.
@@ -46,7 +46,7 @@ VERSION = 1
 TAGS: dict[type, str] = {
     ChangeState: 'change_state',
     Component: 'component',
-    HostCall: 'call',
+    WorkerCall: 'call',
     Message: 'message',
     ParameterFile: 'parameter_file',
     Process: 'process',

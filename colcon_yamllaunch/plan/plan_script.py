@@ -11,13 +11,13 @@ from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import DEFAULT_SIGKILL_TIMEOUT
 from colcon_yamllaunch.plan.plan import DEFAULT_SIGTERM_TIMEOUT
 from colcon_yamllaunch.plan.plan import Entry
-from colcon_yamllaunch.plan.plan import HostCall
 from colcon_yamllaunch.plan.plan import Message
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.plan import Shutdown
 from colcon_yamllaunch.plan.plan import SignalProcess
 from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.plan.plan import WorkerCall
 from colcon_yamllaunch.plan.plan_text import command
 from colcon_yamllaunch.plan.plan_text import load_command
 from colcon_yamllaunch.plan.plan_text import quoted
@@ -138,7 +138,7 @@ def _jobs(entries: tuple[Entry, ...], cwd: str, delay: float) -> Iterator[str]:
         if isinstance(entry, ChangeState):
             changes.setdefault(entry.node, []).append(entry.transition)
             continue
-        if isinstance(entry, SignalProcess | HostCall):
+        if isinstance(entry, SignalProcess | WorkerCall):
             place = one_line(shown_position(entry.position, cwd))
             yield f'# {place}: not done, as only a launch can\n'
             continue

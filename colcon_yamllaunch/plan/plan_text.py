@@ -15,7 +15,6 @@ from colcon_yamllaunch.plan.plan import ChangeState
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Entry
 from colcon_yamllaunch.plan.plan import EventHandler
-from colcon_yamllaunch.plan.plan import HostCall
 from colcon_yamllaunch.plan.plan import Message
 from colcon_yamllaunch.plan.plan import ParametersOf
 from colcon_yamllaunch.plan.plan import Plan
@@ -26,6 +25,7 @@ from colcon_yamllaunch.plan.plan import SignalProcess
 from colcon_yamllaunch.plan.plan import Timer
 from colcon_yamllaunch.plan.plan import UNLIMITED_RETRIES
 from colcon_yamllaunch.plan.plan import Variables
+from colcon_yamllaunch.plan.plan import WorkerCall
 from colcon_yamllaunch.plan.position import shown_position
 
 _INDENT = '    '
@@ -161,7 +161,7 @@ class _Described(NamedTuple):
                 yield f'{entry.transition} {entry.node}{self._place(entry)}'
             case SignalProcess():
                 yield _signal(entry) + self._place(entry)
-            case HostCall():
+            case WorkerCall():
                 yield f'at its time: {entry.title}{self._place(entry)}'
             case Timer():
                 clock = ' on /clock' if entry.on_ros_time else ''
@@ -174,7 +174,7 @@ class _Described(NamedTuple):
             yield f'{_INDENT}machine: {self.machines[label]}'
         yield from lines
 
-    def _place(self, entry: ChangeState | SignalProcess | HostCall) -> str:
+    def _place(self, entry: ChangeState | SignalProcess | WorkerCall) -> str:
         return f'  ({shown_position(entry.position, self.cwd)})'
 
 

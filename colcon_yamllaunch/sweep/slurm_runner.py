@@ -466,7 +466,7 @@ class SlurmRunner:
         :raises UserError: when it is not complete
         """
         try:
-            position = planned.plan.host_position
+            position = planned.plan.worker_position
             if planned.participants or position is not None:
                 place = ''
                 if position is not None:

@@ -268,7 +268,7 @@ class LaunchContext:
             cwd=str(self.cwd),
             log_folder=self.log_dir,
             exposed=self.workspace.exposed,
-            host=lambda: self.worker(environment),
+            open_worker=lambda: self.worker(environment),
             trees=self.trees,
         )
 

@@ -302,8 +302,8 @@ def _refuse_script(plan: Plan, cwd: Path) -> None:
             f'there is no script for it, as {plan.left_open[0]} is left open: '
             'add --run-commands if you trust the launch file'
         )
-    if plan.host_position is not None:
-        place = shown_position(plan.host_position, str(cwd))
+    if plan.worker_position is not None:
+        place = shown_position(plan.worker_position, str(cwd))
         raise UserError(
             'there is no script for it, as what happens while it runs is up '
             f'to Python ({place}): launch it'

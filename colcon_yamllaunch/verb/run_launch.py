@@ -92,7 +92,7 @@ def read_saved_plan(path: Path, cwd: Path) -> Plan:
             f"'{path}' cannot be run, as {plan.left_open[0]} was left "
             'open in it: save it with --run-commands'
         )
-    position = plan.host_position
+    position = plan.worker_position
     if position is not None:
         place = shown_position(position, str(cwd))
         raise UserError(

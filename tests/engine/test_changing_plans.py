@@ -21,12 +21,12 @@ from colcon_yamllaunch.engine.events import Warned
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.plan.plan import ChangeState
 from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import HostCall
 from colcon_yamllaunch.plan.plan import Message
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Shutdown
 from colcon_yamllaunch.plan.plan import SignalProcess
 from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.plan.plan import WorkerCall
 from colcon_yamllaunch.plan.position import Position
 import pytest
 from support.history import History
@@ -427,7 +427,7 @@ def test_signal_waits_for_the_start(history, process):
 
 
 def test_host_call_is_made_in_its_turn(history, process):
-    call = HostCall(3, 'OpaqueFunction spawn', POSITION)
+    call = WorkerCall(3, 'OpaqueFunction spawn', POSITION)
     h = history(process('a'), Timer(2.0, (call,)))
     assert h.host.calls == []
     h.after(2.0)

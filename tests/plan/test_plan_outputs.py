@@ -22,7 +22,6 @@ from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Condition
 from colcon_yamllaunch.plan.plan import Entry
 from colcon_yamllaunch.plan.plan import EventHandler
-from colcon_yamllaunch.plan.plan import HostCall
 from colcon_yamllaunch.plan.plan import Message
 from colcon_yamllaunch.plan.plan import ParameterFile
 from colcon_yamllaunch.plan.plan import Plan
@@ -32,6 +31,7 @@ from colcon_yamllaunch.plan.plan import Shutdown
 from colcon_yamllaunch.plan.plan import SignalProcess
 from colcon_yamllaunch.plan.plan import Timer
 from colcon_yamllaunch.plan.plan import Variables
+from colcon_yamllaunch.plan.plan import WorkerCall
 from colcon_yamllaunch.plan.plan_graph import plan_to_dot
 from colcon_yamllaunch.plan.plan_graph import plan_to_mermaid
 from colcon_yamllaunch.plan.plan_json import plan_from_json
@@ -289,7 +289,7 @@ ENTRIES = (
     SignalProcess('usb_driver-1', 2, PYTHON),
     SignalProcess('usb_driver-1', 0, PYTHON),
     SignalProcess('usb_driver-1', 99, PYTHON),
-    Timer(2.0, (HostCall(3, 'call spawn (a.launch.py:3)', PYTHON),)),
+    Timer(2.0, (WorkerCall(3, 'call spawn (a.launch.py:3)', PYTHON),)),
 )
 
 
@@ -329,10 +329,10 @@ def test_drawings_of_what_happens_when() -> None:
 
 
 def test_what_happens_while_a_plan_runs_may_need_python() -> None:
-    assert Plan(ENTRIES[:4]).host_position is None
-    assert Plan(ENTRIES).host_position == PYTHON
+    assert Plan(ENTRIES[:4]).worker_position is None
+    assert Plan(ENTRIES).worker_position == PYTHON
     plan = Plan((NODE,), handlers=HANDLERS)
-    assert plan.host_position == PYTHON
+    assert plan.worker_position == PYTHON
     assert plan_from_json(plan_to_json(plan)) == plan
 
 

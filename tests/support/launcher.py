@@ -20,7 +20,6 @@ from colcon_yamllaunch.observers.presentation import Presentation
 from colcon_yamllaunch.plan.plan import ChangeState
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Entry
-from colcon_yamllaunch.plan.plan import HostCall
 from colcon_yamllaunch.plan.plan import Message
 from colcon_yamllaunch.plan.plan import ParameterFile
 from colcon_yamllaunch.plan.plan import Plan
@@ -28,12 +27,13 @@ from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.plan import Shutdown
 from colcon_yamllaunch.plan.plan import SignalProcess
 from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.plan.plan import WorkerCall
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.run import run
 from colcon_yamllaunch.run import RunContext
 
 _WITH_POSITION = {
-    'call': HostCall,
+    'call': WorkerCall,
     'change_state': ChangeState,
     'signal': SignalProcess,
 }

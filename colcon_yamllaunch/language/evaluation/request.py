@@ -124,7 +124,7 @@ class Request:
     :param cwd: The folder that relative paths start from, absolute
     :param log_folder: The folder that `$(log_dir)` names
     :param exposed: Gives the actions and substitutions that packages bring
-    :param host: Returns what reads launch files in Python; without it,
+    :param open_worker: Returns what reads launch files in Python; without it,
       `ros2 launch` runs them
     :param trees: The launch files that were read before, by their paths; one
       whose text is another now is read anew, and takes its place
@@ -138,5 +138,5 @@ class Request:
     cwd: str
     log_folder: str = ''
     exposed: FindExposed = NothingExposed
-    host: 'Callable[[], LaunchWorker] | None' = None
+    open_worker: 'Callable[[], LaunchWorker] | None' = None
     trees: 'dict[str, LaunchFile]' = field(default_factory=dict, compare=False)

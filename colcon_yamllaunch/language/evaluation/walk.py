@@ -245,10 +245,10 @@ class Walk(Findings):
         self.left_open: list[str] = []
         #: The results of expressions that took a process of their own.
         self.computed: dict[str, str] = {}
-        #: What was asked of the host of launch files in Python, if anything.
+        #: What was asked of the worker of launch files in Python, if anything.
         self.dialogue: WorkerDialogue | None = None
-        #: Returns the host; None where there is none.
-        self.open_worker = request.host
+        #: Returns the worker; None where there is none.
+        self.open_worker = request.open_worker
         #: Whether that ended before it should.
         self.has_lost_worker = False
         #: The launch files in Python that were read, in order.

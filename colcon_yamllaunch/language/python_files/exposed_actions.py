@@ -66,9 +66,9 @@ class RawEntity:
 
     def message(self, prepare: Callable[[str], str]) -> dict[str, Any]:
         """
-        Return it as the host of launch files in Python takes it.
+        Return it as the worker of launch files in Python takes it.
 
-        :param prepare: Makes a text what the host is to have
+        :param prepare: Makes a text what the worker is to have
         """
         position = self.position
         return {

@@ -130,7 +130,7 @@ def _text(node: ast.expr | None) -> str | None:
     return None
 
 
-#: The variable with the seconds that the host may take.
+#: The variable with the seconds that the worker may take.
 TIMEOUT_VARIABLE = 'COLCON_LAUNCH_PYTHON_TIMEOUT'
 # of an exception that no build helps against
 _CERTAIN = ('SyntaxError:', 'IndentationError:', 'TabError:')
@@ -257,7 +257,7 @@ class NotTakenOverError(Exception):
     """
     A launch file in Python cannot be a part of the plan.
 
-    :param reason: Why, or None when there is no host
+    :param reason: Why, or None when there is no worker
     """
 
     def __init__(self, reason: str | None) -> None:
@@ -267,12 +267,12 @@ class NotTakenOverError(Exception):
 
 def visit_in_python(walk: Walk, what: str, path: str, origin: Span) -> None:
     """
-    Have the host read a launch file in Python.
+    Have the worker read a launch file in Python.
 
     :param what: What to do with it: `visit` or `arguments`
     :param path: The launch file
     :param origin: Where it is included, else its start
-    :raises NotTakenOverError: when there is no host, or the host cannot
+    :raises NotTakenOverError: when there is no worker, or the worker cannot
     :raises LaunchError: when the launch cannot go on
     """
     start = Position(walk.source_path(path), 1, 1)
@@ -303,12 +303,12 @@ def visit_in_python(walk: Walk, what: str, path: str, origin: Span) -> None:
 
 def ask_worker(walk: Walk, request: WorkerMessage, origin: Span) -> str | None:
     """
-    Ask the host for something in the scope that there is, and do what it says.
+    Send the worker a request with the current scope, and execute its answer.
 
     :param request: What it is asked for, without number and scope
     :param origin: What asks for it
     :return: The text of a `value`, if the answer has one
-    :raises NotTakenOverError: when there is no host, or the host cannot
+    :raises NotTakenOverError: when there is no worker, or the worker cannot
     :raises LaunchError: when it fails
     """
     message = _asked(walk, request, origin, origin.position)
@@ -324,7 +324,7 @@ def ask_worker(walk: Walk, request: WorkerMessage, origin: Span) -> str | None:
 
 def finish(walk: Walk, path: str) -> None:
     """
-    Let the host do what is left to be done when all is read.
+    Let the worker do what is left to be done when all is read.
 
     :param path: The outermost launch file
     """
@@ -344,7 +344,7 @@ def _asked(
     walk: Walk, request: WorkerMessage, origin: Span, start: Position
 ) -> WorkerMessage:
     """
-    Ask the host.
+    Ask the worker.
 
     :param start: The start of the launch file that it is about
     :raises NotTakenOverError: when there is none
@@ -352,15 +352,15 @@ def _asked(
     """
     if walk.open_worker is None:
         raise NotTakenOverError(None)
-    host = walk.open_worker()
+    worker = walk.open_worker()
     try:
         if walk.dialogue is None:
-            walk.dialogue = WorkerDialogue(walk, host)
+            walk.dialogue = WorkerDialogue(walk, worker)
         return walk.dialogue.ask(request, origin)
     except NoWorkerError as e:
         raise NotTakenOverError(None) from e
     except WorkerTimeoutError as e:
-        frames = host.doing().get('frames') or ()
+        frames = worker.doing().get('frames') or ()
         name = os.path.basename(start.path)
         text = f"the launch file '{name}' takes {e} to be read"
         hint = f'{TIMEOUT_VARIABLE}=SECONDS gives it more time'
@@ -383,10 +383,10 @@ def declared_arguments(
     Return what a launch file in Python and all that it includes declares.
 
     Where nothing may be run, it is what stands in the file. None when that is
-    nothing, or the host cannot tell.
+    nothing, or the worker cannot tell.
 
     :param origin: Where it is included, else its start
-    :raises LaunchError: when the host says that the file has mistakes
+    :raises LaunchError: when the worker says that the file has mistakes
     """
     start = Position(walk.source_path(path), 1, 1)
     if walk.open_worker is None:

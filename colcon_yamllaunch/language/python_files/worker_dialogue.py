@@ -41,7 +41,6 @@ from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Condition
 from colcon_yamllaunch.plan.plan import Entry
 from colcon_yamllaunch.plan.plan import EventHandler
-from colcon_yamllaunch.plan.plan import HostCall
 from colcon_yamllaunch.plan.plan import Message
 from colcon_yamllaunch.plan.plan import OUTPUT_MODES
 from colcon_yamllaunch.plan.plan import ParameterFile
@@ -50,6 +49,7 @@ from colcon_yamllaunch.plan.plan import SetParameter
 from colcon_yamllaunch.plan.plan import Shutdown
 from colcon_yamllaunch.plan.plan import SignalProcess
 from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.plan.plan import WorkerCall
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.plan.position import Span
 
@@ -86,7 +86,7 @@ def scope_as_json(walk: Walk) -> dict[str, Any]:
 
 def apply_scope(walk: Walk, said: WorkerMessage, origin: Span) -> None:
     """
-    Have the scope of a walk as the host says; what is as before stays so.
+    Have the scope of a walk as the worker says; what is as before stays so.
 
     :param said: The whole scope
     :param origin: What has changed it
@@ -105,7 +105,7 @@ def apply_scope(walk: Walk, said: WorkerMessage, origin: Span) -> None:
 
 
 def content(value: object) -> ParameterContent | None:
-    """Return a value of the host as that of a parameter, None if it is no."""
+    """Return a value of the worker as a parameter value, or None."""
     if isinstance(value, list):
         items = tuple(v for v in value if isinstance(v, _SCALARS))
         return items if len(items) == len(value) else None
@@ -192,19 +192,19 @@ MAXIMUM_CALL_LINES = 40
 
 class WorkerDialogue:
     """
-    All that a walk asks the host.
+    All that a walk asks the worker.
 
     :param walk: What is done with the launch files
-    :param host: The host, which forgets what it knew before
+    :param worker: The worker, which forgets what it knew before
     """
 
-    def __init__(self, walk: Walk, host: LaunchWorker) -> None:
+    def __init__(self, walk: Walk, worker: LaunchWorker) -> None:
         self.walk = walk
-        self.host = host
+        self.worker = worker
         self._requests = 0
         #: The ends of other answers that came while one was waited for.
         self.passed: list[WorkerMessage] = []
-        #: What ROS 2 calls the processes that the host knows by a number.
+        #: What ROS 2 calls the processes that the worker knows by a number.
         self.names: dict[int, str] = {}
         #: The same the other way round.
         self.ids: dict[str, int] = {}
@@ -242,10 +242,10 @@ class WorkerDialogue:
         """
         Send a request, and return its number.
 
-        :raises WorkerError: when there is no host
+        :raises WorkerError: when there is no worker
         """
         self._requests += 1
-        self.host.send({**request, 'id': self._requests})
+        self.worker.send({**request, 'id': self._requests})
         return self._requests
 
     def ask(self, request: Mapping[str, Any], origin: Span) -> WorkerMessage:
@@ -255,13 +255,13 @@ class WorkerDialogue:
         :param origin: What asks for it
         :return: The end of the answer, with the text of a `value` if it had
           one; the scope is taken over
-        :raises WorkerError: when there is no host, or it does not answer
+        :raises WorkerError: when there is no worker, or it does not answer
         :raises LaunchError: when the launch cannot go on
         """
         number = self.send({**request, 'scope': scope_as_json(self.walk)})
         with Intake(self, origin) as intake:
             while True:
-                message = self.host.receive()
+                message = self.worker.receive()
                 if message.get('say') == 'done':
                     if message.get('id') == number:
                         break
@@ -299,7 +299,7 @@ class WorkerDialogue:
 
     @property
     def wants_output(self) -> frozenset[str]:
-        """What ROS 2 calls the processes whose output the host wants."""
+        """What ROS 2 calls the processes whose output the worker wants."""
         return frozenset(
             self.names[who] for who in self._outputs if who in self.names
         )
@@ -358,7 +358,7 @@ class Intake:
         """
         Do what a message says.
 
-        :raises WorkerError: when there is no host any more
+        :raises WorkerError: when there is no worker any more
         """
         if self._failure is not None:
             # what is asked must be answered all the same
@@ -385,7 +385,7 @@ class Intake:
     def _answer(
         self, message: WorkerMessage, answer: Mapping[str, Any]
     ) -> None:
-        self._dialogue.host.send({'answer': message['ask'], **answer})
+        self._dialogue.worker.send({'answer': message['ask'], **answer})
 
     def _on_begin(self, message: WorkerMessage) -> None:
         draft, position = self._walk.draft, self._position(message)
@@ -546,7 +546,7 @@ class Intake:
     def _on_call(self, message: WorkerMessage) -> None:
         number, title = int(message['number']), str(message['title'])
         self._dialogue.calls[number] = self._walk.draft.block
-        self._add(HostCall(number, title, self._position(message)))
+        self._add(WorkerCall(number, title, self._position(message)))
 
     def _on_condition(self, message: WorkerMessage) -> None:
         self._walk.draft.conditions.append(
@@ -621,10 +621,10 @@ class Intake:
 def _without_call(
     entries: Iterable[Entry], number: int, instead: list[Entry]
 ) -> list[Entry]:
-    """Return entries with others in the place of a call of the host."""
+    """Return entries with others in the place of a call of the worker."""
     found: list[Entry] = []
     for entry in entries:
-        if isinstance(entry, HostCall) and entry.number == number:
+        if isinstance(entry, WorkerCall) and entry.number == number:
             found += instead
         elif isinstance(entry, Timer):
             inner = _without_call(entry.entries, number, instead)

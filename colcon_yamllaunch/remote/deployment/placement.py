@@ -187,7 +187,7 @@ class Placer:
 
 def rules_in_vain(plan: Plan, deployment: Deployment) -> Iterator[Diagnostic]:
     """Return warnings about rules that match no process of a plan."""
-    if plan.host_position is not None:
+    if plan.worker_position is not None:
         # they may match a process that is added later
         return
     processes = list(plan.processes())

@@ -59,13 +59,13 @@ class Played:
     def evaluate(self, text: str = INCLUDE, **arguments: str) -> Evaluation:
         """Evaluate a launch file in YAML."""
         request = self.launcher.request(text, **arguments)
-        return evaluate(replace(request, host=lambda: self.host))
+        return evaluate(replace(request, open_worker=lambda: self.host))
 
     def evaluate_itself(self, **arguments: str) -> Evaluation:
         """Evaluate the launch file in Python."""
         request = self.launcher.request('launch: []', **arguments)
         request = replace(request, name=self.path, path=self.path)
-        return evaluate(replace(request, host=lambda: self.host))
+        return evaluate(replace(request, open_worker=lambda: self.host))
 
     def good(self, text: str = INCLUDE, **arguments: str) -> Evaluation:
         """Evaluate a launch file that has nothing wrong with it."""
@@ -76,20 +76,22 @@ class Played:
     def check(self, text: str = INCLUDE) -> Checked:
         """Check a launch file in YAML."""
         request = self.launcher.request(text)
-        request = replace(request, host=lambda: self.host)
+        request = replace(request, open_worker=lambda: self.host)
         return check(request, portable=False)
 
     def check_itself(self) -> Checked:
         """Check the launch file in Python."""
         request = self.launcher.request('launch: []')
         request = replace(request, name=self.path, path=self.path)
-        request = replace(request, host=lambda: self.host)
+        request = replace(request, open_worker=lambda: self.host)
         return check(request, portable=False)
 
     def declared(self, text: str = INCLUDE) -> Declarations:
         """Return the launch arguments of a launch file in YAML."""
         request = self.launcher.request(text)
-        return find_declarations(replace(request, host=lambda: self.host))
+        return find_declarations(
+            replace(request, open_worker=lambda: self.host)
+        )
 
 
 def _nothing(_request: Message) -> Play:

@@ -115,7 +115,7 @@ def test_looks_without_launch_tell_what_is_needed(played: Played) -> None:
     request = played.launcher.request('launch: []')
     request = replace(request, name=played.path, path=played.path)
     with pytest.raises(LaunchError) as caught:
-        find_declarations(replace(request, host=lambda: played.host))
+        find_declarations(replace(request, open_worker=lambda: played.host))
     (error,) = caught.value.diagnostics
     assert error.hint is not None
     assert error.hint.startswith('source a ROS 2 that has launch_ros; ')

@@ -13,13 +13,13 @@ from colcon_yamllaunch.plan.plan import Block
 from colcon_yamllaunch.plan.plan import ChangeState
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Condition
-from colcon_yamllaunch.plan.plan import HostCall
 from colcon_yamllaunch.plan.plan import ParameterFile
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.plan import SetParameter
 from colcon_yamllaunch.plan.plan import Shutdown
 from colcon_yamllaunch.plan.plan import SignalProcess
 from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.plan.plan import WorkerCall
 from colcon_yamllaunch.plan.position import Position
 import pytest
 from support.language_fixtures import Launcher
@@ -148,7 +148,7 @@ def test_blocks_timers_and_the_rest(played: Played) -> None:
         parameters=(SetParameter('p', '[1, 2]', place),),
         block=1,
     )
-    assert call == HostCall(4, 'it', place)
+    assert call == WorkerCall(4, 'it', place)
     assert shutdown == Shutdown('done')
     (use,) = evaluation.plugins
     assert (use.package, use.plugin) == ('alpha', 'a::B')

@@ -6,13 +6,13 @@
 from colcon_yamllaunch.plan.plan import Block
 from colcon_yamllaunch.plan.plan import ChangeState
 from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import HostCall
 from colcon_yamllaunch.plan.plan import Message
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.plan import Shutdown
 from colcon_yamllaunch.plan.plan import SignalProcess
 from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.plan.plan import WorkerCall
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.remote.deployment.deployment import Deployment
 from colcon_yamllaunch.remote.deployment.deployment import Machine
@@ -176,7 +176,7 @@ def test_blocks_are_in_all_parts():
 
 def test_launch_on_one_machine_keeps_its_labels():
     plan = Plan(
-        (DRIVER, FILTER, BOX, Message('INFO', 'a'), HostCall(1, 'call', AT))
+        (DRIVER, FILTER, BOX, Message('INFO', 'a'), WorkerCall(1, 'call', AT))
     )
     placed = place(plan, on('arm'))
     assert placed.whole == plan
@@ -229,5 +229,5 @@ def test_rule_without_match_is_a_warning():
 
 
 def test_rule_may_match_a_later_process():
-    plan = Plan((HostCall(1, 'call', AT),))
+    plan = Plan((WorkerCall(1, 'call', AT),))
     assert warnings(plan, to('arm', 'late')) == []

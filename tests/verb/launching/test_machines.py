@@ -10,9 +10,9 @@ from types import SimpleNamespace
 from typing import ClassVar
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.plan.plan import HostCall
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import WorkerCall
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.remote.deployment.deployment import Deployment
 from colcon_yamllaunch.remote.deployment.deployment import Machine
@@ -163,7 +163,7 @@ def test_only_machines_with_parts_are_connected_with(contacts):
 
 
 def test_all_machines_that_may_get_more_are_connected_with(contacts):
-    plan = Plan((process('gpu'), HostCall(1, 'call', AT)))
+    plan = Plan((process('gpu'), WorkerCall(1, 'call', AT)))
     context = Context(plan, is_growing=True)
     context.connect()
     context.start()
