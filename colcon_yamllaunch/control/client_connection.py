@@ -224,7 +224,7 @@ class Client:
 
     def _ask(self, message: Mapping[str, Any]) -> None:
         """
-        Have a request done.
+        Execute a request.
 
         :raises ProtocolError: when it has a wrong form
         """

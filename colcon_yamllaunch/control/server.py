@@ -146,7 +146,7 @@ def serve(
     stack: ExitStack,
 ) -> None:
     """
-    Let other terminals of the user look at a launch.
+    Serve a launch to other terminals of the user.
 
     Where that cannot be, it is said, and the launch goes on.
 

@@ -541,7 +541,7 @@ class Composition:
 
     def client_given_up(self, reason: str) -> None:
         """
-        Give up everything that needs a client, as none follows.
+        Fail everything that needs a client, as none follows.
 
         :param reason: Why, as a sentence without its end
         """

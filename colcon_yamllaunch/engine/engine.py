@@ -350,7 +350,7 @@ class Engine:
 
     def lease(self, seconds: float | None) -> None:
         """
-        Have the guard stop the launch if this is not renewed in time.
+        Make the guard stop the launch if the lease is not renewed in time.
 
         :param seconds: How long it lasts; None for ever
         """
@@ -358,7 +358,7 @@ class Engine:
 
     def guard_group(self, group: int, number: int | None = None) -> None:
         """
-        Have the guard end a process group if the launcher is killed.
+        Make the guard end a process group if the launcher is killed.
 
         :param number: Its number in the launch, which no process of the plan
           has; by default that of the ROS client

@@ -189,7 +189,7 @@ class ExitConditions:
 
     def _note_failure(self, label: str, *, again: bool = False) -> None:
         """
-        Give up at a failure where one decides everything.
+        Record the first failure if one failure decides the result.
 
         While something is waited for, a respawn may mend it.
         """

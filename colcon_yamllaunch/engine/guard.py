@@ -209,7 +209,7 @@ class GuardedLaunch(Targets):
 
     def note(self, frame: list[Any], descriptors: list[int]) -> None:
         """
-        Take one frame of the launcher into account.
+        Process one frame of the launcher.
 
         :param descriptors: Those of the message that nobody has taken yet
         """

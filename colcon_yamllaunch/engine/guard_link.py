@@ -149,7 +149,7 @@ class GuardLink:
 
     def logs(self, folder: Path, files: Mapping[str, Path]) -> None:
         """
-        Take note of the logs that the guard shall go on with.
+        Record the logs that the guard continues.
 
         :param folder: The file for the lines of all processes
         :param files: For each label the file with both streams
@@ -263,7 +263,7 @@ class GuardLink:
         self, kind: Literal['socket', 'folder', 'record'], place: Place
     ) -> None:
         """
-        Have something removed if the launcher is killed.
+        Register a file or folder to be removed if the launcher is killed.
 
         A socket is removed first of all, then the folder with the parameter
         files, and a record of the launch last.

@@ -320,7 +320,7 @@ class Peer:
 
     def cancel(self, request: int) -> bool:
         """
-        Give a call up.
+        Give up a call.
 
         :returns: whether there was one
         """
@@ -546,7 +546,7 @@ class Container(Peer):
 
     def _find_loaded(self, call: Call) -> None:
         """
-        Look for the component of a load in the list of the container.
+        Search the list of the container for the component of a load.
 
         The load is not sent again if there is none: it may still come.
         """

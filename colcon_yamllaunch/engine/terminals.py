@@ -153,7 +153,7 @@ class Terminals:
         self, keyboard: int, modes: list[Any], written: int
     ) -> list[Any]:
         """
-        Give the terminal for input the modes that the one for output got.
+        Copy the modes of the output terminal to the input terminal.
 
         A process has one of each. What draws in its terminal may set the one
         that it writes to (ncurses does, see newterm), and means its keys.

@@ -162,7 +162,7 @@ class MachineLink:
 
     def begin(self, loop: Loop, handler: 'RemotePart') -> None:
         """
-        Let the part run, and communicate with it from now on.
+        Start the part, and communicate with it from now on.
 
         :param handler: Receives what comes from the machine, in order,
           exactly once, and what becomes of the connection

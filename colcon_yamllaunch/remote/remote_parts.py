@@ -252,7 +252,7 @@ class RemoteParts(Participant, Keyboards):
         give: Callable[[RemotePart, Plan], None],
     ) -> tuple[Entry, ...]:
         """
-        Give machines their share of entries; return what runs here.
+        Send machines their share of the entries; return those for here.
 
         :raises RefusedError: when a label is taken
         """

@@ -399,7 +399,7 @@ class SlurmRunner:
 
     def take_over(self, runs: Iterable[Run]) -> list[Run]:
         """
-        Take over the tasks of an earlier sweep; return the other runs.
+        Adopt the tasks of an earlier sweep; return the other runs.
 
         :raises SlurmError: when Slurm does not answer
         """

@@ -49,9 +49,7 @@ def need_terminal() -> int:
 
 def with_terminal(plan: Plan, name: str) -> tuple[Plan, str]:
     """
-    Give a terminal to the process that the keyboard is to be connected to.
-
-    Return the plan with it, and its label.
+    Return the plan with a terminal for the attached process, and its label.
 
     :param name: Its name, or a glob
     :raises UserError: when not exactly one is meant

@@ -81,7 +81,7 @@ class _Completer:
 
 def complete(verb: Verb, parser: Any, environment: Mapping[str, str]) -> None:
     """
-    Say how the arguments of a verb are completed.
+    Register the completers of the arguments of a verb.
 
     :param environment: The user's environment, with what argcomplete added
     """

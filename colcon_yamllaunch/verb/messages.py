@@ -172,7 +172,7 @@ def show_versions() -> int:
 @contextmanager
 def _ended_by_signals() -> Iterator[None]:
     """
-    Let signals end us as an exception does, which ends what we wait for.
+    Turn signals into exceptions, which also end what is waited for.
 
     A command of a launch file would go on otherwise. Builds and launches
     that run have handlers of their own.

@@ -323,7 +323,7 @@ class LaunchPackages:
 
     def may_appear(self, path: str) -> bool:
         """
-        Say whether a build may bring a path that is not there.
+        Return whether a build may create a missing path.
 
         Such a path is remembered as expected.
         """

@@ -220,7 +220,7 @@ def _note_plugin(
     plugin: str | None,
 ) -> None:
     """
-    Take note of a package and what is to be loaded from it.
+    Record a package and the component to load from it.
 
     Whether it has that shows in its install space, once it is built.
     """

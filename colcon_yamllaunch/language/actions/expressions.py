@@ -158,7 +158,7 @@ def compute(expression: str) -> str | None:
 
 def is_costly(expression: str) -> bool:
     """
-    Tell whether an expression only computes, but may do so for ever.
+    Return whether an expression only computes, possibly without end.
 
     One that does more, such as importing, is a program of the user's own.
     """

@@ -67,7 +67,7 @@ class Section:
 
     def applies_to(self, node: str | None) -> bool:
         """
-        Say whether it is for a node.
+        Return whether the section applies to a node.
 
         :param node: The full name, None when the node names itself
         """
@@ -335,7 +335,7 @@ def missing_file(
     walk: Walk, attributes: Attributes, name: str, path: str
 ) -> None:
     """
-    Say that there is no such file with parameters.
+    Report that a parameter file does not exist.
 
     :param name: The attribute that names it
     :param path: The path that it means
@@ -363,7 +363,7 @@ def note_sections(
     walk: Walk, written: str, entry: Attributes, node: Value | None
 ) -> None:
     """
-    Take note that a node is given a file with parameters.
+    Record that a node gets a parameter file.
 
     :param written: The file
     :param entry: The item of `param` that names it

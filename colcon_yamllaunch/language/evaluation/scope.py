@@ -44,7 +44,7 @@ class Guard:
 
     def excludes(self, other: 'Guard') -> bool:
         """
-        Say whether the two may never hold together.
+        Return whether the two can never hold together.
 
         Conditions that differ and depend on the same things, such as two
         tests of one argument, are taken for alternatives.
@@ -119,7 +119,7 @@ class Names:
 
     def merge(self, inner: 'Names', guard: Guard | None) -> None:
         """
-        Take over what was set in a layer upon these that ends.
+        Adopt what a layer above, which ends, has set.
 
         :param guard: The condition that it stood under, if a launch decides
         """

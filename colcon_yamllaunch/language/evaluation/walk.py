@@ -340,7 +340,7 @@ class Walk(Findings):
 
     def fail(self, problem: LaunchError, *, is_certain: bool = True) -> None:
         """
-        Take note of an error.
+        Record an error.
 
         :param is_certain: Whether it is one, as far as it can be told before
           the launch
@@ -369,7 +369,7 @@ class Walk(Findings):
 
     def read_failed(self, problem: LaunchError, _origin: Span | None) -> None:
         """
-        Take note of a launch file that cannot be read.
+        Record a launch file that cannot be read.
 
         :param _origin: Where it is included, None for the outermost
         """
@@ -377,7 +377,7 @@ class Walk(Findings):
 
     def read_in_part(self, problem: LaunchError, origin: Span | None) -> None:
         """
-        Take note of a launch file of which some entries cannot be read.
+        Record a launch file with entries that cannot be read.
 
         :param origin: Where it is included, None for the outermost
         """
@@ -523,7 +523,7 @@ class Walk(Findings):
 
     def note_text(self, template: Template | None) -> None:
         """
-        Take note of a text that is not the launch file's own.
+        Record a text that does not come from the launch file.
 
         :param template: The text, or None when it is not known
         """
@@ -878,7 +878,7 @@ class Walk(Findings):
 
     def spend(self, characters: int, position: Callable[[], Position]) -> None:
         """
-        Take a text into account that is about to be made.
+        Count a text that is about to be created.
 
         :param position: Gives the place that makes it
         """

@@ -117,7 +117,7 @@ def check(
     request: Request, *, portable: bool, checks_programs: bool = True
 ) -> Checked:
     """
-    Look a launch file over, with everything that it includes.
+    Check a launch file with everything that it includes.
 
     Nothing is started, and nothing but harmless expressions is computed.
 

@@ -216,7 +216,7 @@ class NotAskedError(LaunchError):
 
 def do(walk: Walk, attributes: Attributes) -> None:
     """
-    Let the worker do an action.
+    Make the worker execute an action.
 
     :raises NotAskedError: when the worker cannot, or is not there
     :raises LaunchError: when the action fails
@@ -249,7 +249,7 @@ def make(
     walk: Walk, name: str, texts: tuple[str, ...], at: Span
 ) -> str | None:
     """
-    Let the worker make a substitution.
+    Make the worker evaluate a substitution.
 
     :param texts: Its arguments
     :param at: Where it is written

@@ -267,7 +267,7 @@ class NotTakenOverError(Exception):
 
 def visit_in_python(walk: Walk, what: str, path: str, origin: Span) -> None:
     """
-    Have the worker read a launch file in Python.
+    Make the worker read a launch file in Python.
 
     :param what: What to do with it: `visit` or `arguments`
     :param path: The launch file
@@ -324,7 +324,7 @@ def ask_worker(walk: Walk, request: WorkerMessage, origin: Span) -> str | None:
 
 def finish(walk: Walk, path: str) -> None:
     """
-    Let the worker do what is left to be done when all is read.
+    Make the worker finish when all files are read.
 
     :param path: The outermost launch file
     """

@@ -86,7 +86,7 @@ def scope_as_json(walk: Walk) -> dict[str, Any]:
 
 def apply_scope(walk: Walk, said: WorkerMessage, origin: Span) -> None:
     """
-    Have the scope of a walk as the worker says; what is as before stays so.
+    Update the scope of a walk to that of the worker, keeping origins.
 
     :param said: The whole scope
     :param origin: What has changed it
@@ -346,7 +346,7 @@ class Intake:
 
     def finish(self) -> None:
         """
-        Say what went wrong on the way.
+        Raise the error that occurred, if any.
 
         :raises LaunchError: when it was an error
         :raises EndlessError: when the launch would hardly ever end
@@ -636,7 +636,7 @@ def _without_call(
 
 def _check_seconds(message: WorkerMessage, position: Position) -> None:
     """
-    Look at the times in a message.
+    Check the times in a message.
 
     :raises LaunchError: when one of them is no number
     """

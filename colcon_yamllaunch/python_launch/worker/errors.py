@@ -315,7 +315,7 @@ def _frame_of(position: list[object] | None, end: int | None) -> Json:
 
 def checked(module: Any, path: str, positions: Positions) -> None:
     """
-    Let what a launch file generates be checked when it does.
+    Check what a launch file generates when it does.
 
     `launch` itself would miss some attribute of it, at no place.
 
@@ -368,7 +368,7 @@ def _check(
     positions: Positions,
 ) -> None:
     """
-    Look for what is no action in a description, and in its groups.
+    Find objects that are not actions in a description and its groups.
 
     :param outer: What the entity stands in, the nearest first
     :param made_by: The position of what has no position

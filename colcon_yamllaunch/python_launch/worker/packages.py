@@ -79,7 +79,7 @@ def when_imported(name: str, do: Callable[[Any], object]) -> None:
 
 def run_later() -> None:
     """
-    Let what is imported in vain run only when it is used.
+    Postpone imports that may be unused until they are used.
 
     `importlib.util.LazyLoader` does not do: there, the second import is a use.
     """

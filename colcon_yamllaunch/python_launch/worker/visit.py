@@ -231,7 +231,7 @@ class Visitor:
 
     def refuse(self, why: str) -> None:
         """
-        Let the file be run by `ros2 launch`.
+        Request that `ros2 launch` runs the file.
 
         :param why: What the entity that is visited does
         :raises Refused: always, before the launch runs
@@ -288,7 +288,7 @@ class Visitor:
 
     def _check_arguments(self, description: Any) -> None:
         """
-        Look for required arguments that nobody gives.
+        Check for required arguments that are not given.
 
         :raises ArgumentError: for the first of them
         """

@@ -70,7 +70,7 @@ _INTERVAL = 0.1
 
 def begin(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:
     """
-    Take the lock of the workspace, and compare it with the launcher's.
+    Acquire the lock of the workspace, and compare it with the launcher's.
 
     The arguments are `workspace`, its root; `build_base`; `title`, the
     command; `launcher`, its boot id and process id; `origin`, the workspace
@@ -238,7 +238,7 @@ def _wait(process: 'subprocess.Popen[bytes]') -> None:
 
 def hold(root: str, arguments: Mapping[str, Any], say: Say) -> list[int]:
     """
-    Take the lock, and start a process that inherits it.
+    Acquire the lock, and start a process that inherits it.
 
     The arguments are the `build_base`; the `title`, the command; and the
     `launcher`, its boot id and process id. If the workspace is that of the

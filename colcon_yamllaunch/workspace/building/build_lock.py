@@ -77,7 +77,7 @@ class WorkspaceLock:
         self, build_base: Path, announce: Callable[[str], None]
     ) -> bool:
         """
-        Take the lock, unless it is held already.
+        Acquire the lock, unless it is held already.
 
         Return whether another process may have built since the last
         :meth:`look`. Where the disk is full or read-only, there is no lock,
@@ -126,7 +126,7 @@ class WorkspaceLock:
 
     def publish_build(self, names: Iterable[str]) -> None:
         """
-        Let those who wait know what this process builds.
+        Tell waiting launches what this process builds.
 
         :raises WorkspaceError: when nothing can be built
         """

@@ -90,7 +90,7 @@ def setup_missing(failed: Iterable[Package]) -> Iterator[str]:
 
 def explanation(decision: Decision, way: Sequence[str], launch: str) -> str:
     """
-    Tell all about a decision, in one line.
+    Describe a decision in one line.
 
     :param way: How the launch comes to need the package, as
       :func:`closure.needed_by` tells it

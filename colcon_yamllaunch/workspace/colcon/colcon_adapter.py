@@ -256,7 +256,7 @@ class Colcon:
 
     def restrict_to(self, folders: Iterable[str]) -> None:
         """
-        Take the packages in some folders for all that there are.
+        Use only the packages in some folders.
 
         :param folders: Relative to the workspace
         """
@@ -266,7 +266,7 @@ class Colcon:
 
     def adopt(self, packages: Mapping[str, Package]) -> None:
         """
-        Take packages for all that there are, as they were identified before.
+        Use packages that were identified before, and no others.
 
         What colcon knows of them beyond this is not there in the build.
 
@@ -779,7 +779,7 @@ def _is_running(extension: Any) -> bool:
 
 def remember_command_environment(folder: Path) -> None:
     """
-    Have builds in this process run no shell that is to source nothing.
+    Skip shells that would source nothing in builds of this process.
 
     The variables of this process must be those of builds. Where a shell
     changes some, builds go on to ask it.

@@ -208,7 +208,7 @@ class PackageIndex:
         self, known: Mapping[str, Entry], ask: Callable[[], Identifier]
     ) -> None:
         """
-        Look at all folders.
+        Visit all folders.
 
         :param known: The entries of an earlier time
         :param ask: Gets what is asked about all that is not known
