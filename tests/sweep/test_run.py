@@ -53,7 +53,7 @@ def test_slow_regex_has_no_value() -> None:
         ('time=(x', 'is no regular expression'),
     ],
 )
-def test_mistakes(text: str, error: str) -> None:
+def test_wrong_metrics_are_refused(text: str, error: str) -> None:
     with pytest.raises(UserError, match=r'^--metric') as caught:
         read_metric('--metric', text)
     assert error in str(caught.value)

@@ -32,7 +32,7 @@ def test_all_combinations() -> None:
     assert table.title(table.runs[1]) == 'seed:=1 world:=street'
 
 
-def test_repeats() -> None:
+def test_repeats_number_the_runs() -> None:
     table = run_table({'seed': '1..2'}, repeats=3)
     assert [(r.arguments['seed'], r.repeat) for r in table.runs] == [
         *[('1', 1), ('1', 2), ('1', 3)],
@@ -157,7 +157,9 @@ def test_any_text_is_a_table_or_an_error(text: str) -> None:
         ('', None),
     ],
 )
-def test_values(text: str, values: str | None) -> None:
+def test_values_of_an_argument_are_listed(
+    text: str, values: str | None
+) -> None:
     expected = (text,) if values is None else tuple(values.split())
     assert values_of('x', text) == expected
 

@@ -21,7 +21,7 @@ RED, RESET = '\x1b[31m', '\x1b[0m'
         ('● ×2', 4),
     ],
 )
-def test_width(text, cells):
+def test_width_of_a_text_in_cells(text, cells):
     assert width(text) == cells
 
 
@@ -38,7 +38,7 @@ def test_width(text, cells):
         (f'{RED}kit{RESET}chen', 4, f'{RED}kit{RESET}…{RESET}'),
     ],
 )
-def test_cut(text, cells, expected):
+def test_text_is_cut_to_cells(text, cells, expected):
     assert cut(text, cells) == expected
     assert width(expected) <= cells
 

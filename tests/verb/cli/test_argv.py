@@ -134,7 +134,9 @@ def test_executable_may_be_left_out(parse: Parse) -> None:
         (['--no-build', '--build-all', 'a', 'b'], 'exclude one another'),
     ],
 )
-def test_mistakes(parse: Parse, words: list[str], message: str) -> None:
+def test_wrong_words_are_refused(
+    parse: Parse, words: list[str], message: str
+) -> None:
     assert message in error_of(parse, *words)
 
 

@@ -78,7 +78,7 @@ def test_command_lines(words: str, error: str) -> None:
         ('sim.yaml --on slurm:partition=cpu', "needs the command 'sbatch'"),
     ],
 )
-def test_mistakes(user: User, words: str, error: str) -> None:
+def test_wrong_sweeps_are_refused(user: User, words: str, error: str) -> None:
     user.write('sim.yaml', SIM)
     user.write('bad.csv', 'seed,speed\n1\n')
     user.write('other/thesis.tex', '')

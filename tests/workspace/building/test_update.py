@@ -326,7 +326,7 @@ def test_copied_workspace_leaves_the_original_alone(workspace, flow, update):
     assert (old / 'install/flow/share/flow/launch/flow.yaml').exists()
 
 
-def test_force(flow, why):
+def test_force_builds_what_is_up_to_date(flow, why):
     assert why(force=True) == 'asked for'
 
 

@@ -429,7 +429,7 @@ def test_metadata_files(plain, compare):
     importlib.util.find_spec('colcon_mixin') is None,
     reason='needs colcon-mixin',
 )
-def test_mixins(plain, compare):
+def test_index_depends_on_mixins(plain, compare):
     folder = plain.root.parent / 'colcon_home/mixin/own'
     folder.mkdir(parents=True)
     mixin = folder / 'a.mixin'

@@ -138,7 +138,7 @@ EDITS = st.one_of(
 @pytest.mark.parametrize('merged', [False, True])
 @settings(max_examples=EXAMPLES, deadline=None)
 @given(steps=st.lists(st.tuples(EDITS, st.booleans()), max_size=4))
-def test_edits(merged, steps):
+def test_cache_gives_what_sourcing_gives_after_edits(merged, steps):
     with tempfile.TemporaryDirectory() as folder:
         edited = Edited(Path(folder).resolve(), merged)
         let_files_settle(Path(folder))

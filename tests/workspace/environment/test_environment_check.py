@@ -154,7 +154,7 @@ def test_broken_setup_script(space, name, content):
     assert 'then launch again to have them written anew' in text
 
 
-def test_circle(space):
+def test_circular_packages_are_reported(space):
     space.package('a', needs='b')
     text = missing(space, 'b')['b']
     assert 'packages a, b depend on each other in a circle' in text

@@ -60,7 +60,7 @@ def test_link_of_a_python_package(tmp_path, package, source, is_found):
         *(('{"sour', False), ('{"source": "/old/src/flow"}', True)),
     ],
 )
-def test_record(tmp_path, package, text, is_found):
+def test_record_of_another_place_is_found(tmp_path, package, text, is_found):
     (tmp_path / 'build/flow/colcon_launch.json').write_text(text)
     assert bool(relocated_packages([package], tmp_path / 'build')) == is_found
 

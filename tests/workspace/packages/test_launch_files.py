@@ -45,7 +45,7 @@ FILES = (
         ('node', 'old/node.launch'),
     ],
 )
-def test_choice(wanted, expected):
+def test_launch_file_is_chosen_by_name_or_path(wanted, expected):
     assert choose_launch_file('p', FILES, wanted) == expected
 
 
@@ -76,7 +76,7 @@ def test_no_launch_files():
         choose_launch_file('p', (), 'demo.yaml')
 
 
-def test_find(tmp_path):
+def test_launch_files_of_a_package_are_found(tmp_path):
     for name in (
         'launch/demo.yaml',
         'launch/a.launch.py',

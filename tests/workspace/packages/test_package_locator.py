@@ -73,7 +73,7 @@ def tree(request, tmp_path):
     return Tree(tmp_path, request.param)
 
 
-def test_prefix(tree):
+def test_prefix_of_a_package(tree):
     find = tree.locator.prefix
     assert find('my_pkg') == str(tree.prefix)
     assert find('rclpy') == f'{tree.root}/ros'
@@ -86,7 +86,7 @@ def test_prefix(tree):
     assert tree.locator.share('nothing') is None
 
 
-def test_names(tree):
+def test_names_of_all_packages(tree):
     assert tree.locator.names() == ('flow', 'my_pkg', 'nav', 'rclpy')
 
 
@@ -259,7 +259,7 @@ def test_first_of_two_packages_with_a_name(tmp_path):
     assert locator.package('a').path == Path('/0')
 
 
-def test_nearest():
+def test_nearest_name_is_suggested():
     assert nearest_first('my_pgk', ['rviz2', 'my_pkg', 'other'])[0] == 'my_pkg'
 
 
