@@ -6,16 +6,22 @@ The remote shell of rsync: the connection that the launcher has already.
 
 rsync starts it with the command that is to run there. It hands its standard
 input and output to the launcher, with the command, and waits for the exit
-code. Only the standard library is used, as it runs with `-I -S`.
+code. If the launcher is killed meanwhile, it removes the folder with the links
+to the files that rsync sends. Only the standard library is used, as it runs
+with `-I -S`.
 """
 
 import json
 import os
+import shutil
+import signal
 import socket
 import sys
 
 #: The exit code of ssh when a connection is lost.
 LOST = 255
+#: The longest path in bytes.
+_PATH = 4096
 
 
 def main() -> int:
@@ -24,6 +30,8 @@ def main() -> int:
 
     The descriptor is a socket that rsync was started with.
     """
+    # rsync sends this when it fails, as it does when the launcher is killed
+    signal.signal(signal.SIGUSR1, signal.SIG_IGN)
     descriptor, _, *command = sys.argv[1:]
     with socket.socket(fileno=int(descriptor)) as launcher:
         message = json.dumps(command).encode()
@@ -32,7 +40,10 @@ def main() -> int:
         null = os.open(os.devnull, os.O_RDWR)
         os.dup2(null, 0)
         os.dup2(null, 1)
+        folder = os.fsdecode(launcher.recv(_PATH))
         answer = launcher.recv(16)
+    if not answer and folder:
+        shutil.rmtree(folder, ignore_errors=True)
     return int(answer) if answer else LOST
 
 

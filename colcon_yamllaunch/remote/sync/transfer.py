@@ -209,7 +209,7 @@ class Transfer:
                     env=variables,
                 )
             try:
-                said = self._serve(ours)
+                said = self._serve(ours, folder.parent)
                 ours.close()
                 code = process.wait()
             finally:
@@ -220,12 +220,18 @@ class Transfer:
             if code:
                 raise _failure(code, [*_lines(errors), *said])
 
-    def _serve(self, rsync: socket.socket) -> list[str]:
-        """Run rsync's command there; return the errors that it prints."""
+    def _serve(self, rsync: socket.socket, folder: Path) -> list[str]:
+        """
+        Run rsync's command there; return the errors that it prints.
+
+        :param folder: What the shell of rsync removes if this is killed
+        """
         message, descriptors, _, _ = socket.recv_fds(rsync, _COMMAND, 2)
         if not message:
             # rsync has ended before
             return []
+        with suppress(OSError):
+            rsync.send(os.fsencode(folder))
         code, said = self.connection.run_program(
             json.loads(message), *descriptors
         )

@@ -210,9 +210,11 @@ def test_a_killed_launcher_leaves_no_transfer(
         folder=str(tmp_path),
         there=str(developer.machine.root),
     )
+    temporary = tmp_path / 'temporary'
+    temporary.mkdir()
     launcher = subprocess.Popen(
         [sys.executable, '-c', program],
-        env=sshd.environment(dict(os.environ)),
+        env=sshd.environment(dict(os.environ) | {'TMPDIR': str(temporary)}),
         start_new_session=True,
     )
     with launcher:
@@ -222,9 +224,11 @@ def test_a_killed_launcher_leaves_no_transfer(
             time.sleep(0.05)
         doomed = descendants(launcher.pid)
         assert any('rsync_shell' in command_of(pid) for pid in doomed)
+        assert list(temporary.iterdir())
         launcher.kill()
     rsync.unlink()
     deadline = time.monotonic() + DEADLINE
     while any(command_of(pid) for pid in doomed):
         assert time.monotonic() < deadline
         time.sleep(0.05)
+    assert list(temporary.iterdir()) == []
