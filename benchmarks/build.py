@@ -39,8 +39,7 @@ where an underlay of 300 such packages is sourced, which setup.bash chains.
 """
 
 import argparse
-from collections.abc import Callable
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 import os
 from pathlib import Path

@@ -20,9 +20,7 @@ whole launches.
 """
 
 import argparse
-from collections.abc import Callable
-from collections.abc import Iterator
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 import json
@@ -41,8 +39,7 @@ TESTS = Path(__file__).resolve().parents[1] / 'tests'
 sys.path.insert(0, str(TESTS))
 
 # ruff: noqa: E402
-from support.ros_parts import build_once
-from support.ros_parts import sourced
+from support.ros_parts import build_once, sourced
 from support.ros_talk import talking
 
 COMPONENTS = 10

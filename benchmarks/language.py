@@ -14,8 +14,7 @@ C library) on the same bytes, and of the whole evaluation, each in a process
 that has imported everything before.
 """
 
-from collections.abc import Callable
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 import statistics
 import sys

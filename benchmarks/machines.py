@@ -19,9 +19,7 @@ counted and nothing is held, ssh goes to the server itself.
 """
 
 import argparse
-from collections.abc import Callable
-from collections.abc import Iterator
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -40,11 +38,8 @@ TESTS = Path(__file__).resolve().parents[1] / 'tests'
 sys.path.insert(0, str(TESTS))
 
 # ruff: noqa: E402
-from support.sshd import MACHINES
-from support.sshd import Sshd
-from support.sshd import why_not
-from support.user import Launch
-from support.user import User
+from support.sshd import MACHINES, Sshd, why_not
+from support.user import Launch, User
 
 PROCESSES = 60
 #: How many machines the launch grows over, and what each of them runs.

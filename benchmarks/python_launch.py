@@ -16,8 +16,7 @@ turn, so that they find the same machine.
 
 import argparse
 from collections import defaultdict
-from collections.abc import Callable
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 import os
 from pathlib import Path
 import select
@@ -31,8 +30,7 @@ TESTS = Path(__file__).resolve().parents[1] / 'tests'
 sys.path.insert(0, str(TESTS))
 
 # ruff: noqa: E402
-from support.ros_setup import read_setup
-from support.ros_setup import SKIPPED
+from support.ros_setup import read_setup, SKIPPED
 
 FILES = 5
 #: Seconds from the import of `launch` to the first process, beside those that

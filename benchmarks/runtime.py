@@ -19,8 +19,7 @@ prepared file, so that they cost little beside the launcher.
 """
 
 import argparse
-from collections.abc import Callable
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -36,11 +35,9 @@ import sys
 import tempfile
 import time
 
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import Plan, Process
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.run import run
-from colcon_yamllaunch.run import RunContext
+from colcon_yamllaunch.run import run, RunContext
 
 LINE = b'[INFO] [1732000000.123456789] [counter]: published number 42\n'
 OTHER_LINE = LINE.replace(b'42', b'43')

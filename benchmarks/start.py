@@ -28,8 +28,7 @@ and one that was never compiled much later: unset PYTHONDONTWRITEBYTECODE.
 
 import argparse
 from collections.abc import Iterator
-from dataclasses import dataclass
-from dataclasses import field
+from dataclasses import dataclass, field
 import importlib.util
 import os
 from pathlib import Path
@@ -43,13 +42,7 @@ import sys
 import tempfile
 import time
 
-from build import BLOCKED
-from build import Case
-from build import LAUNCH
-from build import make
-from build import package
-from build import run
-from build import write
+from build import BLOCKED, Case, LAUNCH, make, package, run, write
 
 #: What the process of a launch prints: the time.
 _STAMP = re.compile(r'\b\d{10}\.\d{9}\b')

@@ -17,8 +17,7 @@ what runs of that length would take if nothing else did.
 """
 
 import argparse
-from collections.abc import Callable
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 import os
 from pathlib import Path
@@ -35,8 +34,7 @@ TESTS = Path(__file__).resolve().parents[1] / 'tests'
 sys.path.insert(0, str(TESTS))
 
 # ruff: noqa: E402
-from support.slurm import Slurm
-from support.slurm import why_not
+from support.slurm import Slurm, why_not
 from support.user import User
 
 #: Seconds that the process of a run takes.

@@ -33,11 +33,8 @@ resident sets (RSS) would have that twice.
 """
 
 import argparse
-from collections.abc import Callable
-from collections.abc import Iterator
-from contextlib import contextmanager
-from contextlib import ExitStack
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, ExitStack, suppress
 from dataclasses import dataclass
 from functools import partial
 import os

@@ -3,57 +3,42 @@
 
 """Running a plan, from the first process to the exit code."""
 
-from collections.abc import Callable
-from collections.abc import Iterable
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack
 import os
 from pathlib import Path
 import sys
 import time
-from typing import TextIO
-from typing import TYPE_CHECKING
+from typing import TextIO, TYPE_CHECKING
 
 from colcon_yamllaunch.common.adoption import Adoption
 from colcon_yamllaunch.common.errors import OutputError
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.control.journal import Journal
-from colcon_yamllaunch.control.server import LaunchRecord
-from colcon_yamllaunch.control.server import serve
-from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.engine.engine import Engine
-from colcon_yamllaunch.engine.engine import no_guard
-from colcon_yamllaunch.engine.engine import Settings
+from colcon_yamllaunch.control.server import LaunchRecord, serve
+from colcon_yamllaunch.engine import events, limits
+from colcon_yamllaunch.engine.engine import Engine, no_guard, Settings
 from colcon_yamllaunch.engine.exit_conditions import ExitConditions
-from colcon_yamllaunch.engine.guard_link import GuardLink
-from colcon_yamllaunch.engine.guard_link import GuardProcess
+from colcon_yamllaunch.engine.guard_link import GuardLink, GuardProcess
 from colcon_yamllaunch.engine.launch_scan import new_identity
 from colcon_yamllaunch.engine.line_buffering import LineBuffering
 from colcon_yamllaunch.engine.loop import caught
-from colcon_yamllaunch.engine.own_files import ParameterFiles
-from colcon_yamllaunch.engine.own_files import Place
+from colcon_yamllaunch.engine.own_files import ParameterFiles, Place
 from colcon_yamllaunch.engine.participants import Participant
-from colcon_yamllaunch.engine.spawn import keep_to_ourselves
-from colcon_yamllaunch.engine.spawn import Spawn
-from colcon_yamllaunch.engine.state import About
-from colcon_yamllaunch.engine.state import LaunchState
+from colcon_yamllaunch.engine.spawn import keep_to_ourselves, Spawn
+from colcon_yamllaunch.engine.state import About, LaunchState
 from colcon_yamllaunch.engine.writer import Writer
-from colcon_yamllaunch.observers.failures import Failures
-from colcon_yamllaunch.observers.failures import OwnerOf
-from colcon_yamllaunch.observers.log_files import CLIENT_LOG
-from colcon_yamllaunch.observers.log_files import COMMON_LOG
-from colcon_yamllaunch.observers.log_files import Logs
-from colcon_yamllaunch.observers.presentation import can_have_status
-from colcon_yamllaunch.observers.presentation import Display
-from colcon_yamllaunch.observers.presentation import is_same_terminal
-from colcon_yamllaunch.observers.presentation import present
-from colcon_yamllaunch.observers.presentation import Presentation
-from colcon_yamllaunch.observers.screen import layout_of
-from colcon_yamllaunch.observers.screen import LOG_FORMAT
-from colcon_yamllaunch.plan.plan import ParametersOf
-from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.observers.failures import Failures, OwnerOf
+from colcon_yamllaunch.observers.log_files import CLIENT_LOG, COMMON_LOG, Logs
+from colcon_yamllaunch.observers.presentation import (
+    can_have_status,
+    Display,
+    is_same_terminal,
+    present,
+    Presentation,
+)
+from colcon_yamllaunch.observers.screen import layout_of, LOG_FORMAT
+from colcon_yamllaunch.plan.plan import ParametersOf, Plan
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.observers.log_store import LogStore

@@ -3,8 +3,7 @@
 
 """What all tests share."""
 
-from collections.abc import Generator
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from functools import cache
 import importlib.util
 import os
@@ -17,20 +16,14 @@ import sys
 import sysconfig
 from typing import Any
 
-from hypothesis import HealthCheck
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 import pytest
 from support.forks import Forks
-from support.namespaces import NamespaceMachine
-from support.namespaces import skip_without_namespaces
+from support.namespaces import NamespaceMachine, skip_without_namespaces
 from support.ros_parts import build_once
-from support.ros_setup import read_setup
-from support.ros_setup import RosSetup
-from support.ros_setup import SKIPPED
-from support.slurm import skip_without_slurm
-from support.slurm import Slurm
-from support.sshd import skip_without_sshd
-from support.sshd import Sshd
+from support.ros_setup import read_setup, RosSetup, SKIPPED
+from support.slurm import skip_without_slurm, Slurm
+from support.sshd import skip_without_sshd, Sshd
 
 pytest_plugins = ['support.language_fixtures', 'support.launch_fixtures']
 

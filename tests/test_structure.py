@@ -12,8 +12,7 @@ from pathlib import Path
 import subprocess
 
 import pytest
-from support.sources import modules
-from support.sources import PACKAGE
+from support.sources import modules, PACKAGE
 
 CORE = {'common', 'plan'}
 ALLOWED = {

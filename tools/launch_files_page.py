@@ -8,26 +8,24 @@ The reference page of launch files, from the tables of the language.
 output; `docs/launch_files.md` is what it wrote.
 """
 
-from collections.abc import Iterable
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 import sys
 
-from colcon_yamllaunch.language.vocabulary.actions import Action
-from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
-from colcon_yamllaunch.language.vocabulary.actions import ALIASES
-from colcon_yamllaunch.language.vocabulary.actions import Attribute
-from colcon_yamllaunch.language.vocabulary.actions import by_name
-from colcon_yamllaunch.language.vocabulary.actions import COMPONENTS
-from colcon_yamllaunch.language.vocabulary.actions import CONDITIONS
-from colcon_yamllaunch.language.vocabulary.actions import items_of
-from colcon_yamllaunch.language.vocabulary.actions import PARAMETER
+from colcon_yamllaunch.language.vocabulary.actions import (
+    Action,
+    ACTIONS,
+    ALIASES,
+    Attribute,
+    by_name,
+    COMPONENTS,
+    CONDITIONS,
+    items_of,
+    PARAMETER,
+)
 from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
 from launch_examples import EXAMPLES
 from launch_files_text import COMPONENTS as COMPONENTS_TEXT
-from launch_files_text import DIFFERENCES
-from launch_files_text import EXPOSED
-from launch_files_text import INTRODUCTION
-from launch_files_text import PARAMETERS
+from launch_files_text import DIFFERENCES, EXPOSED, INTRODUCTION, PARAMETERS
 
 _MARK = (
     '<!-- made by `python tools/launch_files_page.py`: change '

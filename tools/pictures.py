@@ -23,14 +23,8 @@ import sys
 import tempfile
 import time
 
-from recorded_terminal import PATIENCE
-from recorded_terminal import Piece
-from recorded_terminal import RecordedTerminal
-from recorded_terminal import Row
-from svg_terminal import Film
-from svg_terminal import film
-from svg_terminal import Frame
-from svg_terminal import still
+from recorded_terminal import PATIENCE, Piece, RecordedTerminal, Row
+from svg_terminal import Film, film, Frame, still
 
 CI = Path(__file__).resolve().parent
 SAMPLE_WS = CI.parent / 'sample_ws'

@@ -3,8 +3,7 @@
 
 """A terminal in which a command runs, and what stands on its screen."""
 
-from collections.abc import Iterator
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 import fcntl
 from itertools import groupby
 import os

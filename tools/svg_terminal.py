@@ -8,16 +8,12 @@ The text is text, and the terminal brings its background along, so it can be
 read on a light page and on a dark one.
 """
 
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Sequence
-from dataclasses import dataclass
-from dataclasses import field
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
 import html
 import re
 
-from recorded_terminal import Piece
-from recorded_terminal import Row
+from recorded_terminal import Piece, Row
 
 #: The size of a character in the picture, and the space around the text.
 WIDTH, HEIGHT, MARGIN = 8.4, 18, 14

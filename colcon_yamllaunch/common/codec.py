@@ -13,15 +13,13 @@ The functions that write and read a class are made when its first object is
 written or read.
 """
 
-from collections.abc import Callable
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 import dataclasses
 import math
 import re
 import types
 import typing
-from typing import Any
-from typing import TypeVar
+from typing import Any, TypeVar
 
 #: Writes a value.
 Write = Callable[[Any], Any]

@@ -12,9 +12,7 @@ This module is part of the guard and imports little.
 """
 
 from abc import abstractmethod
-from collections.abc import Callable
-from collections.abc import Collection
-from collections.abc import Mapping
+from collections.abc import Callable, Collection, Mapping
 import math
 import os
 import signal

@@ -14,15 +14,13 @@ all classes.
 from collections.abc import Callable
 import dataclasses
 from operator import attrgetter
-from typing import Any
-from typing import TYPE_CHECKING
+from typing import Any, TYPE_CHECKING
 
 __all__ = ['dataclass', 'mutable']
 
 if TYPE_CHECKING:
     from dataclasses import dataclass
-    from typing import dataclass_transform
-    from typing import TypeVar
+    from typing import dataclass_transform, TypeVar
 
     _Class = TypeVar('_Class')
 

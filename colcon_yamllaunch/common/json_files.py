@@ -9,8 +9,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from colcon_yamllaunch.common.text_files import content_of
-from colcon_yamllaunch.common.text_files import write_file
+from colcon_yamllaunch.common.text_files import content_of, write_file
 
 
 def read_json(path: Path) -> Any:

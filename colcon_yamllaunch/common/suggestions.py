@@ -3,8 +3,7 @@
 
 """The nearest name to one that does not exist."""
 
-from collections.abc import Iterable
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 import os
 import re
 

@@ -3,10 +3,7 @@
 
 """Tables of texts in columns, with time spans and sizes for people."""
 
-from collections.abc import Callable
-from collections.abc import Collection
-from collections.abc import Iterable
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 
 _GAP = '  '
 _UNITS = ('KiB', 'MiB', 'GiB', 'TiB')

@@ -4,38 +4,28 @@
 """Running launches, as other terminals see them."""
 
 from collections import deque
-from collections.abc import Callable
-from collections.abc import Iterator
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 import os
 import socket
-from typing import Any
-from typing import cast
-from typing import TYPE_CHECKING
+from typing import Any, cast, TYPE_CHECKING
 
 from colcon_yamllaunch.control import protocol
-from colcon_yamllaunch.control.protocol import MessageReader
-from colcon_yamllaunch.control.protocol import ProtocolError
-from colcon_yamllaunch.control.socket_folder import connections
-from colcon_yamllaunch.control.socket_folder import peer_pid
-from colcon_yamllaunch.control.subscription import Happened
-from colcon_yamllaunch.control.subscription import Point
-from colcon_yamllaunch.control.subscription import Received
-from colcon_yamllaunch.control.subscription import received
-from colcon_yamllaunch.engine.events import Event
-from colcon_yamllaunch.engine.events import StateReceived
-from colcon_yamllaunch.engine.events import Watched
+from colcon_yamllaunch.control.protocol import MessageReader, ProtocolError
+from colcon_yamllaunch.control.socket_folder import connections, peer_pid
+from colcon_yamllaunch.control.subscription import (
+    Happened,
+    Point,
+    Received,
+    received,
+)
+from colcon_yamllaunch.engine.events import Event, StateReceived, Watched
 from colcon_yamllaunch.engine.loop import readable
-from colcon_yamllaunch.engine.state import from_json
-from colcon_yamllaunch.engine.state import LaunchState
-from colcon_yamllaunch.engine.state import StateError
+from colcon_yamllaunch.engine.state import from_json, LaunchState, StateError
 
 if TYPE_CHECKING:
     # completion sends none
-    from colcon_yamllaunch.engine.commands import Command
-    from colcon_yamllaunch.engine.commands import Refused
-    from colcon_yamllaunch.engine.commands import Response
+    from colcon_yamllaunch.engine.commands import Command, Refused, Response
 
 #: Takes the answer to a request.
 Reply = Callable[[Mapping[str, Any]], object]

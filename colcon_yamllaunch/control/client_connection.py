@@ -3,8 +3,7 @@
 
 """One client of a running launch, as the launch sees it."""
 
-from collections.abc import Callable
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 import select
 import socket

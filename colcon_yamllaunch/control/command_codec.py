@@ -4,17 +4,14 @@
 """Commands and responses as messages of the control protocol, and back."""
 
 from collections.abc import Mapping
-from typing import Any
-from typing import TypeVar
+from typing import Any, TypeVar
 
-from colcon_yamllaunch.common.codec import Codec
-from colcon_yamllaunch.common.codec import CodecError
+from colcon_yamllaunch.common.codec import Codec, CodecError
 from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.control.protocol import ProtocolError
 from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine.commands import Command
-from colcon_yamllaunch.plan.plan_json import SPECIAL
-from colcon_yamllaunch.plan.plan_json import TAGS
+from colcon_yamllaunch.plan.plan_json import SPECIAL, TAGS
 
 _T = TypeVar('_T')
 

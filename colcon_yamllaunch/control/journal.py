@@ -12,10 +12,7 @@ subscribed has not read it and is not too far behind; else nothing is written.
 
 from bisect import bisect_right
 from collections import deque
-from collections.abc import Callable
-from collections.abc import Collection
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 import marshal
 import math
@@ -23,15 +20,12 @@ from operator import attrgetter
 import os
 from pathlib import Path
 import time
-from typing import Any
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from colcon_yamllaunch.common.frozen import mutable
 from colcon_yamllaunch.control import protocol
-from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.engine.state import LaunchState
-from colcon_yamllaunch.engine.state import to_json
+from colcon_yamllaunch.engine import events, limits
+from colcon_yamllaunch.engine.state import LaunchState, to_json
 
 
 class _EventRecord(NamedTuple):

@@ -9,10 +9,7 @@ socket, which the launcher wrote, describes them. Usually the guard of the
 launch stops them; if that was killed, too, they run until a user stops them.
 """
 
-from collections.abc import Callable
-from collections.abc import Collection
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 import json
 import os
@@ -20,35 +17,42 @@ from pathlib import Path
 import time
 from typing import Any
 
-from colcon_yamllaunch.common.escalation import Escalation
-from colcon_yamllaunch.common.escalation import Orphan
-from colcon_yamllaunch.common.escalation import Targets
-from colcon_yamllaunch.common.escalation import Timeouts
-from colcon_yamllaunch.common.process_scan import running_processes
-from colcon_yamllaunch.common.process_scan import variable_of
-from colcon_yamllaunch.control.client import ControlError
-from colcon_yamllaunch.control.client import LaunchEndedError
+from colcon_yamllaunch.common.escalation import (
+    Escalation,
+    Orphan,
+    Targets,
+    Timeouts,
+)
+from colcon_yamllaunch.common.process_scan import (
+    running_processes,
+    variable_of,
+)
+from colcon_yamllaunch.control.client import ControlError, LaunchEndedError
 from colcon_yamllaunch.control.server import RECORD_SUFFIX
-from colcon_yamllaunch.control.socket_folder import FolderError
-from colcon_yamllaunch.control.socket_folder import folders
-from colcon_yamllaunch.control.socket_folder import open_folder
+from colcon_yamllaunch.control.socket_folder import (
+    FolderError,
+    folders,
+    open_folder,
+)
 from colcon_yamllaunch.engine.cgroup import LaunchCgroup
-from colcon_yamllaunch.engine.commands import Command
-from colcon_yamllaunch.engine.commands import Shutdown
-from colcon_yamllaunch.engine.commands import Stop
-from colcon_yamllaunch.engine.launch_scan import find_orphans
-from colcon_yamllaunch.engine.launch_scan import is_guarded
-from colcon_yamllaunch.engine.launch_scan import Known
-from colcon_yamllaunch.engine.launch_scan import launcher_of
-from colcon_yamllaunch.engine.launch_scan import mark_of
-from colcon_yamllaunch.engine.own_files import Place
-from colcon_yamllaunch.engine.own_files import remove_file
-from colcon_yamllaunch.engine.own_files import remove_parameter_files
-from colcon_yamllaunch.engine.state import About
-from colcon_yamllaunch.engine.state import LaunchState
-from colcon_yamllaunch.engine.state import ProcessState
-from colcon_yamllaunch.plan.plan import DEFAULT_SIGKILL_TIMEOUT
-from colcon_yamllaunch.plan.plan import DEFAULT_SIGTERM_TIMEOUT
+from colcon_yamllaunch.engine.commands import Command, Shutdown, Stop
+from colcon_yamllaunch.engine.launch_scan import (
+    find_orphans,
+    is_guarded,
+    Known,
+    launcher_of,
+    mark_of,
+)
+from colcon_yamllaunch.engine.own_files import (
+    Place,
+    remove_file,
+    remove_parameter_files,
+)
+from colcon_yamllaunch.engine.state import About, LaunchState, ProcessState
+from colcon_yamllaunch.plan.plan import (
+    DEFAULT_SIGKILL_TIMEOUT,
+    DEFAULT_SIGTERM_TIMEOUT,
+)
 
 #: Why a launch without launcher refuses a command.
 ONLY_STOPS = 'its launcher was killed; all that can be done is --stop'

@@ -3,15 +3,13 @@
 
 """The names of processes, and which processes a name matches."""
 
-from collections.abc import Iterator
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from fnmatch import fnmatchcase
 import os
 import re
 
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.engine.state import ComponentState
-from colcon_yamllaunch.engine.state import Part
+from colcon_yamllaunch.engine.state import ComponentState, Part
 from colcon_yamllaunch.plan.labels import MACHINE_SEPARATOR
 from colcon_yamllaunch.plan.plan import Process
 

@@ -106,9 +106,7 @@ connection takes all requests but `attach`; only answers have `ok`. Another
 it has `since`; it may want other things.
 """
 
-from collections.abc import Callable
-from collections.abc import Iterator
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 import json
 from typing import Any
 

@@ -7,27 +7,19 @@ The control socket of a launch, and the record beside it.
 The record describes the launch in case that its launcher is killed.
 """
 
-from collections.abc import Callable
-from collections.abc import Iterable
-from collections.abc import Mapping
-from contextlib import ExitStack
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import ExitStack, suppress
 import errno
 from functools import cached_property
 import json
 import os
 import socket
-from typing import Any
-from typing import TYPE_CHECKING
+from typing import Any, TYPE_CHECKING
 
-from colcon_yamllaunch.control import protocol
-from colcon_yamllaunch.control import socket_folder
+from colcon_yamllaunch.control import protocol, socket_folder
 from colcon_yamllaunch.control.journal import Journal
 from colcon_yamllaunch.engine.engine import Engine
-from colcon_yamllaunch.engine.events import Ended
-from colcon_yamllaunch.engine.events import Event
-from colcon_yamllaunch.engine.events import Planned
-from colcon_yamllaunch.engine.events import Warned
+from colcon_yamllaunch.engine.events import Ended, Event, Planned, Warned
 from colcon_yamllaunch.engine.guard_link import GuardLink
 from colcon_yamllaunch.engine.own_files import Place
 from colcon_yamllaunch.engine.state import LaunchState

@@ -10,24 +10,19 @@ to connect again. It may also hold a lease: the launch is stopped once the
 holder is silent for so many seconds.
 """
 
-from collections.abc import Callable
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 import math
 import time
-from typing import Any
-from typing import TYPE_CHECKING
+from typing import Any, TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.control.command_codec import read_request
-from colcon_yamllaunch.control.journal import Cursor
-from colcon_yamllaunch.control.journal import Journal
+from colcon_yamllaunch.control.journal import Cursor, Journal
 from colcon_yamllaunch.control.protocol import ProtocolError
-from colcon_yamllaunch.engine import commands
-from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine import commands, events, limits
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.outcome import ending_of
 from colcon_yamllaunch.engine.state import to_json

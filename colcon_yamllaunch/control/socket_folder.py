@@ -17,8 +17,7 @@ reached through its descriptor, so it cannot be exchanged between a check and
 its use, and the path of a socket is never too long.
 """
 
-from collections.abc import Callable
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 import os
 from pathlib import Path

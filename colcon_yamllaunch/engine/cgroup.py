@@ -16,10 +16,8 @@ the folder cannot be made, there is none, and nobody hears of it.
 This module is part of the guard and imports little.
 """
 
-from collections.abc import Iterable
-from collections.abc import Iterator
-from contextlib import contextmanager
-from contextlib import suppress
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
 import fcntl
 from functools import cached_property
 import os

@@ -12,21 +12,14 @@ here and a handler there; a response with fields of its own is also read in
 `control.command_codec.response_of`.
 """
 
-from typing import ClassVar
-from typing import Generic
-from typing import Literal
-from typing import TYPE_CHECKING
-from typing import TypeVar
+from typing import ClassVar, Generic, Literal, TYPE_CHECKING, TypeVar
 
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Entry
-from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import Component, Entry, Process
 
 if TYPE_CHECKING:
     # few launches are asked for these
-    from colcon_yamllaunch.engine.description import Branch
-    from colcon_yamllaunch.engine.description import Description
+    from colcon_yamllaunch.engine.description import Branch, Description
 
 
 # -- responses

@@ -9,36 +9,35 @@ ROS (see `ros_client`), its messages are passed in, and so is a loop. So tests
 replay any launch without a process.
 """
 
-from collections.abc import Callable
-from collections.abc import Collection
-from collections.abc import Iterable
-from collections.abc import Mapping
-from dataclasses import dataclass
-from dataclasses import field
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass, field
 import json
 import math
 import re
 from typing import Any
 
 from colcon_yamllaunch.common.errors import RefusedError
-from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.engine.lifecycles import Lifecycles
-from colcon_yamllaunch.engine.lifecycles import LifecycleTask
-from colcon_yamllaunch.engine.lifecycles import Reply
-from colcon_yamllaunch.engine.loop import Loop
-from colcon_yamllaunch.engine.loop import TimerHandle
-from colcon_yamllaunch.engine.ros_requests import has_ended
-from colcon_yamllaunch.engine.ros_requests import Requests
-from colcon_yamllaunch.engine.ros_requests import RosTimers
-from colcon_yamllaunch.engine.ros_requests import WaitWarnings
-from colcon_yamllaunch.engine.state import ComponentState
-from colcon_yamllaunch.engine.state import LaunchState
-from colcon_yamllaunch.plan.plan import ChangeState
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import SetParameter
+from colcon_yamllaunch.engine import events, limits
+from colcon_yamllaunch.engine.lifecycles import (
+    Lifecycles,
+    LifecycleTask,
+    Reply,
+)
+from colcon_yamllaunch.engine.loop import Loop, TimerHandle
+from colcon_yamllaunch.engine.ros_requests import (
+    has_ended,
+    Requests,
+    RosTimers,
+    WaitWarnings,
+)
+from colcon_yamllaunch.engine.state import ComponentState, LaunchState
+from colcon_yamllaunch.plan.plan import (
+    ChangeState,
+    Component,
+    Plan,
+    Process,
+    SetParameter,
+)
 
 # strings, and the numbers that JSON has no words for
 _TOKENS = re.compile(r'"(?:[^"\\]|\\.)*"|-?\.inf|\.nan')

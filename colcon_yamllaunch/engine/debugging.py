@@ -3,9 +3,7 @@
 
 """Processes under a debugger, and the core dumps of those that crashed."""
 
-from collections.abc import Callable
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 import glob
 import os
@@ -15,11 +13,12 @@ import time
 
 from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.engine.spawn import find_program
-from colcon_yamllaunch.engine.spawn import interpreter_of
-from colcon_yamllaunch.engine.spawn import StartError
-from colcon_yamllaunch.plan.plan import ParameterFile
-from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.engine.spawn import (
+    find_program,
+    interpreter_of,
+    StartError,
+)
+from colcon_yamllaunch.plan.plan import ParameterFile, Process
 
 _Words = tuple[str | ParameterFile, ...]
 _PYTHON = 'python'

@@ -3,21 +3,13 @@
 
 """What a launch responds about its plan: a process, or the whole tree."""
 
-from collections.abc import Iterable
-from collections.abc import Mapping
-from collections.abc import Sequence
-from dataclasses import field
-from dataclasses import replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import field, replace
 from typing import Any
 
-from colcon_yamllaunch.common.codec import Codec
-from colcon_yamllaunch.common.codec import only
-from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.common.frozen import mutable
-from colcon_yamllaunch.plan.plan import Block
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import SetParameter
+from colcon_yamllaunch.common.codec import Codec, only
+from colcon_yamllaunch.common.frozen import dataclass, mutable
+from colcon_yamllaunch.plan.plan import Block, Component, Process, SetParameter
 
 
 @dataclass(frozen=True, slots=True)

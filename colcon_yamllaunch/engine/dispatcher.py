@@ -10,29 +10,21 @@ effect at once, and no response but `Done`. Either raises `RefusedError` if it
 refuses the command.
 """
 
-from collections.abc import Callable
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 import os
-from typing import Any
-from typing import TYPE_CHECKING
+from typing import Any, TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.engine import commands
-from colcon_yamllaunch.engine.commands import Command
-from colcon_yamllaunch.engine.commands import DONE
-from colcon_yamllaunch.engine.commands import Refused
-from colcon_yamllaunch.engine.commands import Response
-from colcon_yamllaunch.engine.participants import Execute
-from colcon_yamllaunch.engine.participants import Reply
+from colcon_yamllaunch.engine.commands import Command, DONE, Refused, Response
+from colcon_yamllaunch.engine.participants import Execute, Reply
 from colcon_yamllaunch.engine.spawn import StartError
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import Component, Process
 
 if TYPE_CHECKING:
     # most launches have no components, and few are asked for these
-    from colcon_yamllaunch.engine.composition import ComponentTask
-    from colcon_yamllaunch.engine.composition import Composition
+    from colcon_yamllaunch.engine.composition import ComponentTask, Composition
     from colcon_yamllaunch.engine.engine import Engine
 
 Handler = Callable[[Any, Reply], Any]

@@ -3,13 +3,8 @@
 
 """The engine: connects the loop, processes, output and signals of a launch."""
 
-from collections.abc import Callable
-from collections.abc import Collection
-from collections.abc import Iterable
-from collections.abc import Mapping
-from collections.abc import Sequence
-from contextlib import AbstractContextManager
-from contextlib import suppress
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager, suppress
 from dataclasses import field
 from functools import partial
 import math
@@ -21,50 +16,44 @@ from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.adoption import Adoption
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.common.escalation import Orphan
-from colcon_yamllaunch.common.escalation import send
-from colcon_yamllaunch.common.escalation import Target
-from colcon_yamllaunch.common.escalation import Timeouts
+from colcon_yamllaunch.common.escalation import Orphan, send, Target, Timeouts
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.process_scan import is_alive
-from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine import events, limits
 from colcon_yamllaunch.engine.channels import size_of
 from colcon_yamllaunch.engine.exit_conditions import ExitConditions
 from colcon_yamllaunch.engine.guard_link import GuardLink
 from colcon_yamllaunch.engine.launch_scan import OrphanFinder
-from colcon_yamllaunch.engine.line_buffering import LineBuffering
-from colcon_yamllaunch.engine.line_buffering import SilenceWatch
-from colcon_yamllaunch.engine.loop import ended_children
-from colcon_yamllaunch.engine.loop import Loop
-from colcon_yamllaunch.engine.loop import received
-from colcon_yamllaunch.engine.loop import stop_ourselves
-from colcon_yamllaunch.engine.loop import STOPPING
-from colcon_yamllaunch.engine.loop import suspended_children
-from colcon_yamllaunch.engine.loop import TimerHandle
+from colcon_yamllaunch.engine.line_buffering import LineBuffering, SilenceWatch
+from colcon_yamllaunch.engine.loop import (
+    ended_children,
+    Loop,
+    received,
+    stop_ourselves,
+    STOPPING,
+    suspended_children,
+    TimerHandle,
+)
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.own_files import ParameterFiles
-from colcon_yamllaunch.engine.participants import overridden
-from colcon_yamllaunch.engine.participants import Participant
+from colcon_yamllaunch.engine.participants import overridden, Participant
 from colcon_yamllaunch.engine.process_starter import ProcessStarter
-from colcon_yamllaunch.engine.relay import Recorder
-from colcon_yamllaunch.engine.relay import Relay
+from colcon_yamllaunch.engine.relay import Recorder, Relay
 from colcon_yamllaunch.engine.spawn import Spawn
 from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.supervisor import Supervisor
-from colcon_yamllaunch.engine.terminals import Terminals
-from colcon_yamllaunch.engine.terminals import with_terminals
+from colcon_yamllaunch.engine.terminals import Terminals, with_terminals
 from colcon_yamllaunch.engine.writer import Writer
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Entry
-from colcon_yamllaunch.plan.plan import ParametersOf
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import (
+    Component,
+    Entry,
+    ParametersOf,
+    Plan,
+    Process,
+)
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.engine.commands import Command
-    from colcon_yamllaunch.engine.commands import Refused
-    from colcon_yamllaunch.engine.commands import Response
+    from colcon_yamllaunch.engine.commands import Command, Refused, Response
     from colcon_yamllaunch.engine.composition import Composition
     from colcon_yamllaunch.engine.dispatcher import Dispatcher
     from colcon_yamllaunch.engine.ros_link import RosLink

@@ -12,16 +12,11 @@ from collections.abc import Callable
 import signal
 from typing import Any
 
-from colcon_yamllaunch.common.codec import Codec
-from colcon_yamllaunch.common.codec import CodecError
-from colcon_yamllaunch.common.codec import only
-from colcon_yamllaunch.common.codec import read_float
+from colcon_yamllaunch.common.codec import Codec, CodecError, only, read_float
 from colcon_yamllaunch.common.printable import printable
 from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.engine.outcome import signal_name
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.engine.outcome import Outcome, signal_name
+from colcon_yamllaunch.plan.plan import Component, Process
 
 #: The events of a part on a machine besides `Ended`, by the names of their
 #: records. All others are those of the launcher itself, and output is sent in

@@ -9,24 +9,16 @@ Each event has the lines that the launcher prints about it, and its record in
 users. Events have no time: observers receive them when they happen.
 """
 
-from collections.abc import Callable
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 import os
 from pathlib import Path
-from typing import Any
-from typing import ClassVar
-from typing import Literal
-from typing import TYPE_CHECKING
+from typing import Any, ClassVar, Literal, TYPE_CHECKING
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.engine.outcome import ending_of
-from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.engine.outcome import signal_name
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.engine.outcome import ending_of, Outcome, signal_name
+from colcon_yamllaunch.plan.plan import Component, Process
 from colcon_yamllaunch.plan.position import Position
 
 if TYPE_CHECKING:

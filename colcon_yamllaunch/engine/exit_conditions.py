@@ -8,13 +8,11 @@ Times count from the moment when the launch begins to start processes, so
 building is not counted.
 """
 
-from collections.abc import Callable
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 import time
 from typing import TYPE_CHECKING
 
-from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine import events, limits
 from colcon_yamllaunch.engine.lines import bare
 
 if TYPE_CHECKING:

@@ -35,10 +35,7 @@ This module imports little: the guard has to be small, and up at once. It
 imports nothing later, as the package may have been replaced by then.
 """
 
-from collections.abc import Callable
-from collections.abc import Collection
-from collections.abc import Iterable
-from collections.abc import Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import suppress
 import json
 import math
@@ -52,26 +49,27 @@ import sys
 import time
 from typing import Any
 
-from colcon_yamllaunch.common.escalation import Escalation
-from colcon_yamllaunch.common.escalation import Orphan
-from colcon_yamllaunch.common.escalation import Targets
-from colcon_yamllaunch.common.escalation import Timeouts
+from colcon_yamllaunch.common.escalation import (
+    Escalation,
+    Orphan,
+    Targets,
+    Timeouts,
+)
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.common.process_scan import foreground_group
-from colcon_yamllaunch.common.process_scan import read_process
+from colcon_yamllaunch.common.process_scan import (
+    foreground_group,
+    read_process,
+)
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.cgroup import LaunchCgroup
-from colcon_yamllaunch.engine.channels import HeldTerminal
-from colcon_yamllaunch.engine.channels import writer_link
-from colcon_yamllaunch.engine.launch_scan import Adopter
-from colcon_yamllaunch.engine.launch_scan import find_orphans
-from colcon_yamllaunch.engine.launch_scan import Known
-from colcon_yamllaunch.engine.lines import LineBuffer
-from colcon_yamllaunch.engine.lines import normalised
-from colcon_yamllaunch.engine.lines import prefixed
-from colcon_yamllaunch.engine.own_files import Place
-from colcon_yamllaunch.engine.own_files import remove_file
-from colcon_yamllaunch.engine.own_files import remove_parameter_files
+from colcon_yamllaunch.engine.channels import HeldTerminal, writer_link
+from colcon_yamllaunch.engine.launch_scan import Adopter, find_orphans, Known
+from colcon_yamllaunch.engine.lines import LineBuffer, normalised, prefixed
+from colcon_yamllaunch.engine.own_files import (
+    Place,
+    remove_file,
+    remove_parameter_files,
+)
 
 _FLAGS = os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW
 # as the launcher's own lines have it

@@ -12,16 +12,13 @@ from pathlib import Path
 import signal
 import socket
 import sys
-from typing import Any
-from typing import Literal
+from typing import Any, Literal
 
 from colcon_yamllaunch.common.escalation import Timeouts
 from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.engine.channels import as_numbers
-from colcon_yamllaunch.engine.channels import writer_link
+from colcon_yamllaunch.engine.channels import as_numbers, writer_link
 from colcon_yamllaunch.engine.own_files import Place
-from colcon_yamllaunch.plan.plan import IN_COMMON_LOG
-from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import IN_COMMON_LOG, Process
 
 # -c, as a file that is run has to be compiled anew each time. Its words do not
 # name us: `pkill -9 -f colcon` ends the launcher and leaves the guard to stop

@@ -3,8 +3,7 @@
 
 """Helper processes of a launch, which get requests and send messages."""
 
-from collections.abc import Callable
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 import json
 import os
@@ -14,9 +13,7 @@ import time
 from typing import Any
 
 from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.engine.loop import has_ended
-from colcon_yamllaunch.engine.loop import Loop
-from colcon_yamllaunch.engine.loop import TimerHandle
+from colcon_yamllaunch.engine.loop import has_ended, Loop, TimerHandle
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.spawn import StartError
 

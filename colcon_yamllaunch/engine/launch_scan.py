@@ -15,23 +15,23 @@ guard, too, which is no parent of theirs.
 This module is part of the guard and imports little.
 """
 
-from collections.abc import Collection
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from contextlib import suppress
 import os
 import re
 import time
 from typing import TYPE_CHECKING
 
-from colcon_yamllaunch.common.escalation import Orphan
-from colcon_yamllaunch.common.escalation import WHOLE
+from colcon_yamllaunch.common.escalation import Orphan, WHOLE
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.common.process_scan import arguments_of
-from colcon_yamllaunch.common.process_scan import read_process
-from colcon_yamllaunch.common.process_scan import running_processes
-from colcon_yamllaunch.common.process_scan import RunningProcess
-from colcon_yamllaunch.common.process_scan import variable_of
-from colcon_yamllaunch.common.process_scan import young_processes
+from colcon_yamllaunch.common.process_scan import (
+    arguments_of,
+    read_process,
+    running_processes,
+    RunningProcess,
+    variable_of,
+    young_processes,
+)
 from colcon_yamllaunch.engine.cgroup import number_of
 
 if TYPE_CHECKING:

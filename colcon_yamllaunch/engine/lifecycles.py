@@ -4,23 +4,25 @@
 """Lifecycle nodes: their states, and the transitions that a launch makes."""
 
 from collections import deque
-from collections.abc import Callable
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from colcon_yamllaunch.common.errors import RefusedError
-from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine import events, limits
 from colcon_yamllaunch.engine.loop import Loop
-from colcon_yamllaunch.engine.ros_requests import has_ended
-from colcon_yamllaunch.engine.ros_requests import Requests
-from colcon_yamllaunch.engine.ros_requests import WaitWarnings
-from colcon_yamllaunch.plan.plan import ChangeState
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import TRANSITIONS
+from colcon_yamllaunch.engine.ros_requests import (
+    has_ended,
+    Requests,
+    WaitWarnings,
+)
+from colcon_yamllaunch.plan.plan import (
+    ChangeState,
+    Component,
+    Plan,
+    Process,
+    TRANSITIONS,
+)
 
 #: Called with None for success, else with the reason of the failure.
 Reply = Callable[[str | None], None]

@@ -11,21 +11,15 @@ GNU coreutils has a library against that: the dynamic linker loads it where
 program begins. `std::cout` writes through the same buffer.
 """
 
-from collections.abc import Callable
-from collections.abc import Iterator
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 import os
 import stat
 import struct
 
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.engine.loop import Loop
-from colcon_yamllaunch.engine.loop import TimerHandle
-from colcon_yamllaunch.engine.spawn import find_program
-from colcon_yamllaunch.engine.spawn import StartError
+from colcon_yamllaunch.engine import events, limits
+from colcon_yamllaunch.engine.loop import Loop, TimerHandle
+from colcon_yamllaunch.engine.spawn import find_program, StartError
 from colcon_yamllaunch.plan.plan import Process
 
 #: `0` leaves the buffers of programs as they are.

@@ -5,9 +5,7 @@
 
 import re
 
-from colcon_yamllaunch.common.printable import COLOUR
-from colcon_yamllaunch.common.printable import replaced
-from colcon_yamllaunch.common.printable import SEQUENCE
+from colcon_yamllaunch.common.printable import COLOUR, replaced, SEQUENCE
 from colcon_yamllaunch.engine import limits
 
 _RESET = b'\x1b[0m'

@@ -15,10 +15,7 @@ first, ours are checked one by one.
 """
 
 from collections import deque
-from collections.abc import Callable
-from collections.abc import Collection
-from collections.abc import Iterable
-from collections.abc import Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager
 from functools import partial
 import heapq
@@ -27,9 +24,7 @@ import os
 import select
 import signal
 import time
-from typing import Any
-from typing import Protocol
-from typing import TypeVar
+from typing import Any, Protocol, TypeVar
 
 from colcon_yamllaunch.engine import limits
 

@@ -23,8 +23,7 @@ from typing import TYPE_CHECKING
 from colcon_yamllaunch.common.frozen import dataclass
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.plan.plan import ParameterFile
-    from colcon_yamllaunch.plan.plan import Process
+    from colcon_yamllaunch.plan.plan import ParameterFile, Process
 
 #: How the name of a folder for parameter files begins.
 FOLDER_PREFIX = 'colcon_launch_'

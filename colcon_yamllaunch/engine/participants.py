@@ -3,17 +3,11 @@
 
 """What takes part in a launch beside its engine."""
 
-from collections.abc import Callable
-from collections.abc import Collection
-from collections.abc import Iterable
-from collections.abc import Mapping
-from typing import Any
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Collection, Iterable, Mapping
+from typing import Any, TYPE_CHECKING
 
 from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import Component, Plan, Process
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.engine.commands import Command

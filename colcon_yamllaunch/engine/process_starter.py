@@ -8,17 +8,17 @@ import errno
 import os
 from typing import TYPE_CHECKING
 
-from colcon_yamllaunch.engine.cgroup import CGROUP_VARIABLE
-from colcon_yamllaunch.engine.cgroup import LaunchCgroup
-from colcon_yamllaunch.engine.channels import Channel
-from colcon_yamllaunch.engine.channels import open_terminal
+from colcon_yamllaunch.engine.cgroup import CGROUP_VARIABLE, LaunchCgroup
+from colcon_yamllaunch.engine.channels import Channel, open_terminal
 from colcon_yamllaunch.engine.guard_link import GuardLink
 from colcon_yamllaunch.engine.launch_scan import LAUNCH_ID_VARIABLE
 from colcon_yamllaunch.engine.own_files import ParameterFiles
 from colcon_yamllaunch.engine.relay import Relay
-from colcon_yamllaunch.engine.spawn import DescriptorLimit
-from colcon_yamllaunch.engine.spawn import spawn_process
-from colcon_yamllaunch.engine.spawn import StartError
+from colcon_yamllaunch.engine.spawn import (
+    DescriptorLimit,
+    spawn_process,
+    StartError,
+)
 from colcon_yamllaunch.engine.supervisor import timeouts_of
 from colcon_yamllaunch.engine.terminals import Terminals
 from colcon_yamllaunch.plan.plan import Process

@@ -3,15 +3,13 @@
 
 """Reading what the processes write, fairly and without any waiting."""
 
-from collections.abc import Callable
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import field
 import fcntl
 import os
 
 from colcon_yamllaunch.common.frozen import mutable
-from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine import events, limits
 from colcon_yamllaunch.engine.channels import resize
 from colcon_yamllaunch.engine.lines import LineBuffer
 from colcon_yamllaunch.engine.loop import Loop

@@ -75,8 +75,7 @@ import signal
 import sys
 import threading
 import time
-from typing import Any
-from typing import TYPE_CHECKING
+from typing import Any, TYPE_CHECKING
 
 #: Seconds between two events with the time of /clock.
 CLOCK_PERIOD = 0.05

@@ -8,24 +8,19 @@ It runs with the Python of the sourced environment, which may be another than
 ours. Messages are JSON objects, one a line.
 """
 
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 import glob
 import os
 from pathlib import Path
-from typing import Any
-from typing import TYPE_CHECKING
+from typing import Any, TYPE_CHECKING
 
-from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine import events, limits
 from colcon_yamllaunch.engine.composition import Composition
-from colcon_yamllaunch.engine.helper_process import HelperProcess
-from colcon_yamllaunch.engine.helper_process import pythons
+from colcon_yamllaunch.engine.helper_process import HelperProcess, pythons
 from colcon_yamllaunch.plan.plan import Plan
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.engine.engine import Engine
-    from colcon_yamllaunch.engine.engine import Settings
+    from colcon_yamllaunch.engine.engine import Engine, Settings
 
 #: The program; it imports nothing of this package.
 PROGRAM = Path(__file__).with_name('ros_client.py')

@@ -3,16 +3,12 @@
 
 """Requests to the ROS client, warnings of long waits, and ROS timers."""
 
-from collections.abc import Callable
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from itertools import count
 from typing import Any
 
-from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.engine.loop import Loop
-from colcon_yamllaunch.engine.loop import TimerHandle
-from colcon_yamllaunch.engine.loop import Timers
+from colcon_yamllaunch.engine import events, limits
+from colcon_yamllaunch.engine.loop import Loop, TimerHandle, Timers
 
 #: Called with an answer: `ok`, and `reason` if that is false.
 Answered = Callable[[Mapping[str, Any]], None]

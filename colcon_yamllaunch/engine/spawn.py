@@ -3,20 +3,15 @@
 
 """Starting programs, and the descriptors that they get."""
 
-from collections.abc import Callable
-from collections.abc import Iterator
-from collections.abc import Mapping
-from collections.abc import Sequence
-from contextlib import contextmanager
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 import errno
 import os
 from pathlib import Path
 import resource
 import signal
 import sys
-from typing import Any
-from typing import NoReturn
+from typing import Any, NoReturn
 
 #: Starts a program as :func:`os.posix_spawn` does.
 Spawn = Callable[..., int]

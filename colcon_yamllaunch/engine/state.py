@@ -10,31 +10,23 @@ full screen, `--status`, the exit code and the JUnit report. The control
 protocol sends its JSON form, from which a client makes the same state.
 """
 
-from collections.abc import Callable
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import field
 import os
 from pathlib import Path
 import time
-from typing import Any
-from typing import Literal
+from typing import Any, Literal
 
-from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.common.frozen import mutable
+from colcon_yamllaunch.common.frozen import dataclass, mutable
 from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine.events import LinkState
-from colcon_yamllaunch.engine.events import Phase
-from colcon_yamllaunch.engine.outcome import ending_of
-from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.engine.outcome import signal_name
-from colcon_yamllaunch.engine.outcome import STOP_SIGNALS
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Entry
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.engine.events import LinkState, Phase
+from colcon_yamllaunch.engine.outcome import (
+    ending_of,
+    Outcome,
+    signal_name,
+    STOP_SIGNALS,
+)
+from colcon_yamllaunch.plan.plan import Component, Entry, Process, Timer
 
 #: What views show of a process or component: `waiting` for a timer,
 #: `starting` (also while it is loaded, configured or activated), `running`,

@@ -9,49 +9,47 @@ tests replay any launch without a process.
 """
 
 from collections import deque
-from collections.abc import Callable
-from collections.abc import Collection
-from collections.abc import Iterable
-from collections.abc import Mapping
-from collections.abc import Sequence
-from dataclasses import field
-from dataclasses import replace
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import field, replace
 from itertools import count
 import math
 import signal
-from typing import Literal
-from typing import TYPE_CHECKING
+from typing import Literal, TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import RefusedError
-from colcon_yamllaunch.common.escalation import Escalation
-from colcon_yamllaunch.common.escalation import Orphan
-from colcon_yamllaunch.common.escalation import Target
-from colcon_yamllaunch.common.escalation import Targets
-from colcon_yamllaunch.common.escalation import Timeouts
-from colcon_yamllaunch.common.escalation import WHOLE
+from colcon_yamllaunch.common.escalation import (
+    Escalation,
+    Orphan,
+    Target,
+    Targets,
+    Timeouts,
+    WHOLE,
+)
 from colcon_yamllaunch.common.frozen import mutable
-from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.engine.loop import Loop
-from colcon_yamllaunch.engine.loop import TimerHandle
-from colcon_yamllaunch.engine.outcome import after_exit
-from colcon_yamllaunch.engine.outcome import delay_of_respawn
-from colcon_yamllaunch.engine.outcome import is_failure
-from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.engine.outcome import signal_name
+from colcon_yamllaunch.engine import events, limits
+from colcon_yamllaunch.engine.loop import Loop, TimerHandle
+from colcon_yamllaunch.engine.outcome import (
+    after_exit,
+    delay_of_respawn,
+    is_failure,
+    Outcome,
+    signal_name,
+)
 from colcon_yamllaunch.engine.spawn import StartError
 from colcon_yamllaunch.engine.state import ProcessState
-from colcon_yamllaunch.plan.plan import changed_entries
-from colcon_yamllaunch.plan.plan import ChangeState
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Entry
-from colcon_yamllaunch.plan.plan import Message
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import Shutdown
-from colcon_yamllaunch.plan.plan import SignalProcess
-from colcon_yamllaunch.plan.plan import Timer
-from colcon_yamllaunch.plan.plan import WorkerCall
+from colcon_yamllaunch.plan.plan import (
+    changed_entries,
+    ChangeState,
+    Component,
+    Entry,
+    Message,
+    Plan,
+    Process,
+    Shutdown,
+    SignalProcess,
+    Timer,
+    WorkerCall,
+)
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.engine.composition import Composition

@@ -9,8 +9,7 @@ keyboard can be connected to it at any time; all others read from /dev/null.
 What is echoed stays out of the logs, as this is a terminal of its own.
 """
 
-from collections.abc import Callable
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 import os
@@ -18,18 +17,12 @@ import termios
 from typing import Any
 
 from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.engine.channels import open_terminal
-from colcon_yamllaunch.engine.channels import resize
-from colcon_yamllaunch.engine.events import Event
-from colcon_yamllaunch.engine.events import Exited
+from colcon_yamllaunch.engine.channels import open_terminal, resize
+from colcon_yamllaunch.engine.events import Event, Exited
 from colcon_yamllaunch.engine.loop import Loop
-from colcon_yamllaunch.engine.relay import Relay
-from colcon_yamllaunch.engine.relay import Sink
+from colcon_yamllaunch.engine.relay import Relay, Sink
 from colcon_yamllaunch.engine.spawn import StartError
-from colcon_yamllaunch.plan.plan import changed_entries
-from colcon_yamllaunch.plan.plan import Entry
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import changed_entries, Entry, Plan, Process
 
 _IFLAG, _LFLAG = 0, 3
 _ECHOES_LINES = termios.ICANON | termios.ECHO

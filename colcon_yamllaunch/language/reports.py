@@ -9,26 +9,29 @@ SARIF 2.1.0 (code scanning, editors), `as_json` for everything else, and
 `show_arguments` for the launch arguments that it found.
 """
 
-from collections.abc import Iterator
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 import json
 import os
 from pathlib import Path
-from typing import Any
-from typing import TYPE_CHECKING
+from typing import Any, TYPE_CHECKING
 from urllib.parse import quote
 
 from colcon_yamllaunch import __version__
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.language.evaluation.findings import Checked
-from colcon_yamllaunch.language.evaluation.findings import DeclaredArgument
-from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
-from colcon_yamllaunch.language.syntax.diagnostics import render
-from colcon_yamllaunch.language.syntax.diagnostics import Severity
-from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.plan.position import shown_path
-from colcon_yamllaunch.plan.position import shown_position
+from colcon_yamllaunch.language.evaluation.findings import (
+    Checked,
+    DeclaredArgument,
+)
+from colcon_yamllaunch.language.syntax.diagnostics import (
+    Diagnostic,
+    render,
+    Severity,
+)
+from colcon_yamllaunch.plan.position import (
+    Position,
+    shown_path,
+    shown_position,
+)
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.language.policies.check import Declarations

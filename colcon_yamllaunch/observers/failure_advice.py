@@ -3,11 +3,7 @@
 
 """Advice about a process that failed, from its last output."""
 
-from collections.abc import Callable
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 import os
 from pathlib import Path
 import re
@@ -15,19 +11,17 @@ import signal
 import sys
 
 from colcon_yamllaunch.common.search_path import split_path
-from colcon_yamllaunch.common.suggestions import did_you_mean
-from colcon_yamllaunch.common.suggestions import is_slip
-from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.common.suggestions import did_you_mean, is_slip
+from colcon_yamllaunch.engine import events, limits
 from colcon_yamllaunch.engine.events import Exited
 from colcon_yamllaunch.engine.line_buffering import LINE_BUFFERED_VARIABLE
-from colcon_yamllaunch.engine.spawn import find_program
-from colcon_yamllaunch.engine.spawn import interpreter_of
-from colcon_yamllaunch.engine.spawn import StartError
+from colcon_yamllaunch.engine.spawn import (
+    find_program,
+    interpreter_of,
+    StartError,
+)
 from colcon_yamllaunch.observers.failures import OwnerOf
-from colcon_yamllaunch.plan.plan import ParametersOf
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import SetParameter
+from colcon_yamllaunch.plan.plan import ParametersOf, Process, SetParameter
 from colcon_yamllaunch.plan.position import Position
 
 _MISSING_MODULE = re.compile(

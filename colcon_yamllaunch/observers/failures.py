@@ -3,18 +3,13 @@
 
 """Reports of what failed in a launch, and the closing lines about it."""
 
-from collections.abc import Callable
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine import events, limits
 from colcon_yamllaunch.engine.lines import bare
-from colcon_yamllaunch.engine.state import Failure
-from colcon_yamllaunch.engine.state import LaunchState
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import SHOWN
+from colcon_yamllaunch.engine.state import Failure, LaunchState
+from colcon_yamllaunch.plan.plan import Component, Process, SHOWN
 
 #: Returns the package that has a Python module and that another package does
 #: not declare, or None; it gets the module and that other package.

@@ -9,8 +9,7 @@ use, that of Jenkins' xUnit plugin (junit-10.xsd) and that of Apache Ant's
 reports (JUnit.xsd by Windy Road).
 """
 
-from collections.abc import Iterable
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 import platform
 import re
 import time

@@ -20,8 +20,7 @@ the oldest of all files with a number is deleted.
 """
 
 from collections import deque
-from collections.abc import Callable
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 import fcntl
 import json
@@ -33,14 +32,10 @@ import time
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.engine.lines import normalised
-from colcon_yamllaunch.engine.lines import prefixed
+from colcon_yamllaunch.engine import events, limits
+from colcon_yamllaunch.engine.lines import normalised, prefixed
 from colcon_yamllaunch.observers.screen import Layout
-from colcon_yamllaunch.plan.plan import IN_COMMON_LOG
-from colcon_yamllaunch.plan.plan import IN_OWN_LOG
-from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import IN_COMMON_LOG, IN_OWN_LOG, Process
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.observers.log_store import LogStore

@@ -9,8 +9,7 @@ rclcpp and rclpy print by rcutils, whose lines begin with `[INFO] [TIME]
 """
 
 from enum import IntEnum
-from functools import cache
-from functools import lru_cache
+from functools import cache, lru_cache
 import re
 
 from colcon_yamllaunch.common.printable import COLOUR

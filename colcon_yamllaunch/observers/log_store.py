@@ -23,12 +23,13 @@ import sys
 from typing import Any
 
 from colcon_yamllaunch.common.frozen import mutable
-from colcon_yamllaunch.common.json_files import read_json
-from colcon_yamllaunch.common.json_files import write_json
+from colcon_yamllaunch.common.json_files import read_json, write_json
 from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.observers.log_files import COMMON_LOG
-from colcon_yamllaunch.observers.log_files import EVENT_LOG
-from colcon_yamllaunch.observers.log_files import lock_folder
+from colcon_yamllaunch.observers.log_files import (
+    COMMON_LOG,
+    EVENT_LOG,
+    lock_folder,
+)
 
 #: The name of the file that has the ages and sizes of the folders.
 INDEX_NAME = '.colcon_launch_logs.json'

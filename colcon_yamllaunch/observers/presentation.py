@@ -3,9 +3,7 @@
 
 """How a launch is shown: the stream, the events, and the window title."""
 
-from collections.abc import Callable
-from collections.abc import Iterable
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
 import os
 from typing import TextIO
@@ -14,13 +12,9 @@ from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.channels import size_of
 from colcon_yamllaunch.engine.outcome import signal_name
-from colcon_yamllaunch.engine.writer import TextWriter
-from colcon_yamllaunch.engine.writer import Writer
-from colcon_yamllaunch.observers.screen import layout_of
-from colcon_yamllaunch.observers.screen import Screen
-from colcon_yamllaunch.observers.screen import SCREEN_FORMAT
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.engine.writer import TextWriter, Writer
+from colcon_yamllaunch.observers.screen import layout_of, Screen, SCREEN_FORMAT
+from colcon_yamllaunch.plan.plan import Plan, Process
 
 # the values of TERM of terminals that do no more than print
 _ONLY_PRINT = frozenset((None, '', 'dumb', 'emacs', 'unknown'))

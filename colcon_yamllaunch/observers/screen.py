@@ -3,24 +3,21 @@
 
 """The output of a launch, as users see it."""
 
-from collections.abc import Callable
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 import logging
 import time
 import warnings
 
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.engine.lines import colourless
-from colcon_yamllaunch.engine.lines import legible
-from colcon_yamllaunch.engine.lines import normalised
-from colcon_yamllaunch.engine.lines import prefixed
+from colcon_yamllaunch.engine import events, limits
+from colcon_yamllaunch.engine.lines import (
+    colourless,
+    legible,
+    normalised,
+    prefixed,
+)
 from colcon_yamllaunch.engine.writer import Writer
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import SHOWN
+from colcon_yamllaunch.plan.plan import Process, SHOWN
 
 #: The variable for the screen.
 SCREEN_FORMAT = 'OVERRIDE_LAUNCH_SCREEN_FORMAT'

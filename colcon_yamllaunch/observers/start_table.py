@@ -3,21 +3,19 @@
 
 """The table of started processes, for a terminal."""
 
-from collections.abc import Iterable
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 import os
 from typing import NamedTuple
 
-from colcon_yamllaunch.common.table import column_widths
-from colcon_yamllaunch.common.table import table_lines
-from colcon_yamllaunch.common.table import table_width
-from colcon_yamllaunch.common.table import without_middle
-from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.common.table import (
+    column_widths,
+    table_lines,
+    table_width,
+    without_middle,
+)
+from colcon_yamllaunch.engine import events, limits
 from colcon_yamllaunch.observers.screen import Screen
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import Shutdown
+from colcon_yamllaunch.plan.plan import Plan, Process, Shutdown
 
 _HEADER = ('NAME', 'PACKAGE', 'NODE', 'PID')
 

@@ -10,18 +10,18 @@ a label is the name of the node where the launch file gives one.
 """
 
 from collections import Counter
-from collections.abc import Collection
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
-from itertools import chain
-from itertools import count
+from itertools import chain, count
 from typing import NamedTuple
 
-from colcon_yamllaunch.plan.plan import changed_entries
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Entry
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import (
+    changed_entries,
+    Component,
+    Entry,
+    Plan,
+    Process,
+)
 
 #: What stands between the name of a machine and that of a process there.
 MACHINE_SEPARATOR = '│'

@@ -3,9 +3,7 @@
 
 """What a launch file comes to: plain data, ready to be run."""
 
-from collections.abc import Callable
-from collections.abc import Iterable
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 
 from colcon_yamllaunch.common.frozen import dataclass

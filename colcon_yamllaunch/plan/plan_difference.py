@@ -10,29 +10,33 @@ its label and name.
 """
 
 from collections import Counter
-from collections.abc import Callable
-from collections.abc import Collection
-from collections.abc import Hashable
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import (
+    Callable,
+    Collection,
+    Hashable,
+    Iterable,
+    Iterator,
+    Mapping,
+    Sequence,
+)
 from dataclasses import replace
 from typing import TypeVar
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.plan.labels import machine_of
-from colcon_yamllaunch.plan.plan import changed_entries
-from colcon_yamllaunch.plan.plan import ChangeState
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Entry
-from colcon_yamllaunch.plan.plan import ParameterFile
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import SetParameter
-from colcon_yamllaunch.plan.plan import SignalProcess
-from colcon_yamllaunch.plan.plan import Timer
-from colcon_yamllaunch.plan.plan import WorkerCall
+from colcon_yamllaunch.plan.plan import (
+    changed_entries,
+    ChangeState,
+    Component,
+    Entry,
+    ParameterFile,
+    Plan,
+    Process,
+    SetParameter,
+    SignalProcess,
+    Timer,
+    WorkerCall,
+)
 
 #: What has a label.
 Labelled = Process | Component

@@ -3,15 +3,11 @@
 
 """Drawings of a plan: its launch files, groups, processes and components."""
 
-from collections.abc import Callable
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.plan.plan import Block
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import Block, Component, Plan, Process
 from colcon_yamllaunch.plan.plan_text import when
 from colcon_yamllaunch.plan.position import shown_path
 

@@ -15,24 +15,28 @@ from collections import Counter
 import json
 from typing import Any
 
-from colcon_yamllaunch.common.codec import Codec
-from colcon_yamllaunch.common.codec import CodecError
-from colcon_yamllaunch.common.codec import from_json
-from colcon_yamllaunch.common.codec import only
-from colcon_yamllaunch.common.codec import Read
-from colcon_yamllaunch.common.codec import read_float
-from colcon_yamllaunch.common.codec import Write
-from colcon_yamllaunch.plan.plan import ChangeState
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Message
-from colcon_yamllaunch.plan.plan import ParameterFile
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import Shutdown
-from colcon_yamllaunch.plan.plan import SignalProcess
-from colcon_yamllaunch.plan.plan import Timer
-from colcon_yamllaunch.plan.plan import Variables
-from colcon_yamllaunch.plan.plan import WorkerCall
+from colcon_yamllaunch.common.codec import (
+    Codec,
+    CodecError,
+    from_json,
+    only,
+    Read,
+    read_float,
+    Write,
+)
+from colcon_yamllaunch.plan.plan import (
+    ChangeState,
+    Component,
+    Message,
+    ParameterFile,
+    Plan,
+    Process,
+    Shutdown,
+    SignalProcess,
+    Timer,
+    Variables,
+    WorkerCall,
+)
 
 #: How many values and separators the JSON of a plan may have: a process takes
 #: some thirty.

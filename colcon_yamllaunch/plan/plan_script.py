@@ -6,21 +6,21 @@
 from collections.abc import Iterator
 
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.plan.plan import ChangeState
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import DEFAULT_SIGKILL_TIMEOUT
-from colcon_yamllaunch.plan.plan import DEFAULT_SIGTERM_TIMEOUT
-from colcon_yamllaunch.plan.plan import Entry
-from colcon_yamllaunch.plan.plan import Message
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import Shutdown
-from colcon_yamllaunch.plan.plan import SignalProcess
-from colcon_yamllaunch.plan.plan import Timer
-from colcon_yamllaunch.plan.plan import WorkerCall
-from colcon_yamllaunch.plan.plan_text import command
-from colcon_yamllaunch.plan.plan_text import load_command
-from colcon_yamllaunch.plan.plan_text import quoted
+from colcon_yamllaunch.plan.plan import (
+    ChangeState,
+    Component,
+    DEFAULT_SIGKILL_TIMEOUT,
+    DEFAULT_SIGTERM_TIMEOUT,
+    Entry,
+    Message,
+    Plan,
+    Process,
+    Shutdown,
+    SignalProcess,
+    Timer,
+    WorkerCall,
+)
+from colcon_yamllaunch.plan.plan_text import command, load_command, quoted
 from colcon_yamllaunch.plan.position import shown_position
 
 _BEGIN = """\

@@ -3,29 +3,29 @@
 
 """A plan for people to read."""
 
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 import shlex
 import signal
 from typing import NamedTuple
 
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.plan.plan import ChangeState
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Entry
-from colcon_yamllaunch.plan.plan import EventHandler
-from colcon_yamllaunch.plan.plan import Message
-from colcon_yamllaunch.plan.plan import ParametersOf
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import SetParameter
-from colcon_yamllaunch.plan.plan import Shutdown
-from colcon_yamllaunch.plan.plan import SignalProcess
-from colcon_yamllaunch.plan.plan import Timer
-from colcon_yamllaunch.plan.plan import UNLIMITED_RETRIES
-from colcon_yamllaunch.plan.plan import Variables
-from colcon_yamllaunch.plan.plan import WorkerCall
+from colcon_yamllaunch.plan.plan import (
+    ChangeState,
+    Component,
+    Entry,
+    EventHandler,
+    Message,
+    ParametersOf,
+    Plan,
+    Process,
+    SetParameter,
+    Shutdown,
+    SignalProcess,
+    Timer,
+    UNLIMITED_RETRIES,
+    Variables,
+    WorkerCall,
+)
 from colcon_yamllaunch.plan.position import shown_position
 
 _INDENT = '    '

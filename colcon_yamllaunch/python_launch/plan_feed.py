@@ -9,25 +9,22 @@ import os
 import signal
 from typing import Any
 
-from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.engine.commands import Command
-from colcon_yamllaunch.engine.commands import Escalate
-from colcon_yamllaunch.engine.commands import Extend
+from colcon_yamllaunch.engine import events, limits
+from colcon_yamllaunch.engine.commands import Command, Escalate, Extend
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.loop import TimerHandle
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.engine.participants import Execute
-from colcon_yamllaunch.engine.participants import Participant
-from colcon_yamllaunch.engine.participants import Reply
-from colcon_yamllaunch.language.evaluation.launch_worker import WorkerError
-from colcon_yamllaunch.language.evaluation.launch_worker import WorkerMessage
+from colcon_yamllaunch.engine.participants import Execute, Participant, Reply
+from colcon_yamllaunch.language.evaluation.launch_worker import (
+    WorkerError,
+    WorkerMessage,
+)
 from colcon_yamllaunch.language.python_files.python_visit import GrowingLaunch
-from colcon_yamllaunch.plan.plan import Growth
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import Shutdown
-from colcon_yamllaunch.python_launch.worker_process import NUMBER
-from colcon_yamllaunch.python_launch.worker_process import WorkerProcess
+from colcon_yamllaunch.plan.plan import Growth, Process, Shutdown
+from colcon_yamllaunch.python_launch.worker_process import (
+    NUMBER,
+    WorkerProcess,
+)
 
 #: Why a launch ends in which nothing is left to do, as ROS 2 calls it.
 IDLE = 'idle'

@@ -12,8 +12,7 @@ is killed.
 """
 
 from collections import deque
-from collections.abc import Collection
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from contextlib import suppress
 import os
 from pathlib import Path
@@ -22,24 +21,29 @@ import signal
 import time
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.common.escalation import Escalation
-from colcon_yamllaunch.common.escalation import Orphan
-from colcon_yamllaunch.common.escalation import Targets
-from colcon_yamllaunch.common.escalation import Timeouts
+from colcon_yamllaunch.common.escalation import (
+    Escalation,
+    Orphan,
+    Targets,
+    Timeouts,
+)
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.guard_link import GuardLink
-from colcon_yamllaunch.engine.helper_process import JsonPipes
-from colcon_yamllaunch.engine.helper_process import open_log
-from colcon_yamllaunch.engine.helper_process import pythons
-from colcon_yamllaunch.engine.launch_scan import find_orphans
-from colcon_yamllaunch.engine.launch_scan import LAUNCH_ID_VARIABLE
+from colcon_yamllaunch.engine.helper_process import (
+    JsonPipes,
+    open_log,
+    pythons,
+)
+from colcon_yamllaunch.engine.launch_scan import (
+    find_orphans,
+    LAUNCH_ID_VARIABLE,
+)
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.engine.spawn import spawn_process
-from colcon_yamllaunch.engine.spawn import StartError
-from colcon_yamllaunch.language.evaluation.launch_worker import NoWorkerError
-from colcon_yamllaunch.language.evaluation.launch_worker import WorkerError
-from colcon_yamllaunch.language.evaluation.launch_worker import WorkerMessage
+from colcon_yamllaunch.engine.spawn import spawn_process, StartError
 from colcon_yamllaunch.language.evaluation.launch_worker import (
+    NoWorkerError,
+    WorkerError,
+    WorkerMessage,
     WorkerTimeoutError,
 )
 from colcon_yamllaunch.language.python_files.python_visit import (

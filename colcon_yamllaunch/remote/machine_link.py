@@ -10,40 +10,42 @@ the requests that the part has not executed.
 """
 
 from collections import deque
-from collections.abc import Callable
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 import math
 import os
 import signal
 import time
-from typing import Any
-from typing import TYPE_CHECKING
+from typing import Any, TYPE_CHECKING
 
 from colcon_yamllaunch.common.codec import to_json
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.control.command_codec import request_of
-from colcon_yamllaunch.control.protocol import MessageReader
-from colcon_yamllaunch.control.protocol import ProtocolError
+from colcon_yamllaunch.control.protocol import MessageReader, ProtocolError
 from colcon_yamllaunch.engine.commands import Shutdown
-from colcon_yamllaunch.engine.loop import Loop
-from colcon_yamllaunch.engine.loop import TimerHandle
+from colcon_yamllaunch.engine.loop import Loop, TimerHandle
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.remote.connection.bootstrap import Bootstrap
-from colcon_yamllaunch.remote.connection.bootstrap import program_archive
+from colcon_yamllaunch.remote.connection.bootstrap import (
+    Bootstrap,
+    program_archive,
+)
 from colcon_yamllaunch.remote.connection.connect_process import (
     can_connect_again,
+    connect,
+    ConnectProcess,
 )
-from colcon_yamllaunch.remote.connection.connect_process import connect
-from colcon_yamllaunch.remote.connection.connect_process import ConnectProcess
-from colcon_yamllaunch.remote.connection.machine_connection import read_message
-from colcon_yamllaunch.remote.connection.machine_connection import SILENCE
-from colcon_yamllaunch.remote.connection.machine_connection import StartedPart
-from colcon_yamllaunch.remote.part_protocol import Finish
-from colcon_yamllaunch.remote.part_protocol import heartbeat_of
-from colcon_yamllaunch.remote.part_protocol import LOST_AFTER
+from colcon_yamllaunch.remote.connection.machine_connection import (
+    read_message,
+    SILENCE,
+    StartedPart,
+)
+from colcon_yamllaunch.remote.part_protocol import (
+    Finish,
+    heartbeat_of,
+    LOST_AFTER,
+)
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.remote.remote_part import RemotePart

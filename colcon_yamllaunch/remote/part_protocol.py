@@ -9,9 +9,7 @@ from typing import ClassVar
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.engine.commands import Command
-from colcon_yamllaunch.engine.commands import Done
-from colcon_yamllaunch.engine.commands import PartCommand
+from colcon_yamllaunch.engine.commands import Command, Done, PartCommand
 
 #: Seconds without a word from the launcher after which a part is stopped.
 LOST_AFTER = 10.0

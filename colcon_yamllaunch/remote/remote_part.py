@@ -8,12 +8,14 @@ Its events and output are emitted here, so that screen, logs and reports have
 them as if it ran here. What is to be done there is sent as commands.
 """
 
-from collections.abc import Callable
-from collections.abc import Collection
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import (
+    Callable,
+    Collection,
+    Iterable,
+    Iterator,
+    Mapping,
+    Sequence,
+)
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
@@ -23,30 +25,20 @@ import termios
 import time
 from typing import Any
 
-from colcon_yamllaunch.common.codec import CodecError
-from colcon_yamllaunch.common.codec import from_json
+from colcon_yamllaunch.common.codec import CodecError, from_json
 from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.common.printable import printable
 from colcon_yamllaunch.common.table import decimal_size
-from colcon_yamllaunch.control.command_codec import request_of
-from colcon_yamllaunch.control.command_codec import response_of
-from colcon_yamllaunch.engine import commands
-from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.control.command_codec import request_of, response_of
+from colcon_yamllaunch.engine import commands, events
 from colcon_yamllaunch.engine.engine import Engine
-from colcon_yamllaunch.engine.event_codec import EventError
-from colcon_yamllaunch.engine.event_codec import EventReader
+from colcon_yamllaunch.engine.event_codec import EventError, EventReader
 from colcon_yamllaunch.engine.events import LinkState
 from colcon_yamllaunch.engine.loop import TimerHandle
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.engine.state import PartState
-from colcon_yamllaunch.engine.state import ProcessState
-from colcon_yamllaunch.engine.supervisor import timeouts_of
-from colcon_yamllaunch.engine.supervisor import UNATTRIBUTED
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Entry
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.engine.state import PartState, ProcessState
+from colcon_yamllaunch.engine.supervisor import timeouts_of, UNATTRIBUTED
+from colcon_yamllaunch.plan.plan import Component, Entry, Plan, Process, Timer
 from colcon_yamllaunch.plan.plan_json import plan_to_json
 from colcon_yamllaunch.remote import part_protocol
 from colcon_yamllaunch.remote.deployment.deployment import Machine

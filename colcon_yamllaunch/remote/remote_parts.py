@@ -3,9 +3,7 @@
 
 """All parts of a launch that run on other machines."""
 
-from collections.abc import Callable
-from collections.abc import Collection
-from collections.abc import Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import replace
 from functools import partial
 from itertools import chain
@@ -13,17 +11,11 @@ import os
 from typing import Any
 
 from colcon_yamllaunch.common.errors import RefusedError
-from colcon_yamllaunch.engine import commands
-from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine import commands, events
 from colcon_yamllaunch.engine.engine import Engine
-from colcon_yamllaunch.engine.participants import Execute
-from colcon_yamllaunch.engine.participants import Participant
-from colcon_yamllaunch.engine.participants import Reply
+from colcon_yamllaunch.engine.participants import Execute, Participant, Reply
 from colcon_yamllaunch.engine.terminals import Keyboards
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Entry
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import Component, Entry, Plan, Process
 from colcon_yamllaunch.remote.deployment.placement import Placed
 from colcon_yamllaunch.remote.machine_link import MachineLink
 from colcon_yamllaunch.remote.part_protocol import Show

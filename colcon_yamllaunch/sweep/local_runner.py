@@ -15,12 +15,8 @@ them, as each fork makes both processes copy their memory.
 """
 
 from collections import deque
-from collections.abc import Callable
-from collections.abc import Mapping
-from collections.abc import Sequence
-from contextlib import closing
-from contextlib import ExitStack
-from contextlib import suppress
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing, ExitStack, suppress
 import gc
 import json
 import os
@@ -28,32 +24,34 @@ import resource
 import signal
 import socket
 import sys
-from typing import Any
-from typing import Literal
+from typing import Any, Literal
 
 from colcon_yamllaunch.common.codec import to_json
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.prctl import end_with_parent
 from colcon_yamllaunch.engine.cgroup import expect_moves
 from colcon_yamllaunch.engine.guard_link import GuardProcess
-from colcon_yamllaunch.engine.loop import caught
-from colcon_yamllaunch.engine.loop import Loop
-from colcon_yamllaunch.engine.loop import received
-from colcon_yamllaunch.engine.loop import STOPPING
+from colcon_yamllaunch.engine.loop import caught, Loop, received, STOPPING
 from colcon_yamllaunch.engine.outcome import signal_name
-from colcon_yamllaunch.sweep.isolation import DomainIds
-from colcon_yamllaunch.sweep.isolation import enter_own_network
-from colcon_yamllaunch.sweep.isolation import reason_for_no_network
-from colcon_yamllaunch.sweep.isolation import VARIABLE
-from colcon_yamllaunch.sweep.results import failed_run
-from colcon_yamllaunch.sweep.results import MESSAGES
-from colcon_yamllaunch.sweep.results import result_from_json
-from colcon_yamllaunch.sweep.results import RunResult
-from colcon_yamllaunch.sweep.run import NotBuiltError
-from colcon_yamllaunch.sweep.run import perform
-from colcon_yamllaunch.sweep.run import plan_failure
-from colcon_yamllaunch.sweep.run import PlanError
-from colcon_yamllaunch.sweep.run import Sweep
+from colcon_yamllaunch.sweep.isolation import (
+    DomainIds,
+    enter_own_network,
+    reason_for_no_network,
+    VARIABLE,
+)
+from colcon_yamllaunch.sweep.results import (
+    failed_run,
+    MESSAGES,
+    result_from_json,
+    RunResult,
+)
+from colcon_yamllaunch.sweep.run import (
+    NotBuiltError,
+    perform,
+    plan_failure,
+    PlanError,
+    Sweep,
+)
 from colcon_yamllaunch.sweep.table import Run
 
 #: Bytes of a message of a worker; a reason and metrics are shorter.

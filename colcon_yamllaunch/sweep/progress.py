@@ -8,8 +8,7 @@ On a terminal that is one line, which is redrawn; elsewhere a line is written
 now and then. A run that failed has a line of its own.
 """
 
-from collections.abc import Callable
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from contextlib import suppress
 import os
 import time
@@ -17,13 +16,10 @@ from typing import TextIO
 
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.common.table import duration
-from colcon_yamllaunch.engine.channels import DEFAULT_SIZE
-from colcon_yamllaunch.engine.channels import size_of
+from colcon_yamllaunch.engine.channels import DEFAULT_SIZE, size_of
 from colcon_yamllaunch.observers.presentation import only_prints
 from colcon_yamllaunch.sweep.reports import SweepReports
-from colcon_yamllaunch.sweep.results import Code
-from colcon_yamllaunch.sweep.results import ResultsFolder
-from colcon_yamllaunch.sweep.results import RunResult
+from colcon_yamllaunch.sweep.results import Code, ResultsFolder, RunResult
 from colcon_yamllaunch.sweep.table import Run
 
 #: Seconds between two drawings of the line in a terminal.

@@ -8,14 +8,9 @@ It loads nothing and runs nothing, and text from launch files and processes is
 escaped. The plots are SVG, with the colours of the page around them.
 """
 
-from collections.abc import Callable
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from html import escape
-from itertools import combinations
-from itertools import islice
+from itertools import combinations, islice
 import math
 from pathlib import Path
 import statistics
@@ -23,12 +18,13 @@ import time
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.common.table import without_end
-from colcon_yamllaunch.common.table import without_middle
-from colcon_yamllaunch.sweep.results import number_of
-from colcon_yamllaunch.sweep.results import RunResult
-from colcon_yamllaunch.sweep.results import SweepDefinition
-from colcon_yamllaunch.sweep.results import versions_of
+from colcon_yamllaunch.common.table import without_end, without_middle
+from colcon_yamllaunch.sweep.results import (
+    number_of,
+    RunResult,
+    SweepDefinition,
+    versions_of,
+)
 from colcon_yamllaunch.sweep.table import Run
 
 #: Pixels; a plot grows and shrinks with the page.

@@ -4,10 +4,7 @@
 """The reports of a sweep: `results.csv`, `junit.xml` and `report.html`."""
 
 from collections import Counter
-from collections.abc import Callable
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 import re
@@ -16,19 +13,23 @@ import time
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.common.text_files import write_file
-from colcon_yamllaunch.observers.junit import junit_case
-from colcon_yamllaunch.observers.junit import junit_document
-from colcon_yamllaunch.observers.junit import junit_outcome
+from colcon_yamllaunch.observers.junit import (
+    junit_case,
+    junit_document,
+    junit_outcome,
+)
 from colcon_yamllaunch.observers.log_files import COMMON_LOG
 from colcon_yamllaunch.sweep.report_page import report_page
-from colcon_yamllaunch.sweep.results import JUNIT
-from colcon_yamllaunch.sweep.results import MESSAGES
-from colcon_yamllaunch.sweep.results import REPORT
-from colcon_yamllaunch.sweep.results import RESULTS
-from colcon_yamllaunch.sweep.results import ResultsFolder
-from colcon_yamllaunch.sweep.results import RunResult
-from colcon_yamllaunch.sweep.results import SweepDefinition
-from colcon_yamllaunch.sweep.results import versions_of
+from colcon_yamllaunch.sweep.results import (
+    JUNIT,
+    MESSAGES,
+    REPORT,
+    RESULTS,
+    ResultsFolder,
+    RunResult,
+    SweepDefinition,
+    versions_of,
+)
 from colcon_yamllaunch.sweep.table import RunTable
 
 #: Seconds between two writings while runs go on: at least this many, and this

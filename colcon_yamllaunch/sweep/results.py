@@ -9,13 +9,9 @@ as soon as it is known. `results.csv`, `junit.xml` and `report.html` are made
 from the two (see `reports`), and `runs/NUMBER/` has the logs of a run.
 """
 
-from collections.abc import Callable
-from collections.abc import Collection
-from collections.abc import Iterable
-from collections.abc import Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from contextlib import suppress
-from dataclasses import field
-from dataclasses import replace
+from dataclasses import field, replace
 import fcntl
 import hashlib
 import json
@@ -23,17 +19,13 @@ import os
 from pathlib import Path
 import shutil
 import time
-from typing import Any
-from typing import Literal
+from typing import Any, Literal
 
-from colcon_yamllaunch.common.codec import Codec
-from colcon_yamllaunch.common.codec import CodecError
-from colcon_yamllaunch.common.codec import to_json
+from colcon_yamllaunch.common.codec import Codec, CodecError, to_json
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.fingerprint import digest
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.common.json_files import read_json
-from colcon_yamllaunch.common.json_files import write_json
+from colcon_yamllaunch.common.json_files import read_json, write_json
 from colcon_yamllaunch.plan.position import shown_path
 from colcon_yamllaunch.sweep.table import RunTable
 

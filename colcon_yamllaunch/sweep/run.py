@@ -3,10 +3,7 @@
 
 """One run of a sweep, from its plan to its result."""
 
-from collections.abc import Callable
-from collections.abc import Iterable
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 import os
 from pathlib import Path
@@ -18,20 +15,20 @@ from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.exit_conditions import ExitConditions
 from colcon_yamllaunch.engine.guard_link import GuardProcess
-from colcon_yamllaunch.engine.line_pattern import LinePattern
-from colcon_yamllaunch.engine.line_pattern import SearchTimeError
+from colcon_yamllaunch.engine.line_pattern import LinePattern, SearchTimeError
 from colcon_yamllaunch.engine.lines import bare
 from colcon_yamllaunch.engine.participants import Participant
 from colcon_yamllaunch.observers.failures import OwnerOf
 from colcon_yamllaunch.observers.presentation import Presentation
 from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.run import run
-from colcon_yamllaunch.run import RunContext
+from colcon_yamllaunch.run import run, RunContext
 from colcon_yamllaunch.sweep.progress import Progress
-from colcon_yamllaunch.sweep.results import failed_run
-from colcon_yamllaunch.sweep.results import one_reason
-from colcon_yamllaunch.sweep.results import ResultsFolder
-from colcon_yamllaunch.sweep.results import RunResult
+from colcon_yamllaunch.sweep.results import (
+    failed_run,
+    one_reason,
+    ResultsFolder,
+    RunResult,
+)
 from colcon_yamllaunch.sweep.table import Run
 
 _FAILED = 'failed: '

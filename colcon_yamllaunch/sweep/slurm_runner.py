@@ -11,11 +11,8 @@ always do, but forget a job some minutes after its end (MinJobAge).
 """
 
 from collections import Counter
-from collections.abc import Iterable
-from collections.abc import Mapping
-from collections.abc import Sequence
-from contextlib import redirect_stderr
-from contextlib import suppress
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import redirect_stderr, suppress
 import io
 import json
 from pathlib import Path
@@ -31,21 +28,19 @@ import time
 import colcon_yamllaunch
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.engine.loop import caught
-from colcon_yamllaunch.engine.loop import received
-from colcon_yamllaunch.engine.loop import STOPPING
+from colcon_yamllaunch.engine.loop import caught, received, STOPPING
 from colcon_yamllaunch.engine.outcome import signal_name
 from colcon_yamllaunch.plan.plan_json import plan_to_json
 from colcon_yamllaunch.plan.position import shown_position
-from colcon_yamllaunch.sweep.results import failed_run
-from colcon_yamllaunch.sweep.results import RunResult
-from colcon_yamllaunch.sweep.run import NotBuiltError
-from colcon_yamllaunch.sweep.run import plan_failure
-from colcon_yamllaunch.sweep.run import PlanError
-from colcon_yamllaunch.sweep.run import PlannedRun
-from colcon_yamllaunch.sweep.run import Sweep
-from colcon_yamllaunch.sweep.slurm_task import Common
-from colcon_yamllaunch.sweep.slurm_task import SlurmFiles
+from colcon_yamllaunch.sweep.results import failed_run, RunResult
+from colcon_yamllaunch.sweep.run import (
+    NotBuiltError,
+    plan_failure,
+    PlanError,
+    PlannedRun,
+    Sweep,
+)
+from colcon_yamllaunch.sweep.slurm_task import Common, SlurmFiles
 from colcon_yamllaunch.sweep.table import Run
 
 #: Seconds that a command of Slurm may take.

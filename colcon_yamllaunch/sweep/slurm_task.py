@@ -12,8 +12,7 @@ They are in the folder of the results, on a file system that the nodes share:
 A task needs the standard library only, so any Python of the node will do.
 """
 
-from collections.abc import Iterator
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 import json
 import os
@@ -21,26 +20,27 @@ from pathlib import Path
 import sys
 from typing import Any
 
-from colcon_yamllaunch.common.codec import Codec
-from colcon_yamllaunch.common.codec import to_json
+from colcon_yamllaunch.common.codec import Codec, to_json
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.json_files import read_json
 from colcon_yamllaunch.common.text_files import write_file
 from colcon_yamllaunch.engine.line_pattern import LinePattern
 from colcon_yamllaunch.plan.plan_json import plan_from_json
-from colcon_yamllaunch.sweep.isolation import DomainIds
-from colcon_yamllaunch.sweep.isolation import enter_own_network
-from colcon_yamllaunch.sweep.isolation import VARIABLE
-from colcon_yamllaunch.sweep.results import ARRAYS
-from colcon_yamllaunch.sweep.results import DONE
-from colcon_yamllaunch.sweep.results import failed_run
-from colcon_yamllaunch.sweep.results import result_from_json
-from colcon_yamllaunch.sweep.results import RunResult
-from colcon_yamllaunch.sweep.results import SLURM
-from colcon_yamllaunch.sweep.run import Goal
-from colcon_yamllaunch.sweep.run import perform
-from colcon_yamllaunch.sweep.run import PlannedRun
+from colcon_yamllaunch.sweep.isolation import (
+    DomainIds,
+    enter_own_network,
+    VARIABLE,
+)
+from colcon_yamllaunch.sweep.results import (
+    ARRAYS,
+    DONE,
+    failed_run,
+    result_from_json,
+    RunResult,
+    SLURM,
+)
+from colcon_yamllaunch.sweep.run import Goal, perform, PlannedRun
 
 _COMMON = 'common.json'
 _PLAN = 'plan.json'

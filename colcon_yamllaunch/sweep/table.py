@@ -13,8 +13,7 @@ A table of runs is a CSV file (RFC 4180). Its first line has the names of
 launch arguments, each further line their values for a run.
 """
 
-from collections.abc import Iterator
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 import csv
 from decimal import Decimal
 from itertools import product

@@ -10,9 +10,11 @@ from typing import ClassVar
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.observers.screen import Screen
-from colcon_yamllaunch.terminal.keyboard import ESCAPE
-from colcon_yamllaunch.terminal.keyboard import ESCAPE_NAME
-from colcon_yamllaunch.terminal.keyboard import WatchedKeyboard
+from colcon_yamllaunch.terminal.keyboard import (
+    ESCAPE,
+    ESCAPE_NAME,
+    WatchedKeyboard,
+)
 from colcon_yamllaunch.terminal.keys import Keys
 
 

@@ -4,8 +4,7 @@
 """The keyboard of a terminal: its modes, its bytes, and keys made of them."""
 
 import codecs
-from collections.abc import Callable
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 import os
 import re
 import select

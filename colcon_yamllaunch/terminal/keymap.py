@@ -18,17 +18,18 @@ block with a label or None, of the full screen with the part or the key. A view
 may show the response to a command in its own way, by a method `after_NAME`.
 """
 
-from collections.abc import Callable
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine.commands import Command
-from colcon_yamllaunch.engine.state import ComponentState
-from colcon_yamllaunch.engine.state import LaunchState
-from colcon_yamllaunch.engine.state import Part
-from colcon_yamllaunch.engine.state import ProcessState
+from colcon_yamllaunch.engine.state import (
+    ComponentState,
+    LaunchState,
+    Part,
+    ProcessState,
+)
 from colcon_yamllaunch.terminal.keyboard import ESCAPE_NAME
 from colcon_yamllaunch.terminal.line_filter import Filtering
 

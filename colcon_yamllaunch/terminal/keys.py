@@ -3,22 +3,16 @@
 
 """The keys that are typed at the status block, and lines of input."""
 
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.control.process_names import ProcessNames
 from colcon_yamllaunch.engine.state import ComponentState
 from colcon_yamllaunch.terminal import keymap
-from colcon_yamllaunch.terminal.keyboard import ESCAPE
-from colcon_yamllaunch.terminal.keyboard import ESCAPE_NAME
-from colcon_yamllaunch.terminal.keyboard import KeyDecoder
+from colcon_yamllaunch.terminal.keyboard import ESCAPE, ESCAPE_NAME, KeyDecoder
 from colcon_yamllaunch.terminal.line_filter import Filtering
-from colcon_yamllaunch.terminal.status_block import View
-from colcon_yamllaunch.terminal.status_block import width
+from colcon_yamllaunch.terminal.status_block import View, width
 from colcon_yamllaunch.terminal.status_model import StatusModel
 
 

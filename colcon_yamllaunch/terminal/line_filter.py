@@ -3,10 +3,7 @@
 
 """The filter of the output, and the output above the status block."""
 
-from collections.abc import Callable
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 import re
 import time
@@ -14,11 +11,8 @@ import time
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.lines import bare
-from colcon_yamllaunch.observers.log_levels import Level
-from colcon_yamllaunch.observers.log_levels import level_of
-from colcon_yamllaunch.observers.log_levels import may_be_loud
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import SHOWN
+from colcon_yamllaunch.observers.log_levels import Level, level_of, may_be_loud
+from colcon_yamllaunch.plan.plan import Process, SHOWN
 
 #: Lines that come at once up to which each one is compared.
 FEW = 64

@@ -4,8 +4,7 @@
 """A pager that runs in the terminal of a launch as its foreground job."""
 
 from collections import deque
-from collections.abc import Iterator
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 import os
 from pathlib import Path

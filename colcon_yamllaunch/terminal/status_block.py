@@ -4,31 +4,28 @@
 """The lines of the status block."""
 
 from collections import Counter
-from collections.abc import Iterable
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 import math
 import re
 
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.common.printable import COLOUR
-from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.common.printable import COLOUR, one_line
+from colcon_yamllaunch.engine import events, limits
 from colcon_yamllaunch.engine.outcome import signal_name
-from colcon_yamllaunch.engine.state import Countdown
-from colcon_yamllaunch.engine.state import LaunchState
-from colcon_yamllaunch.engine.state import Part
+from colcon_yamllaunch.engine.state import Countdown, LaunchState, Part
 from colcon_yamllaunch.terminal.line_filter import Filtering
-from colcon_yamllaunch.terminal.status_model import ALARM
-from colcon_yamllaunch.terminal.status_model import BOLD
-from colcon_yamllaunch.terminal.status_model import DIM
-from colcon_yamllaunch.terminal.status_model import GREEN
-from colcon_yamllaunch.terminal.status_model import HEALTHY
-from colcon_yamllaunch.terminal.status_model import LOOKS
-from colcon_yamllaunch.terminal.status_model import RED
-from colcon_yamllaunch.terminal.status_model import REVERSE
-from colcon_yamllaunch.terminal.status_model import StatusModel
-from colcon_yamllaunch.terminal.status_model import YELLOW
+from colcon_yamllaunch.terminal.status_model import (
+    ALARM,
+    BOLD,
+    DIM,
+    GREEN,
+    HEALTHY,
+    LOOKS,
+    RED,
+    REVERSE,
+    StatusModel,
+    YELLOW,
+)
 
 #: Lines that the block takes at most.
 MAXIMUM_LINES = 4

@@ -3,8 +3,7 @@
 
 """What both views show of the processes and components of a launch."""
 
-from collections.abc import Iterator
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 import os
 import re
 import shlex
@@ -13,16 +12,17 @@ from typing import TYPE_CHECKING
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.engine import cgroup
-from colcon_yamllaunch.engine.state import ComponentState
-from colcon_yamllaunch.engine.state import Condition
-from colcon_yamllaunch.engine.state import LaunchState
-from colcon_yamllaunch.engine.state import Part
-from colcon_yamllaunch.engine.state import UNKNOWN
+from colcon_yamllaunch.engine.state import (
+    ComponentState,
+    Condition,
+    LaunchState,
+    Part,
+    UNKNOWN,
+)
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.control import resource_usage
-    from colcon_yamllaunch.engine.description import Description
-    from colcon_yamllaunch.engine.description import Parameter
+    from colcon_yamllaunch.engine.description import Description, Parameter
 
 #: The keys that choose a process, in the order in which they are assigned:
 #: those that mean something for all processes are left out.

@@ -8,21 +8,17 @@ It has the status block below the output, and the keyboard. While the launch is
 suspended or in the background, the terminal belongs to another job.
 """
 
-from collections.abc import Callable
-from collections.abc import Iterable
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 import math
 import os
 from pathlib import Path
 import signal
 import sys
 import time
-from typing import Any
-from typing import TYPE_CHECKING
+from typing import Any, TYPE_CHECKING
 
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.engine import commands
-from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine import commands, events
 from colcon_yamllaunch.engine.channels import size_of
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.exit_conditions import ExitConditions
@@ -32,20 +28,24 @@ from colcon_yamllaunch.observers.log_levels import FORMAT
 from colcon_yamllaunch.observers.presentation import Display
 from colcon_yamllaunch.observers.screen import Screen
 from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.terminal import keys
-from colcon_yamllaunch.terminal import status_block
+from colcon_yamllaunch.terminal import keys, status_block
 from colcon_yamllaunch.terminal.attachment import KeysAttachment
-from colcon_yamllaunch.terminal.keyboard import ESCAPE_DELAY
-from colcon_yamllaunch.terminal.keyboard import is_in_foreground
-from colcon_yamllaunch.terminal.keyboard import WatchedKeyboard
-from colcon_yamllaunch.terminal.keymap import cannot_be_typed_at
-from colcon_yamllaunch.terminal.keymap import FOR_ALL
-from colcon_yamllaunch.terminal.keymap import FOR_ONE
-from colcon_yamllaunch.terminal.line_filter import LineFilter
-from colcon_yamllaunch.terminal.line_filter import time_stamp
-from colcon_yamllaunch.terminal.status_model import CpuShares
-from colcon_yamllaunch.terminal.status_model import description_lines
-from colcon_yamllaunch.terminal.status_model import StatusModel
+from colcon_yamllaunch.terminal.keyboard import (
+    ESCAPE_DELAY,
+    is_in_foreground,
+    WatchedKeyboard,
+)
+from colcon_yamllaunch.terminal.keymap import (
+    cannot_be_typed_at,
+    FOR_ALL,
+    FOR_ONE,
+)
+from colcon_yamllaunch.terminal.line_filter import LineFilter, time_stamp
+from colcon_yamllaunch.terminal.status_model import (
+    CpuShares,
+    description_lines,
+    StatusModel,
+)
 from colcon_yamllaunch.terminal.status_writer import StatusWriter
 
 if TYPE_CHECKING:
@@ -335,8 +335,7 @@ class TerminalSession:
     def _page(self, log: str) -> None:
         """Show the log of a process in the pager, which gets the terminal."""
         # few are looked at
-        from colcon_yamllaunch.terminal.pager import PagedOutput
-        from colcon_yamllaunch.terminal.pager import Pager
+        from colcon_yamllaunch.terminal.pager import PagedOutput, Pager
 
         self._end()
         try:

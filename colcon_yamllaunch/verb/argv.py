@@ -7,12 +7,12 @@ from collections.abc import Sequence
 import os
 from pathlib import Path
 import sys
-from typing import Any
-from typing import NoReturn
-from typing import TYPE_CHECKING
+from typing import Any, NoReturn, TYPE_CHECKING
 
-from colcon_core.argument_parser import ArgumentParserDecorator
-from colcon_core.argument_parser import ArgumentParserDecoratorExtensionPoint
+from colcon_core.argument_parser import (
+    ArgumentParserDecorator,
+    ArgumentParserDecoratorExtensionPoint,
+)
 from colcon_core.plugin_system import satisfies_version
 
 if TYPE_CHECKING:
@@ -87,8 +87,10 @@ def rewritten(argv: Sequence[str] | None = None) -> list[str]:
     if verb is None:
         return words
     from colcon_yamllaunch.common.errors import UserError
-    from colcon_yamllaunch.verb.command_line import program_index
-    from colcon_yamllaunch.verb.command_line import written_for_argparse
+    from colcon_yamllaunch.verb.command_line import (
+        program_index,
+        written_for_argparse,
+    )
 
     program: list[str] = []
     if verb == 'run':

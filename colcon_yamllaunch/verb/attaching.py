@@ -12,25 +12,20 @@ import signal
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.suggestions import listing
 from colcon_yamllaunch.control import protocol
-from colcon_yamllaunch.control.client import ControlError
-from colcon_yamllaunch.control.client import LaunchEndedError
-from colcon_yamllaunch.control.client import RunningLaunch
+from colcon_yamllaunch.control.client import (
+    ControlError,
+    LaunchEndedError,
+    RunningLaunch,
+)
 from colcon_yamllaunch.control.orphaned_launches import ONLY_STOPS
-from colcon_yamllaunch.control.process_names import meant_by
-from colcon_yamllaunch.control.process_names import ProcessNames
+from colcon_yamllaunch.control.process_names import meant_by, ProcessNames
 from colcon_yamllaunch.control.protocol import ProtocolError
-from colcon_yamllaunch.engine.loop import caught
-from colcon_yamllaunch.engine.loop import received
-from colcon_yamllaunch.engine.loop import STOPPING
-from colcon_yamllaunch.engine.state import ComponentState
-from colcon_yamllaunch.engine.state import Part
+from colcon_yamllaunch.engine.loop import caught, received, STOPPING
+from colcon_yamllaunch.engine.state import ComponentState, Part
 from colcon_yamllaunch.engine.terminals import with_terminals
 from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.terminal.keyboard import ESCAPE_NAME
-from colcon_yamllaunch.terminal.keyboard import Keyboard
-from colcon_yamllaunch.verb.messages import say
-from colcon_yamllaunch.verb.messages import show
-from colcon_yamllaunch.verb.messages import show_bytes
+from colcon_yamllaunch.terminal.keyboard import ESCAPE_NAME, Keyboard
+from colcon_yamllaunch.verb.messages import say, show, show_bytes
 from colcon_yamllaunch.verb.selecting import Candidate
 
 

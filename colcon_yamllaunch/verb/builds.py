@@ -3,24 +3,25 @@
 
 """The builds of one launch, and what the user sees of them."""
 
-from collections.abc import Callable
-from collections.abc import Collection
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Sequence
 from contextlib import redirect_stdout
 from dataclasses import replace
 import sys
 from typing import Any
 
-from colcon_yamllaunch.verb.messages import ForgivingOutput
-from colcon_yamllaunch.verb.messages import say_line
+from colcon_yamllaunch.verb.messages import ForgivingOutput, say_line
 from colcon_yamllaunch.verb.workspace_session import WorkspaceSession
 from colcon_yamllaunch.workspace.building.build_processes import interruption
-from colcon_yamllaunch.workspace.building.build_report import after_build
-from colcon_yamllaunch.workspace.building.build_report import explanation
-from colcon_yamllaunch.workspace.building.update import bring_up_to_date
-from colcon_yamllaunch.workspace.building.update import BuildRequest
-from colcon_yamllaunch.workspace.building.update import decide
-from colcon_yamllaunch.workspace.building.update import Update
+from colcon_yamllaunch.workspace.building.build_report import (
+    after_build,
+    explanation,
+)
+from colcon_yamllaunch.workspace.building.update import (
+    bring_up_to_date,
+    BuildRequest,
+    decide,
+    Update,
+)
 from colcon_yamllaunch.workspace.freshness.build_record import Decision
 
 

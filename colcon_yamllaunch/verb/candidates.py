@@ -3,21 +3,20 @@
 
 """What may stand at a place of the command line, for completion."""
 
-from collections.abc import Iterator
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 import os
 from pathlib import Path
-from typing import Any
-from typing import TYPE_CHECKING
+from typing import Any, TYPE_CHECKING
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.verb.target import find_workspace
 from colcon_yamllaunch.workspace.colcon.package_scan import scan_packages
 from colcon_yamllaunch.workspace.packages.build_files import source_programs
-from colcon_yamllaunch.workspace.packages.launch_files import find_launch_files
-from colcon_yamllaunch.workspace.packages.launch_files import launch_file_names
+from colcon_yamllaunch.workspace.packages.launch_files import (
+    find_launch_files,
+    launch_file_names,
+)
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 if TYPE_CHECKING:
@@ -159,10 +158,11 @@ def launch_arguments(
     # reading launch files takes longer to import than all else
     from colcon_yamllaunch.language.evaluation.request import Request
     from colcon_yamllaunch.language.policies.check import find_declarations
-    from colcon_yamllaunch.verb.target import package_target
-    from colcon_yamllaunch.verb.target import path_target
-    from colcon_yamllaunch.verb.workspace_session import exposed_by_packages
-    from colcon_yamllaunch.verb.workspace_session import LaunchPackages
+    from colcon_yamllaunch.verb.target import package_target, path_target
+    from colcon_yamllaunch.verb.workspace_session import (
+        exposed_by_packages,
+        LaunchPackages,
+    )
 
     locator = cursor.locator(positionals)
     cwd = Path.cwd()

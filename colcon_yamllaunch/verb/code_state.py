@@ -3,10 +3,7 @@
 
 """Which version of the code the runs of a sweep use."""
 
-from collections.abc import Collection
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 import json
 import os
 from pathlib import Path
@@ -14,10 +11,12 @@ import re
 import subprocess
 import time
 
-from colcon_yamllaunch.common.fingerprint import digest
-from colcon_yamllaunch.common.fingerprint import Fingerprint
-from colcon_yamllaunch.common.fingerprint import fingerprint
-from colcon_yamllaunch.common.fingerprint import with_content
+from colcon_yamllaunch.common.fingerprint import (
+    digest,
+    Fingerprint,
+    fingerprint,
+    with_content,
+)
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.sweep.results import Code

@@ -11,26 +11,23 @@ these options are written with '=' before it gets them.
 """
 
 import argparse
-from collections.abc import Iterator
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 import os
 import re
-from typing import Any
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.verb.messages import enumeration
-from colcon_yamllaunch.verb.messages import report_errors
-from colcon_yamllaunch.verb.messages import show
-from colcon_yamllaunch.verb.options import CreateOptions
-from colcon_yamllaunch.verb.options import LaunchOptions
-from colcon_yamllaunch.verb.options import Option
-from colcon_yamllaunch.verb.options import OPTIONS
-from colcon_yamllaunch.verb.options import REQUESTS
-from colcon_yamllaunch.verb.options import RunOptions
-from colcon_yamllaunch.verb.options import SweepOptions
-from colcon_yamllaunch.verb.options import Verb
+from colcon_yamllaunch.verb.messages import enumeration, report_errors, show
+from colcon_yamllaunch.verb.options import (
+    CreateOptions,
+    LaunchOptions,
+    Option,
+    OPTIONS,
+    REQUESTS,
+    RunOptions,
+    SweepOptions,
+    Verb,
+)
 
 SEPARATOR = '--'
 
@@ -398,8 +395,10 @@ def _refuse_unclear(options: LaunchOptions) -> None:
     elif not (options.positionals or options.schema or options.checks_all):
         refuse_paths_alone(options)
         # most command lines name something
-        from colcon_yamllaunch.verb.target import find_workspace
-        from colcon_yamllaunch.verb.target import launch_commands
+        from colcon_yamllaunch.verb.target import (
+            find_workspace,
+            launch_commands,
+        )
         from colcon_yamllaunch.workspace.colcon.package_scan import (
             scan_packages,
         )

@@ -10,10 +10,7 @@ cursor; then the process ends, before anything is run or written.
 """
 
 import argparse
-from collections.abc import Callable
-from collections.abc import Iterable
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 import os
@@ -25,16 +22,16 @@ from typing import Any
 from colcon_yamllaunch.common.errors import OutputError
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.verb import candidates
-from colcon_yamllaunch.verb.candidates import Candidates
-from colcon_yamllaunch.verb.candidates import Cursor
-from colcon_yamllaunch.verb.command_line import given_options
-from colcon_yamllaunch.verb.command_line import split_line
+from colcon_yamllaunch.verb.candidates import Candidates, Cursor
+from colcon_yamllaunch.verb.command_line import given_options, split_line
 from colcon_yamllaunch.verb.messages import say
-from colcon_yamllaunch.verb.options import Completer
-from colcon_yamllaunch.verb.options import Option
-from colcon_yamllaunch.verb.options import OPTIONS
-from colcon_yamllaunch.verb.options import REQUESTS
-from colcon_yamllaunch.verb.options import Verb
+from colcon_yamllaunch.verb.options import (
+    Completer,
+    Option,
+    OPTIONS,
+    REQUESTS,
+    Verb,
+)
 from colcon_yamllaunch.verb.target import PATH_SUFFIXES
 
 _Find = Callable[[Cursor], Candidates]

@@ -3,35 +3,35 @@
 
 """What all steps of a launch share."""
 
-from collections.abc import Callable
-from collections.abc import Iterable
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from copy import copy
 from functools import cached_property
 import os
 from pathlib import Path
 import time
-from typing import NoReturn
-from typing import TYPE_CHECKING
+from typing import NoReturn, TYPE_CHECKING
 
 from colcon_yamllaunch.engine.state import About
 from colcon_yamllaunch.language.evaluation.request import Request
-from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
-from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.syntax.diagnostics import render
+from colcon_yamllaunch.language.syntax.diagnostics import (
+    Diagnostic,
+    LaunchError,
+    render,
+)
 from colcon_yamllaunch.language.syntax.launch_tree import LaunchFile
 from colcon_yamllaunch.verb.log_folders import ros_log_folder
-from colcon_yamllaunch.verb.messages import say
-from colcon_yamllaunch.verb.messages import say_line
-from colcon_yamllaunch.verb.messages import show
+from colcon_yamllaunch.verb.messages import say, say_line, show
 from colcon_yamllaunch.verb.options import LaunchOptions
-from colcon_yamllaunch.verb.target import find_workspace
-from colcon_yamllaunch.verb.target import package_target
-from colcon_yamllaunch.verb.target import path_target
-from colcon_yamllaunch.verb.target import Target
-from colcon_yamllaunch.verb.workspace_session import LaunchPackages
-from colcon_yamllaunch.verb.workspace_session import WorkspaceSession
+from colcon_yamllaunch.verb.target import (
+    find_workspace,
+    package_target,
+    path_target,
+    Target,
+)
+from colcon_yamllaunch.verb.workspace_session import (
+    LaunchPackages,
+    WorkspaceSession,
+)
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 if TYPE_CHECKING:

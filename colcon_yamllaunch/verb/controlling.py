@@ -3,10 +3,7 @@
 
 """What `colcon launch` does about launches that run already."""
 
-from collections.abc import Callable
-from collections.abc import Iterable
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 import json
 from pathlib import Path
 import shutil
@@ -16,38 +13,39 @@ from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.suggestions import listing
-from colcon_yamllaunch.control.client import ControlError
-from colcon_yamllaunch.control.client import LaunchEndedError
-from colcon_yamllaunch.control.client import PROGRESS_INTERVAL
-from colcon_yamllaunch.control.resource_usage import Usage
-from colcon_yamllaunch.control.resource_usage import usage_of
-from colcon_yamllaunch.control.resource_usage import use_of
+from colcon_yamllaunch.control.client import (
+    ControlError,
+    LaunchEndedError,
+    PROGRESS_INTERVAL,
+)
+from colcon_yamllaunch.control.resource_usage import Usage, usage_of, use_of
 from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine.commands import ChangeState
-from colcon_yamllaunch.engine.state import ComponentState
-from colcon_yamllaunch.engine.state import LaunchState
-from colcon_yamllaunch.engine.state import Part
-from colcon_yamllaunch.engine.state import ProcessState
-from colcon_yamllaunch.engine.state import to_json
-from colcon_yamllaunch.plan.plan import TRANSITIONS
-from colcon_yamllaunch.plan.plan import transitions_of
-from colcon_yamllaunch.verb.messages import say
-from colcon_yamllaunch.verb.messages import say_line
-from colcon_yamllaunch.verb.messages import show
-from colcon_yamllaunch.verb.messages import show_json
-from colcon_yamllaunch.verb.options import LaunchOptions
-from colcon_yamllaunch.verb.options import TEXT
-from colcon_yamllaunch.verb.selecting import Candidate
-from colcon_yamllaunch.verb.selecting import choose_launch
-from colcon_yamllaunch.verb.selecting import choose_parts
-from colcon_yamllaunch.verb.selecting import choose_processes
-from colcon_yamllaunch.verb.selecting import find_launches
-from colcon_yamllaunch.verb.selecting import is_pattern
-from colcon_yamllaunch.verb.selecting import matches
-from colcon_yamllaunch.verb.selecting import nearest_first
+from colcon_yamllaunch.engine.state import (
+    ComponentState,
+    LaunchState,
+    Part,
+    ProcessState,
+    to_json,
+)
+from colcon_yamllaunch.plan.plan import TRANSITIONS, transitions_of
+from colcon_yamllaunch.verb.messages import say, say_line, show, show_json
+from colcon_yamllaunch.verb.options import LaunchOptions, TEXT
+from colcon_yamllaunch.verb.selecting import (
+    Candidate,
+    choose_launch,
+    choose_parts,
+    choose_processes,
+    find_launches,
+    is_pattern,
+    matches,
+    nearest_first,
+)
 from colcon_yamllaunch.verb.status_table import table
-from colcon_yamllaunch.workspace.packages.workspace_root import find_root
-from colcon_yamllaunch.workspace.packages.workspace_root import UntrustedError
+from colcon_yamllaunch.workspace.packages.workspace_root import (
+    find_root,
+    UntrustedError,
+)
 
 #: Seconds between two questions to a launch that was asked for something.
 POLL_INTERVAL = 0.05

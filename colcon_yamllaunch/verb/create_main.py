@@ -3,9 +3,7 @@
 
 """What `colcon create` does, step by step."""
 
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 import getpass
 from importlib.util import find_spec
@@ -21,20 +19,23 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.verb.command_line import parse_create_options
-from colcon_yamllaunch.verb.messages import enumeration
-from colcon_yamllaunch.verb.messages import say
-from colcon_yamllaunch.verb.messages import show
-from colcon_yamllaunch.verb.messages import show_versions
+from colcon_yamllaunch.verb.messages import (
+    enumeration,
+    say,
+    show,
+    show_versions,
+)
 from colcon_yamllaunch.verb.options import CreateOptions
 from colcon_yamllaunch.verb.target import find_workspace
 from colcon_yamllaunch.workspace.colcon.package_scan import scan_packages
-from colcon_yamllaunch.workspace.create import added_node
-from colcon_yamllaunch.workspace.create import new_package
+from colcon_yamllaunch.workspace.create import added_node, new_package
 from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
-from colcon_yamllaunch.workspace.packages.workspace_root import find_root
-from colcon_yamllaunch.workspace.packages.workspace_root import is_package
-from colcon_yamllaunch.workspace.packages.workspace_root import UntrustedError
+from colcon_yamllaunch.workspace.packages.workspace_root import (
+    find_root,
+    is_package,
+    UntrustedError,
+)
 
 #: How long git may take to tell a setting (seconds).
 GIT_TIMEOUT = 10.0

@@ -9,19 +9,13 @@ publish, and nobody can distinguish them. Mostly somebody has launched
 the same file twice.
 """
 
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 import os
 
-from colcon_yamllaunch.common.process_scan import arguments_of
-from colcon_yamllaunch.common.process_scan import variable_of
-from colcon_yamllaunch.control.client import ControlError
-from colcon_yamllaunch.control.client import running_launches
-from colcon_yamllaunch.engine.state import LaunchState
-from colcon_yamllaunch.engine.state import ProcessState
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.common.process_scan import arguments_of, variable_of
+from colcon_yamllaunch.control.client import ControlError, running_launches
+from colcon_yamllaunch.engine.state import LaunchState, ProcessState
+from colcon_yamllaunch.plan.plan import Plan, Process
 from colcon_yamllaunch.verb.messages import enumeration
 
 #: Seconds that a running launch may take to answer; one that is suspended

@@ -3,11 +3,8 @@
 
 """A running launch on the full screen, and a new one beside it."""
 
-from collections.abc import Callable
-from collections.abc import Iterator
-from collections.abc import Mapping
-from contextlib import contextmanager
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 import importlib.util
 import os
 import select
@@ -17,22 +14,21 @@ import sys
 import termios
 import time
 from types import TracebackType
-from typing import Any
-from typing import TYPE_CHECKING
+from typing import Any, TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.process_scan import is_suspended
-from colcon_yamllaunch.control.client import ControlError
-from colcon_yamllaunch.control.client import LaunchEndedError
-from colcon_yamllaunch.control.client import running_launches
-from colcon_yamllaunch.control.client import RunningLaunch
+from colcon_yamllaunch.control.client import (
+    ControlError,
+    LaunchEndedError,
+    running_launches,
+    RunningLaunch,
+)
 from colcon_yamllaunch.control.subscription import BEGINNING
 from colcon_yamllaunch.observers.presentation import only_prints
-from colcon_yamllaunch.terminal.pager import command
-from colcon_yamllaunch.terminal.pager import LESS
+from colcon_yamllaunch.terminal.pager import command, LESS
 from colcon_yamllaunch.verb.attaching import attach
-from colcon_yamllaunch.verb.messages import flush_or_drop
-from colcon_yamllaunch.verb.messages import say
+from colcon_yamllaunch.verb.messages import flush_or_drop, say
 from colcon_yamllaunch.verb.selecting import Candidate
 
 if TYPE_CHECKING:

@@ -3,42 +3,37 @@
 
 """What can be seen of a launch without running it."""
 
-from collections.abc import Callable
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.language import reports
 from colcon_yamllaunch.language.actions.parameter_files import parameters_of
-from colcon_yamllaunch.language.evaluation.findings import Checked
-from colcon_yamllaunch.language.evaluation.findings import together
-from colcon_yamllaunch.language.policies.check import check
-from colcon_yamllaunch.language.policies.check import find_declarations
+from colcon_yamllaunch.language.evaluation.findings import Checked, together
+from colcon_yamllaunch.language.policies.check import check, find_declarations
 from colcon_yamllaunch.language.policies.evaluate import evaluate
 from colcon_yamllaunch.language.reports import show_arguments
-from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
-from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.language.syntax.diagnostics import (
+    Diagnostic,
+    LaunchError,
+)
 from colcon_yamllaunch.plan import plan_graph
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan_json import plan_to_json
 from colcon_yamllaunch.plan.plan_script import plan_to_script
 from colcon_yamllaunch.plan.plan_text import plan_to_text
-from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.plan.position import shown_position
-from colcon_yamllaunch.verb.context import GiveUpError
-from colcon_yamllaunch.verb.context import LaunchContext
-from colcon_yamllaunch.verb.messages import enumeration
-from colcon_yamllaunch.verb.messages import show
-from colcon_yamllaunch.verb.messages import show_json
+from colcon_yamllaunch.plan.position import Position, shown_position
+from colcon_yamllaunch.verb.context import GiveUpError, LaunchContext
+from colcon_yamllaunch.verb.messages import enumeration, show, show_json
 from colcon_yamllaunch.verb.options import TEXT
-from colcon_yamllaunch.verb.prepare import explain
-from colcon_yamllaunch.verb.prepare import missing_executables
-from colcon_yamllaunch.verb.prepare import missing_plugins
-from colcon_yamllaunch.verb.prepare import missing_programs
-from colcon_yamllaunch.verb.prepare import undeclared_packages
+from colcon_yamllaunch.verb.prepare import (
+    explain,
+    missing_executables,
+    missing_plugins,
+    missing_programs,
+    undeclared_packages,
+)
 from colcon_yamllaunch.verb.target import Target
 from colcon_yamllaunch.workspace.packages.launch_files import (
     checkable_launch_files,

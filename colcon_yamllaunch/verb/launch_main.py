@@ -3,10 +3,8 @@
 
 """From the command line of `colcon launch` to its exit code."""
 
-from collections.abc import Iterator
-from collections.abc import Mapping
-from contextlib import closing
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping
+from contextlib import closing, contextmanager
 import gc
 from importlib import import_module
 import os
@@ -14,16 +12,16 @@ from pathlib import Path
 import signal
 import sys
 import time
-from typing import Any
-from typing import TYPE_CHECKING
+from typing import Any, TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.process_scan import need_proc
-from colcon_yamllaunch.verb.command_line import asks_for_help
-from colcon_yamllaunch.verb.command_line import parse_launch_options
-from colcon_yamllaunch.verb.command_line import show_help
-from colcon_yamllaunch.verb.messages import show
-from colcon_yamllaunch.verb.messages import show_versions
+from colcon_yamllaunch.verb.command_line import (
+    asks_for_help,
+    parse_launch_options,
+    show_help,
+)
+from colcon_yamllaunch.verb.messages import show, show_versions
 from colcon_yamllaunch.verb.options import LaunchOptions
 
 if TYPE_CHECKING:

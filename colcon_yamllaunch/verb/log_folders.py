@@ -3,26 +3,23 @@
 
 """Where a launch keeps its logs, and what the user wants of older ones."""
 
-from collections.abc import Callable
-from collections.abc import Iterator
-from collections.abc import Mapping
-from contextlib import contextmanager
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 import os
 from pathlib import Path
 import time
-from typing import Any
-from typing import TYPE_CHECKING
+from typing import Any, TYPE_CHECKING
 
 from colcon_core.location import get_log_path
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.observers.log_files import lock_folder
-from colcon_yamllaunch.verb.command_line import request_of
-from colcon_yamllaunch.verb.command_line import split_line
-from colcon_yamllaunch.verb.environment_variables import ALL_LOGS_LIMIT
-from colcon_yamllaunch.verb.environment_variables import KEPT_LOG_FOLDERS
-from colcon_yamllaunch.verb.environment_variables import LOG_FOLDERS
-from colcon_yamllaunch.verb.environment_variables import LOG_TOTAL
+from colcon_yamllaunch.verb.command_line import request_of, split_line
+from colcon_yamllaunch.verb.environment_variables import (
+    ALL_LOGS_LIMIT,
+    KEPT_LOG_FOLDERS,
+    LOG_FOLDERS,
+    LOG_TOTAL,
+)
 from colcon_yamllaunch.verb.messages import say
 from colcon_yamllaunch.verb.options import read_size
 from colcon_yamllaunch.verb.target import find_workspace

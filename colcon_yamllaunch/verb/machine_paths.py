@@ -3,28 +3,30 @@
 
 """The files that the part of a machine names, looked for on that machine."""
 
-from collections.abc import Callable
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 import os.path
 from pathlib import Path
 import re
 
-from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
-from colcon_yamllaunch.language.syntax.diagnostics import Severity
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Entry
-from colcon_yamllaunch.plan.plan import ParameterFile
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic, Severity
+from colcon_yamllaunch.plan.plan import (
+    Component,
+    Entry,
+    ParameterFile,
+    Plan,
+    Process,
+    Timer,
+)
 from colcon_yamllaunch.remote.connection.machine_connection import (
     MachineConnection,
 )
 from colcon_yamllaunch.remote.deployment.deployment import Machine
-from colcon_yamllaunch.remote.deployment.remote_paths import is_of_system
-from colcon_yamllaunch.remote.deployment.remote_paths import paths_in
-from colcon_yamllaunch.remote.deployment.remote_paths import RemotePaths
+from colcon_yamllaunch.remote.deployment.remote_paths import (
+    is_of_system,
+    paths_in,
+    RemotePaths,
+)
 from colcon_yamllaunch.watch.dependencies import is_user_file
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 

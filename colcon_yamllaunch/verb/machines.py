@@ -11,20 +11,13 @@ are no threads any more.
 """
 
 from collections import deque
-from collections.abc import Callable
-from collections.abc import Collection
-from collections.abc import Iterable
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property
-from functools import partial
+from functools import cached_property, partial
 import hashlib
 from importlib import import_module
 import threading
-from typing import Any
-from typing import Generic
-from typing import TypeVar
+from typing import Any, Generic, TypeVar
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
@@ -32,32 +25,34 @@ from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.plan.labels import MACHINE_SEPARATOR
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.remote.connection.connection_errors import no_workspace
-from colcon_yamllaunch.remote.connection.machine_connection import Facts
 from colcon_yamllaunch.remote.connection.machine_connection import (
+    Facts,
     MachineConnection,
 )
-from colcon_yamllaunch.remote.deployment.deployment import Deployment
-from colcon_yamllaunch.remote.deployment.deployment import Machine
-from colcon_yamllaunch.remote.deployment.placement import Placed
-from colcon_yamllaunch.remote.deployment.placement import Placer
-from colcon_yamllaunch.remote.deployment.placement import rules_in_vain
-from colcon_yamllaunch.remote.deployment.remote_paths import RemotePaths
-from colcon_yamllaunch.remote.deployment.remote_paths import sent_variables
+from colcon_yamllaunch.remote.deployment.deployment import Deployment, Machine
+from colcon_yamllaunch.remote.deployment.placement import (
+    Placed,
+    Placer,
+    rules_in_vain,
+)
+from colcon_yamllaunch.remote.deployment.remote_paths import (
+    RemotePaths,
+    sent_variables,
+)
 from colcon_yamllaunch.remote.machine_link import MachineLink
 from colcon_yamllaunch.remote.part_protocol import PartSettings
 from colcon_yamllaunch.remote.remote_parts import RemoteParts
-from colcon_yamllaunch.remote.sync.code_sync import Code
-from colcon_yamllaunch.remote.sync.code_sync import sync_code
-from colcon_yamllaunch.remote.sync.code_sync import Synced
+from colcon_yamllaunch.remote.sync.code_sync import Code, sync_code, Synced
 from colcon_yamllaunch.verb.context import LaunchContext
 from colcon_yamllaunch.verb.log_folders import log_store_of
-from colcon_yamllaunch.verb.machine_paths import files_of
-from colcon_yamllaunch.verb.machine_paths import MachinePaths
-from colcon_yamllaunch.verb.machine_paths import packages_of
+from colcon_yamllaunch.verb.machine_paths import (
+    files_of,
+    MachinePaths,
+    packages_of,
+)
 from colcon_yamllaunch.verb.messages import say
 from colcon_yamllaunch.verb.prepare import stop_at_unknown_executables
-from colcon_yamllaunch.watch.dependencies import Products
-from colcon_yamllaunch.watch.dependencies import RemoteDependencies
+from colcon_yamllaunch.watch.dependencies import Products, RemoteDependencies
 from colcon_yamllaunch.workspace.packages.package import closure
 
 #: Seconds that the clocks of a machine and this computer may differ.

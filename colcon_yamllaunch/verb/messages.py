@@ -3,27 +3,24 @@
 
 """What the verbs say to the user."""
 
-from collections.abc import Callable
-from collections.abc import Iterable
-from collections.abc import Iterator
-from contextlib import contextmanager
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
 import errno
 import logging
 import os
 import signal
 import sys
-from typing import Any
-from typing import TextIO
+from typing import Any, TextIO
 
 import colcon_core
 from colcon_core.location import get_log_path
 import colcon_yamllaunch
-from colcon_yamllaunch.common.errors import OutputError
-from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.common.printable import printable
-from colcon_yamllaunch.common.printable import printable_json
+from colcon_yamllaunch.common.errors import OutputError, UserError
+from colcon_yamllaunch.common.printable import (
+    one_line,
+    printable,
+    printable_json,
+)
 from colcon_yamllaunch.engine.loop import accept_signals
 
 #: The exit code after Ctrl-C before anything runs (128 + SIGINT).

@@ -10,10 +10,7 @@ their values as typed attributes. First stands what an option is, then how
 values are read, then the options.
 """
 
-from collections.abc import Callable
-from collections.abc import Iterator
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import field
 from functools import cache
 import math
@@ -21,17 +18,18 @@ from pathlib import Path
 import re
 import shlex
 from types import MappingProxyType
-from typing import Any
-from typing import ClassVar
-from typing import Generic
-from typing import Literal
-from typing import overload
-from typing import TYPE_CHECKING
-from typing import TypeVar
+from typing import (
+    Any,
+    ClassVar,
+    Generic,
+    Literal,
+    overload,
+    TYPE_CHECKING,
+    TypeVar,
+)
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.common.frozen import mutable
+from colcon_yamllaunch.common.frozen import dataclass, mutable
 from colcon_yamllaunch.engine.limits import LOG_LIMIT
 
 if TYPE_CHECKING:

@@ -8,8 +8,7 @@ from functools import partial
 from importlib import import_module
 import logging
 import os
-from typing import Any
-from typing import TYPE_CHECKING
+from typing import Any, TYPE_CHECKING
 
 from colcon_core.plugin_system import satisfies_version
 from colcon_core.verb import VerbExtensionPoint
@@ -40,8 +39,7 @@ class OptionsVerb(VerbExtensionPoint):  # type: ignore[misc]
         self._environment: dict[str, str] = {}
 
     def add_arguments(self, *, parser: Any) -> None:  # noqa: D102
-        from colcon_yamllaunch.verb.command_line import add_options
-        from colcon_yamllaunch.verb.command_line import print_help
+        from colcon_yamllaunch.verb.command_line import add_options, print_help
         from colcon_yamllaunch.verb.messages import open_standard_streams
 
         open_standard_streams()

@@ -9,9 +9,7 @@ errors. When it begins to run, it goes into the background, with a session of
 its own, and the full screen here is a client of it like any other.
 """
 
-from collections.abc import Callable
-from collections.abc import Iterable
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 import math
 import os
@@ -19,13 +17,11 @@ import signal
 import sys
 import tempfile
 import time
-from typing import BinaryIO
-from typing import TextIO
+from typing import BinaryIO, TextIO
 
 from colcon_yamllaunch.engine.loop import readable
 from colcon_yamllaunch.verb import full_screen
-from colcon_yamllaunch.verb.messages import report_errors
-from colcon_yamllaunch.verb.messages import say
+from colcon_yamllaunch.verb.messages import report_errors, say
 
 #: Seconds between two looks at a launch that begins, or ends.
 _INTERVAL = 0.05

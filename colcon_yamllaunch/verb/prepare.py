@@ -3,12 +3,8 @@
 
 """What a launch needs before it runs: a plan, and all that it names."""
 
-from collections.abc import Container
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Mapping
-from contextlib import nullcontext
-from contextlib import redirect_stdout
+from collections.abc import Container, Iterable, Iterator, Mapping
+from contextlib import nullcontext, redirect_stdout
 import io
 import os
 from pathlib import Path
@@ -19,20 +15,17 @@ from typing import Literal
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.suggestions import way_to_program
 from colcon_yamllaunch.control.socket_folder import has_sockets
-from colcon_yamllaunch.language.evaluation.findings import ExecutableUse
-from colcon_yamllaunch.language.evaluation.findings import PluginUse
-from colcon_yamllaunch.language.evaluation.findings import ProgramUse
-from colcon_yamllaunch.language.evaluation.values import LeftOpen
-from colcon_yamllaunch.language.evaluation.values import Place
-from colcon_yamllaunch.language.policies.evaluate import evaluate
-from colcon_yamllaunch.language.policies.evaluate import Evaluation
-from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
-from colcon_yamllaunch.language.syntax.diagnostics import Severity
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.language.evaluation.findings import (
+    ExecutableUse,
+    PluginUse,
+    ProgramUse,
+)
+from colcon_yamllaunch.language.evaluation.values import LeftOpen, Place
+from colcon_yamllaunch.language.policies.evaluate import evaluate, Evaluation
+from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic, Severity
+from colcon_yamllaunch.plan.plan import Plan, Process
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.verb.context import GiveUpError
-from colcon_yamllaunch.verb.context import LaunchContext
+from colcon_yamllaunch.verb.context import GiveUpError, LaunchContext
 from colcon_yamllaunch.verb.messages import say
 from colcon_yamllaunch.verb.target import Target
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator

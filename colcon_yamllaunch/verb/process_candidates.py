@@ -4,9 +4,7 @@
 """Running launches and their processes, for completion."""
 
 from collections import Counter
-from collections.abc import Callable
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from itertools import chain
 from pathlib import Path
@@ -14,18 +12,17 @@ from pathlib import Path
 from colcon_yamllaunch.control.client import ControlError
 from colcon_yamllaunch.control.orphaned_launches import orphaned_launches
 from colcon_yamllaunch.control.process_names import ProcessNames
-from colcon_yamllaunch.engine.state import LaunchState
-from colcon_yamllaunch.engine.state import Part
-from colcon_yamllaunch.engine.state import ProcessState
-from colcon_yamllaunch.engine.state import UNKNOWN
-from colcon_yamllaunch.plan.plan import TRANSITIONS
-from colcon_yamllaunch.plan.plan import transitions_of
-from colcon_yamllaunch.verb.candidates import Candidates
-from colcon_yamllaunch.verb.candidates import Cursor
+from colcon_yamllaunch.engine.state import (
+    LaunchState,
+    Part,
+    ProcessState,
+    UNKNOWN,
+)
+from colcon_yamllaunch.plan.plan import TRANSITIONS, transitions_of
+from colcon_yamllaunch.verb.candidates import Candidates, Cursor
 from colcon_yamllaunch.verb.doubled_nodes import running
 from colcon_yamllaunch.verb.options import Completer
-from colcon_yamllaunch.verb.selecting import is_selected
-from colcon_yamllaunch.verb.selecting import matches
+from colcon_yamllaunch.verb.selecting import is_selected, matches
 
 
 def candidates_of(

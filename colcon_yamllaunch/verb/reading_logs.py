@@ -13,15 +13,15 @@ import time
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.control.client import ControlError
-from colcon_yamllaunch.control.client import LaunchEndedError
-from colcon_yamllaunch.engine.lines import legible
-from colcon_yamllaunch.engine.lines import LineBuffer
-from colcon_yamllaunch.engine.lines import normalised
-from colcon_yamllaunch.engine.lines import prefixed
+from colcon_yamllaunch.control.client import ControlError, LaunchEndedError
+from colcon_yamllaunch.engine.lines import (
+    legible,
+    LineBuffer,
+    normalised,
+    prefixed,
+)
 from colcon_yamllaunch.engine.state import ProcessState
-from colcon_yamllaunch.verb.messages import say
-from colcon_yamllaunch.verb.messages import show_bytes
+from colcon_yamllaunch.verb.messages import say, show_bytes
 from colcon_yamllaunch.verb.selecting import Candidate
 
 #: Lines of each process that are shown before those to come, as by tail(1).

@@ -3,9 +3,7 @@
 
 """From a launch context to a running launch, and to its exit code."""
 
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 import gc
 from pathlib import Path
 import signal
@@ -13,24 +11,19 @@ from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.engine.events import Ended
-from colcon_yamllaunch.engine.events import Event
-from colcon_yamllaunch.engine.events import Started
-from colcon_yamllaunch.engine.events import StartFailed
+from colcon_yamllaunch.engine.events import Ended, Event, Started, StartFailed
 from colcon_yamllaunch.engine.exit_conditions import ExitConditions
 from colcon_yamllaunch.observers.presentation import Presentation
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import SetParameter
-from colcon_yamllaunch.verb.context import GiveUpError
-from colcon_yamllaunch.verb.context import LaunchContext
-from colcon_yamllaunch.verb.log_folders import locked
-from colcon_yamllaunch.verb.log_folders import log_store_of
+from colcon_yamllaunch.plan.plan import Plan, Process, SetParameter
+from colcon_yamllaunch.verb.context import GiveUpError, LaunchContext
+from colcon_yamllaunch.verb.log_folders import locked, log_store_of
 from colcon_yamllaunch.verb.messages import say
 from colcon_yamllaunch.verb.options import WATCH_WITH_BELL
-from colcon_yamllaunch.verb.prepare import prepare
-from colcon_yamllaunch.verb.prepare import warn_of_doubled_nodes
-from colcon_yamllaunch.verb.prepare import warn_of_missing_programs
+from colcon_yamllaunch.verb.prepare import (
+    prepare,
+    warn_of_doubled_nodes,
+    warn_of_missing_programs,
+)
 from colcon_yamllaunch.workspace.building.build_lock import WorkspaceLock
 
 if TYPE_CHECKING:
@@ -78,8 +71,10 @@ def read_saved_plan(path: Path, cwd: Path) -> Plan:
     """
     # few plans are saved
     from colcon_yamllaunch.common.text_files import content_of
-    from colcon_yamllaunch.plan.plan_json import plan_from_json
-    from colcon_yamllaunch.plan.plan_json import PlanFormatError
+    from colcon_yamllaunch.plan.plan_json import (
+        plan_from_json,
+        PlanFormatError,
+    )
     from colcon_yamllaunch.plan.position import shown_position
 
     try:
@@ -107,8 +102,7 @@ def _run(
 ) -> 'tuple[int, ChangeLoop | None]':
     """Run a plan that is prepared."""
     # an error of the launch file needs nothing of this
-    from colcon_yamllaunch.run import run
-    from colcon_yamllaunch.run import RunContext
+    from colcon_yamllaunch.run import run, RunContext
 
     options = context.options
     # one that this waited for may have started them meanwhile

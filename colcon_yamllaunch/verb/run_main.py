@@ -4,8 +4,7 @@
 """What `colcon run` does, step by step."""
 
 import ast
-from collections.abc import Iterator
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 import os
 from pathlib import Path
@@ -14,20 +13,15 @@ from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.engine.spawn import exec_program
-from colcon_yamllaunch.engine.spawn import StartError
-from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
-from colcon_yamllaunch.language.syntax.diagnostics import render
+from colcon_yamllaunch.engine.spawn import exec_program, StartError
+from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic, render
 from colcon_yamllaunch.observers.failure_advice import Advisor
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.verb import command_line
 from colcon_yamllaunch.verb.builds import Builds
-from colcon_yamllaunch.verb.messages import say
-from colcon_yamllaunch.verb.messages import say_line
-from colcon_yamllaunch.verb.messages import show_versions
+from colcon_yamllaunch.verb.messages import say, say_line, show_versions
 from colcon_yamllaunch.verb.options import RunOptions
-from colcon_yamllaunch.verb.target import find_workspace
-from colcon_yamllaunch.verb.target import unknown_package
+from colcon_yamllaunch.verb.target import find_workspace, unknown_package
 from colcon_yamllaunch.verb.workspace_session import WorkspaceSession
 from colcon_yamllaunch.workspace.packages import missing_files
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator

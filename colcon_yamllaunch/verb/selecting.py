@@ -3,9 +3,7 @@
 
 """Which running launch and what of it the user means."""
 
-from collections.abc import Iterable
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from fnmatch import fnmatchcase
 import os
 from pathlib import Path
@@ -13,16 +11,14 @@ from pathlib import Path
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.process_scan import need_proc
-from colcon_yamllaunch.common.suggestions import did_you_mean
-from colcon_yamllaunch.common.suggestions import listing
+from colcon_yamllaunch.common.suggestions import did_you_mean, listing
 from colcon_yamllaunch.control import client
-from colcon_yamllaunch.control.orphaned_launches import orphaned_launches
-from colcon_yamllaunch.control.orphaned_launches import OrphanedLaunch
-from colcon_yamllaunch.control.process_names import meant_by
-from colcon_yamllaunch.control.process_names import ProcessNames
-from colcon_yamllaunch.engine.state import LaunchState
-from colcon_yamllaunch.engine.state import Part
-from colcon_yamllaunch.engine.state import ProcessState
+from colcon_yamllaunch.control.orphaned_launches import (
+    orphaned_launches,
+    OrphanedLaunch,
+)
+from colcon_yamllaunch.control.process_names import meant_by, ProcessNames
+from colcon_yamllaunch.engine.state import LaunchState, Part, ProcessState
 from colcon_yamllaunch.verb.messages import say
 
 

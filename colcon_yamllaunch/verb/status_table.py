@@ -3,22 +3,24 @@
 
 """Running launches as a table."""
 
-from collections.abc import Iterator
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.common.table import column_widths
-from colcon_yamllaunch.common.table import duration
-from colcon_yamllaunch.common.table import size
-from colcon_yamllaunch.common.table import table_lines
-from colcon_yamllaunch.common.table import table_width
-from colcon_yamllaunch.common.table import without_end
-from colcon_yamllaunch.control.resource_usage import Usage
-from colcon_yamllaunch.control.resource_usage import use_of
-from colcon_yamllaunch.engine.state import ComponentState
-from colcon_yamllaunch.engine.state import LaunchState
-from colcon_yamllaunch.engine.state import Part
-from colcon_yamllaunch.engine.state import ProcessState
+from colcon_yamllaunch.common.table import (
+    column_widths,
+    duration,
+    size,
+    table_lines,
+    table_width,
+    without_end,
+)
+from colcon_yamllaunch.control.resource_usage import Usage, use_of
+from colcon_yamllaunch.engine.state import (
+    ComponentState,
+    LaunchState,
+    Part,
+    ProcessState,
+)
 
 _HEADS = ('PROCESS', 'STATE', 'PID', 'UP', 'RESTARTS', 'CPU', 'MEMORY')
 _RIGHT = frozenset((2, 3, 4, 5, 6))

@@ -16,34 +16,31 @@ from colcon_yamllaunch.language.actions.process_actions import OUTPUT_OVERRIDE
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.sweep.local_runner import LocalRunner
 from colcon_yamllaunch.sweep.progress import Progress
-from colcon_yamllaunch.sweep.reports import refuse_columns_twice
-from colcon_yamllaunch.sweep.reports import SweepReports
-from colcon_yamllaunch.sweep.results import ResultsFolder
-from colcon_yamllaunch.sweep.results import SweepDefinition
-from colcon_yamllaunch.sweep.run import Goal
-from colcon_yamllaunch.sweep.run import NotBuiltError
-from colcon_yamllaunch.sweep.run import PlanError
-from colcon_yamllaunch.sweep.run import PlannedRun
-from colcon_yamllaunch.sweep.run import Sweep
-from colcon_yamllaunch.sweep.table import read_table
-from colcon_yamllaunch.sweep.table import Run
-from colcon_yamllaunch.sweep.table import run_table
-from colcon_yamllaunch.verb.code_state import CodeState
-from colcon_yamllaunch.verb.code_state import files_of
-from colcon_yamllaunch.verb.command_line import asks_for_help
-from colcon_yamllaunch.verb.command_line import parse_sweep_options
-from colcon_yamllaunch.verb.command_line import show_help
-from colcon_yamllaunch.verb.context import GiveUpError
-from colcon_yamllaunch.verb.context import LaunchContext
-from colcon_yamllaunch.verb.log_folders import log_folder_of
-from colcon_yamllaunch.verb.log_folders import ros_log_folder
-from colcon_yamllaunch.verb.messages import say
-from colcon_yamllaunch.verb.messages import say_line
-from colcon_yamllaunch.verb.messages import show_versions
-from colcon_yamllaunch.verb.options import AGAIN_ALL
-from colcon_yamllaunch.verb.options import AGAIN_FAILED
-from colcon_yamllaunch.verb.options import LaunchOptions
-from colcon_yamllaunch.verb.options import SweepOptions
+from colcon_yamllaunch.sweep.reports import refuse_columns_twice, SweepReports
+from colcon_yamllaunch.sweep.results import ResultsFolder, SweepDefinition
+from colcon_yamllaunch.sweep.run import (
+    Goal,
+    NotBuiltError,
+    PlanError,
+    PlannedRun,
+    Sweep,
+)
+from colcon_yamllaunch.sweep.table import read_table, Run, run_table
+from colcon_yamllaunch.verb.code_state import CodeState, files_of
+from colcon_yamllaunch.verb.command_line import (
+    asks_for_help,
+    parse_sweep_options,
+    show_help,
+)
+from colcon_yamllaunch.verb.context import GiveUpError, LaunchContext
+from colcon_yamllaunch.verb.log_folders import log_folder_of, ros_log_folder
+from colcon_yamllaunch.verb.messages import say, say_line, show_versions
+from colcon_yamllaunch.verb.options import (
+    AGAIN_ALL,
+    AGAIN_FAILED,
+    LaunchOptions,
+    SweepOptions,
+)
 from colcon_yamllaunch.verb.prepare import prepare
 
 #: The folder below that of the logs that has those of sweeps.
@@ -198,8 +195,7 @@ def _launch(
     if options.on is None:
         return LocalRunner(sweep).run(runs)
     # few have a cluster
-    from colcon_yamllaunch.sweep.slurm_runner import SlurmClient
-    from colcon_yamllaunch.sweep.slurm_runner import SlurmRunner
+    from colcon_yamllaunch.sweep.slurm_runner import SlurmClient, SlurmRunner
 
     name = ' '.join(['colcon sweep', *options.positionals])
     client = SlurmClient(sweep.environment)

@@ -3,8 +3,7 @@
 
 """Which launch file the user means."""
 
-from collections.abc import Callable
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 import os
 from pathlib import Path
@@ -18,8 +17,10 @@ from colcon_yamllaunch.common.suggestions import nearest
 from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.packages.package import BrokenManifest
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
-from colcon_yamllaunch.workspace.packages.workspace_root import find_root
-from colcon_yamllaunch.workspace.packages.workspace_root import Trust
+from colcon_yamllaunch.workspace.packages.workspace_root import (
+    find_root,
+    Trust,
+)
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.workspace.packages.package import BrokenManifest

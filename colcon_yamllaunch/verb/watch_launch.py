@@ -4,9 +4,7 @@
 """`colcon launch --watch`: the change loop of a launch and its jobs."""
 
 from collections.abc import Mapping
-from contextlib import closing
-from contextlib import redirect_stdout
-from contextlib import suppress
+from contextlib import closing, redirect_stdout, suppress
 from dataclasses import replace
 from functools import partial
 import gc
@@ -20,19 +18,19 @@ import time
 from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.engine.cgroup import CGROUP_VARIABLE
-from colcon_yamllaunch.engine.cgroup import expect_moves
+from colcon_yamllaunch.engine.cgroup import CGROUP_VARIABLE, expect_moves
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import render
 from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.verb.context import GiveUpError
-from colcon_yamllaunch.verb.context import LaunchContext
+from colcon_yamllaunch.verb.context import GiveUpError, LaunchContext
 from colcon_yamllaunch.verb.messages import say
 from colcon_yamllaunch.verb.prepare import prepare
 from colcon_yamllaunch.watch import worker
 from colcon_yamllaunch.watch.change_loop import ChangeLoop
-from colcon_yamllaunch.watch.dependencies import build_products
-from colcon_yamllaunch.watch.dependencies import find_dependencies
+from colcon_yamllaunch.watch.dependencies import (
+    build_products,
+    find_dependencies,
+)
 from colcon_yamllaunch.watch.python_syntax import source_error
 from colcon_yamllaunch.workspace.building.build_processes import BuildProcesses
 

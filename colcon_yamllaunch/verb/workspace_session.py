@@ -3,22 +3,25 @@
 
 """The workspace of a launch, as far as it has been built and sourced."""
 
-from collections.abc import Callable
-from collections.abc import Collection
-from collections.abc import Container
-from collections.abc import Iterable
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import (
+    Callable,
+    Collection,
+    Container,
+    Iterable,
+    Mapping,
+    Sequence,
+)
 from functools import cache
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import WorkspaceError
-from colcon_yamllaunch.language.evaluation.request import Exposed
-from colcon_yamllaunch.language.evaluation.request import FindExposed
-from colcon_yamllaunch.workspace.building.build_lock import is_locked
-from colcon_yamllaunch.workspace.building.build_lock import WorkspaceLock
+from colcon_yamllaunch.language.evaluation.request import Exposed, FindExposed
+from colcon_yamllaunch.workspace.building.build_lock import (
+    is_locked,
+    WorkspaceLock,
+)
 from colcon_yamllaunch.workspace.environment.sourcing import Environment
 from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator

@@ -10,10 +10,7 @@ everything that needs more than a restart, while all processes go on running.
 has left undone follows the next successful one.
 """
 
-from collections.abc import Callable
-from collections.abc import Collection
-from collections.abc import Iterable
-from collections.abc import Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 import os
@@ -21,38 +18,38 @@ from pathlib import Path
 import signal
 
 from colcon_yamllaunch.common.errors import RefusedError
-from colcon_yamllaunch.engine import commands
-from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine import commands, events
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.engine.participants import Participant
-from colcon_yamllaunch.engine.participants import Reply
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Entry
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.engine.participants import Participant, Reply
+from colcon_yamllaunch.plan.plan import Component, Entry, Plan, Process
 from colcon_yamllaunch.plan.plan_difference import plan_difference
-from colcon_yamllaunch.watch.consequences import affected_by_build
-from colcon_yamllaunch.watch.consequences import after_rewrite
-from colcon_yamllaunch.watch.consequences import changed_products
-from colcon_yamllaunch.watch.consequences import Consequence
-from colcon_yamllaunch.watch.consequences import consequences
-from colcon_yamllaunch.watch.consequences import Steps
-from colcon_yamllaunch.watch.consequences import steps
-from colcon_yamllaunch.watch.consequences import why_lines
+from colcon_yamllaunch.watch.consequences import (
+    affected_by_build,
+    after_rewrite,
+    changed_products,
+    Consequence,
+    consequences,
+    Steps,
+    steps,
+    why_lines,
+)
 from colcon_yamllaunch.watch.dependencies import mapped_files
-from colcon_yamllaunch.watch.pending_changes import PendingChange
-from colcon_yamllaunch.watch.pending_changes import PendingChanges
-from colcon_yamllaunch.watch.pending_changes import without
+from colcon_yamllaunch.watch.pending_changes import (
+    PendingChange,
+    PendingChanges,
+    without,
+)
 from colcon_yamllaunch.watch.python_syntax import compiles
-from colcon_yamllaunch.watch.watched_files import Batch
-from colcon_yamllaunch.watch.watched_files import Change
+from colcon_yamllaunch.watch.watched_files import Batch, Change
 from colcon_yamllaunch.watch.watcher import WatcherClient
-from colcon_yamllaunch.watch.worker import Announced
-from colcon_yamllaunch.watch.worker import Begun
-from colcon_yamllaunch.watch.worker import Failed
-from colcon_yamllaunch.watch.worker import Prepared
-from colcon_yamllaunch.watch.worker import Worker
+from colcon_yamllaunch.watch.worker import (
+    Announced,
+    Begun,
+    Failed,
+    Prepared,
+    Worker,
+)
 
 #: Actions that may restart a process with a changed Python file.
 _RESTARTS = ('restart', 'restart after build', 'build')

@@ -7,27 +7,23 @@ What follows from changes of files and from builds, as data.
 `docs/watching.md` has the table. Nothing here reads files or acts.
 """
 
-from collections.abc import Collection
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 import os
 from typing import Literal
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.plan.labels import machine_of
-from colcon_yamllaunch.plan.labels import MACHINE_SEPARATOR
+from colcon_yamllaunch.plan.labels import machine_of, MACHINE_SEPARATOR
 from colcon_yamllaunch.plan.position import shown_path
 from colcon_yamllaunch.remote.sync.inspection import ANY_PACKAGE
-from colcon_yamllaunch.watch.dependencies import Dependencies
-from colcon_yamllaunch.watch.dependencies import PackageDependencies
-from colcon_yamllaunch.watch.dependencies import ProcessDependencies
-from colcon_yamllaunch.watch.dependencies import Products
-from colcon_yamllaunch.watch.watched_files import Change
-from colcon_yamllaunch.watch.watched_files import Kind
+from colcon_yamllaunch.watch.dependencies import (
+    Dependencies,
+    PackageDependencies,
+    ProcessDependencies,
+    Products,
+)
+from colcon_yamllaunch.watch.watched_files import Change, Kind
 
 #: What to do; `restart after build` waits until the packages of the same batch
 #: are built, whether or not the build changes anything; `keep` means that a

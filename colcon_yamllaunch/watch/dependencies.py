@@ -9,14 +9,10 @@ records of builds. The record of a package's last successful build lists which
 source files stand for installed files. Nothing is started to find them.
 """
 
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import field
-from dataclasses import replace
-from functools import cache
-from functools import lru_cache
+from dataclasses import field, replace
+from functools import cache, lru_cache
 import os
 from pathlib import Path
 import re
@@ -26,20 +22,21 @@ import shutil
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.plan.labels import MACHINE_SEPARATOR
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import ParameterFile
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import SetParameter
+from colcon_yamllaunch.plan.plan import (
+    Component,
+    ParameterFile,
+    Plan,
+    Process,
+    SetParameter,
+)
 from colcon_yamllaunch.workspace.colcon.colcon_cache import CachedColcon
 from colcon_yamllaunch.workspace.freshness.build_record import (
     DamagedRecordError,
+    read_record,
+    Record,
+    RECORD_NAME,
 )
-from colcon_yamllaunch.workspace.freshness.build_record import read_record
-from colcon_yamllaunch.workspace.freshness.build_record import Record
-from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
-from colcon_yamllaunch.workspace.packages.package import closure
-from colcon_yamllaunch.workspace.packages.package import Package
+from colcon_yamllaunch.workspace.packages.package import closure, Package
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 #: The products of packages: what identifies the content of each built and

@@ -9,14 +9,10 @@ restarts has started or failed to start. At most one change has a job; a later
 one that needs a job takes over the earlier one.
 """
 
-from collections.abc import Iterable
-from collections.abc import Mapping
-from collections.abc import Sequence
-from dataclasses import dataclass
-from dataclasses import field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 
-from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine import events, limits
 
 #: Seconds after the report of a change within which a failure of something
 #: that it restarted is reported, too.

@@ -3,14 +3,12 @@
 
 """`--until` with `--watch`: a check after each change of a file."""
 
-from collections.abc import Callable
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 import time
 
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.exit_conditions import ExitConditions
-from colcon_yamllaunch.engine.line_pattern import LinePattern
-from colcon_yamllaunch.engine.line_pattern import SearchTimeError
+from colcon_yamllaunch.engine.line_pattern import LinePattern, SearchTimeError
 from colcon_yamllaunch.engine.lines import bare
 
 

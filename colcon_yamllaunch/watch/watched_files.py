@@ -9,22 +9,24 @@ the temporary files of editors. A process that read a file while it was being
 saved may have read something else, so rewritten files are noted, too.
 """
 
-from collections.abc import Iterable
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 import os
 from pathlib import Path
 import stat
-from typing import Literal
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
-from colcon_yamllaunch.common.fingerprint import Fingerprint
-from colcon_yamllaunch.common.fingerprint import fingerprint
-from colcon_yamllaunch.common.fingerprint import has_same_times
-from colcon_yamllaunch.common.fingerprint import TICK
-from colcon_yamllaunch.common.fingerprint import with_content
-from colcon_yamllaunch.workspace.packages.package import entries_of
-from colcon_yamllaunch.workspace.packages.package import is_skipped_file
-from colcon_yamllaunch.workspace.packages.package import is_skipped_folder
+from colcon_yamllaunch.common.fingerprint import (
+    Fingerprint,
+    fingerprint,
+    has_same_times,
+    TICK,
+    with_content,
+)
+from colcon_yamllaunch.workspace.packages.package import (
+    entries_of,
+    is_skipped_file,
+    is_skipped_folder,
+)
 
 #: Exists while git writes the work tree.
 _GIT_LOCK = 'index.lock'

@@ -17,8 +17,7 @@ changes that it did not report. Where it cannot report any, the watcher only
 scans, and more often.
 """
 
-from collections.abc import Callable
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 import errno
 import fcntl
@@ -30,12 +29,9 @@ import select
 import signal
 import sys
 import time
-from typing import Any
-from typing import TYPE_CHECKING
+from typing import Any, TYPE_CHECKING
 
-from colcon_yamllaunch.watch.watched_files import Batch
-from colcon_yamllaunch.watch.watched_files import Change
-from colcon_yamllaunch.watch.watched_files import WatchedFiles
+from colcon_yamllaunch.watch.watched_files import Batch, Change, WatchedFiles
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.engine.loop import Loop
@@ -358,8 +354,10 @@ class Watcher:
             return False
         if not places:
             return False
-        from watchfiles._rust_notify import RustNotify
-        from watchfiles._rust_notify import WatchfilesRustInternalError
+        from watchfiles._rust_notify import (
+            RustNotify,
+            WatchfilesRustInternalError,
+        )
 
         before = set(_inotify_descriptors())
         try:

@@ -17,9 +17,7 @@ a file for the output of the child. Messages are pickled: :class:`Begun`,
 worker and its job.
 """
 
-from collections.abc import Callable
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import field
 import gc
@@ -30,20 +28,13 @@ import signal
 import socket
 import sys
 import time
-from typing import Any
-from typing import Literal
-from typing import NamedTuple
-from typing import NoReturn
+from typing import Any, Literal, NamedTuple, NoReturn
 
-from colcon_yamllaunch.common.file_sync import catch_up
-from colcon_yamllaunch.common.file_sync import put_off
+from colcon_yamllaunch.common.file_sync import catch_up, put_off
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.engine.loop import has_ended
-from colcon_yamllaunch.engine.loop import Loop
-from colcon_yamllaunch.engine.loop import readable
+from colcon_yamllaunch.engine.loop import has_ended, Loop, readable
 from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.watch.dependencies import Dependencies
-from colcon_yamllaunch.watch.dependencies import Products
+from colcon_yamllaunch.watch.dependencies import Dependencies, Products
 
 _START = b's'
 _CANCEL = b'c'

@@ -5,20 +5,19 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass as mutable_dataclass
-from dataclasses import field
-from dataclasses import replace
+from dataclasses import field, replace
 import json
 import math
-from typing import Any
-from typing import Literal
-from typing import NamedTuple
+from typing import Any, Literal, NamedTuple
 
-from colcon_yamllaunch.common.codec import Codec
-from colcon_yamllaunch.common.codec import CodecError
-from colcon_yamllaunch.common.codec import from_json
-from colcon_yamllaunch.common.codec import only
-from colcon_yamllaunch.common.codec import read_float
-from colcon_yamllaunch.common.codec import to_json
+from colcon_yamllaunch.common.codec import (
+    Codec,
+    CodecError,
+    from_json,
+    only,
+    read_float,
+    to_json,
+)
 from colcon_yamllaunch.common.frozen import dataclass
 from hypothesis import given
 from hypothesis import strategies as st

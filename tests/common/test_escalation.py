@@ -5,13 +5,15 @@ import math
 import os
 import signal
 
-from colcon_yamllaunch.common.escalation import CHECK_INTERVAL
-from colcon_yamllaunch.common.escalation import Escalation
-from colcon_yamllaunch.common.escalation import KILL_TIMEOUT
-from colcon_yamllaunch.common.escalation import Orphan
-from colcon_yamllaunch.common.escalation import send
-from colcon_yamllaunch.common.escalation import Targets
-from colcon_yamllaunch.common.escalation import Timeouts
+from colcon_yamllaunch.common.escalation import (
+    CHECK_INTERVAL,
+    Escalation,
+    KILL_TIMEOUT,
+    Orphan,
+    send,
+    Targets,
+    Timeouts,
+)
 import pytest
 
 INT, TERM, KILL = signal.SIGINT, signal.SIGTERM, signal.SIGKILL

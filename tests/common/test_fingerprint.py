@@ -8,11 +8,13 @@ from pathlib import Path
 import time
 
 from colcon_yamllaunch.common import fingerprint as module
-from colcon_yamllaunch.common.fingerprint import are_settled
-from colcon_yamllaunch.common.fingerprint import Fingerprint
-from colcon_yamllaunch.common.fingerprint import fingerprint
-from colcon_yamllaunch.common.fingerprint import has_same_content
-from colcon_yamllaunch.common.fingerprint import with_content
+from colcon_yamllaunch.common.fingerprint import (
+    are_settled,
+    Fingerprint,
+    fingerprint,
+    has_same_content,
+    with_content,
+)
 import pytest
 from support.file_clock import let_files_settle
 

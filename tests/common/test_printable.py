@@ -5,9 +5,11 @@
 
 import json
 
-from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.common.printable import printable
-from colcon_yamllaunch.common.printable import printable_json
+from colcon_yamllaunch.common.printable import (
+    one_line,
+    printable,
+    printable_json,
+)
 import pytest
 
 pytestmark = pytest.mark.hostile

@@ -4,10 +4,12 @@
 import os
 import subprocess
 
-from colcon_yamllaunch.common.process_scan import is_alive
-from colcon_yamllaunch.common.process_scan import read_process
-from colcon_yamllaunch.common.process_scan import running_processes
-from colcon_yamllaunch.common.process_scan import variable_of
+from colcon_yamllaunch.common.process_scan import (
+    is_alive,
+    read_process,
+    running_processes,
+    variable_of,
+)
 import pytest
 
 

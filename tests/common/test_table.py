@@ -1,12 +1,14 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-from colcon_yamllaunch.common.table import column_widths
-from colcon_yamllaunch.common.table import decimal_size
-from colcon_yamllaunch.common.table import table_lines
-from colcon_yamllaunch.common.table import table_width
-from colcon_yamllaunch.common.table import without_end
-from colcon_yamllaunch.common.table import without_middle
+from colcon_yamllaunch.common.table import (
+    column_widths,
+    decimal_size,
+    table_lines,
+    table_width,
+    without_end,
+    without_middle,
+)
 import pytest
 
 ROWS = [('NAME', 'PID', 'STATE'), ('a_long_name', '7', 'ended')]

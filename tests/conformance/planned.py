@@ -7,8 +7,7 @@ What would come of a launch, told from its plan.
 The probe only does what its arguments say, so nothing has to be started.
 """
 
-from collections.abc import Iterator
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from itertools import takewhile
 from pathlib import Path
 import shutil
@@ -16,17 +15,16 @@ from typing import Any
 
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.policies.evaluate import evaluate
-from colcon_yamllaunch.plan.plan import Entry
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import Shutdown
+from colcon_yamllaunch.plan.plan import Entry, Plan, Process, Shutdown
 from colcon_yamllaunch.verb.workspace_session import LaunchPackages
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
-from tests.conformance.case import environment_of
-from tests.conformance.case import Launched
-from tests.conformance.case import lines
-from tests.conformance.case import without_places
+from tests.conformance.case import (
+    environment_of,
+    Launched,
+    lines,
+    without_places,
+)
 from tests.conformance.probe import record_of
 
 #: The cases that a plan cannot tell of: of the command line, and of shells.

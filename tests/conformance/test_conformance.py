@@ -17,13 +17,9 @@ from colcon_yamllaunch.remote.deployment.placement import place
 import pytest
 from support.forks import Forks
 
-from tests.conformance.case import CASES
-from tests.conformance.case import expected
-from tests.conformance.case import launch
+from tests.conformance.case import CASES, expected, launch
 from tests.conformance.outcome import outcome
-from tests.conformance.planned import ONLY_LAUNCHED
-from tests.conformance.planned import plan
-from tests.conformance.planned import request
+from tests.conformance.planned import ONLY_LAUNCHED, plan, request
 from tests.conformance.prefix import install_packages
 
 CASES_FOLDER = Path(__file__).with_name('cases')

@@ -2,9 +2,7 @@
 # Licensed under the Apache License, Version 2.0
 
 import pytest
-from support.controlled import ABOUT
-from support.controlled import Controlled
-from support.controlled import no_shared_folders
+from support.controlled import ABOUT, Controlled, no_shared_folders
 
 __all__ = ['no_shared_folders']
 

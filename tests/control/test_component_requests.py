@@ -16,13 +16,8 @@ from colcon_yamllaunch.control.service import Service
 from colcon_yamllaunch.engine.composition import Composition
 from colcon_yamllaunch.engine.dispatcher import Dispatcher
 from colcon_yamllaunch.engine.engine import Engine
-from colcon_yamllaunch.engine.state import About
-from colcon_yamllaunch.engine.state import from_json
-from colcon_yamllaunch.engine.state import LaunchState
-from colcon_yamllaunch.plan.plan import Block
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import SetParameter
+from colcon_yamllaunch.engine.state import About, from_json, LaunchState
+from colcon_yamllaunch.plan.plan import Block, Component, Plan, SetParameter
 from colcon_yamllaunch.plan.position import Position
 import pytest
 from support.history import History

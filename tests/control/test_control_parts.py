@@ -10,27 +10,26 @@ import shutil
 import socket
 
 from colcon_yamllaunch.common import temporary_folders
-from colcon_yamllaunch.control import protocol
-from colcon_yamllaunch.control import socket_folder
+from colcon_yamllaunch.control import protocol, socket_folder
 from colcon_yamllaunch.control.protocol import ProtocolError
-from colcon_yamllaunch.control.socket_folder import Address
-from colcon_yamllaunch.control.socket_folder import connections
-from colcon_yamllaunch.control.socket_folder import FolderError
-from colcon_yamllaunch.control.socket_folder import folders
-from colcon_yamllaunch.control.socket_folder import is_own
-from colcon_yamllaunch.control.socket_folder import open_folder
-from colcon_yamllaunch.engine.state import from_json
-from colcon_yamllaunch.engine.state import MachineState
-from colcon_yamllaunch.engine.state import StateError
-from colcon_yamllaunch.engine.state import to_json
-from hypothesis import given
-from hypothesis import strategies
+from colcon_yamllaunch.control.socket_folder import (
+    Address,
+    connections,
+    FolderError,
+    folders,
+    is_own,
+    open_folder,
+)
+from colcon_yamllaunch.engine.state import (
+    from_json,
+    MachineState,
+    StateError,
+    to_json,
+)
+from hypothesis import given, strategies
 import pytest
-from support.hostile import needs_other_user
-from support.hostile import OTHER_USER
-from support.launch_states import component_state
-from support.launch_states import launch_state
-from support.launch_states import process_state
+from support.hostile import needs_other_user, OTHER_USER
+from support.launch_states import component_state, launch_state, process_state
 
 
 @pytest.fixture

@@ -10,16 +10,16 @@ import select
 import signal
 
 from colcon_yamllaunch.control import protocol
-from colcon_yamllaunch.control.client import ControlError
-from colcon_yamllaunch.control.client import LaunchEndedError
-from colcon_yamllaunch.control.client import running_launches
-from colcon_yamllaunch.control.client import RunningLaunch
+from colcon_yamllaunch.control.client import (
+    ControlError,
+    LaunchEndedError,
+    running_launches,
+    RunningLaunch,
+)
 from colcon_yamllaunch.control.orphaned_launches import orphaned_launches
 from colcon_yamllaunch.engine import commands
 import pytest
-from support.controlled import ABOUT
-from support.controlled import idles
-from support.controlled import memory_of
+from support.controlled import ABOUT, idles, memory_of
 
 #: Says what it reads, and reads each line of it at once.
 ECHO = (

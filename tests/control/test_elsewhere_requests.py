@@ -19,9 +19,7 @@ from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.remote.deployment.placement import Placed
 from colcon_yamllaunch.remote.remote_parts import RemoteParts
 import pytest
-from support.played_machine import PlayedLaunch
-from support.played_machine import PlayedLink
-from support.played_machine import process
+from support.played_machine import PlayedLaunch, PlayedLink, process
 
 HERE = process('here')
 FIRST = process('arm│first', emulate_tty=True)

@@ -9,8 +9,7 @@ import signal
 from colcon_yamllaunch.control.subscription import BEGINNING
 from colcon_yamllaunch.terminal.full_screen.launch_screen import LaunchApp
 import pytest
-from support.shown_screen import Around
-from support.shown_screen import run_app
+from support.shown_screen import Around, run_app
 
 #: Writes as fast as it can, until a file is there.
 FLOOD = (

@@ -10,19 +10,18 @@ import time
 from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.common.process_scan import read_process
 from colcon_yamllaunch.control import journal as journal_module
-from colcon_yamllaunch.control.client import ControlError
-from colcon_yamllaunch.control.client import LaunchEndedError
+from colcon_yamllaunch.control.client import ControlError, LaunchEndedError
 from colcon_yamllaunch.control.journal import Journal
-from colcon_yamllaunch.control.protocol import MessageReader
-from colcon_yamllaunch.control.protocol import ProtocolError
+from colcon_yamllaunch.control.protocol import MessageReader, ProtocolError
 from colcon_yamllaunch.control.service import Subscribers
-from colcon_yamllaunch.control.subscription import BEGINNING
-from colcon_yamllaunch.control.subscription import Happened
-from colcon_yamllaunch.control.subscription import Missed
-from colcon_yamllaunch.control.subscription import Wrote
+from colcon_yamllaunch.control.subscription import (
+    BEGINNING,
+    Happened,
+    Missed,
+    Wrote,
+)
 from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.engine.events import Output
-from colcon_yamllaunch.engine.events import Warned
+from colcon_yamllaunch.engine.events import Output, Warned
 import pytest
 from support.controlled import answer_to
 

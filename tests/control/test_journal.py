@@ -7,12 +7,9 @@ import json
 import os
 
 from colcon_yamllaunch.control import protocol
-from colcon_yamllaunch.control.journal import Cursor
-from colcon_yamllaunch.control.journal import Journal
+from colcon_yamllaunch.control.journal import Cursor, Journal
 from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.engine.events import Output
-from colcon_yamllaunch.engine.events import StillRunning
-from colcon_yamllaunch.engine.events import Warned
+from colcon_yamllaunch.engine.events import Output, StillRunning, Warned
 import pytest
 
 BEGINNING = {'events': 0, 'bytes': 0}

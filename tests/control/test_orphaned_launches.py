@@ -7,8 +7,7 @@ import os
 from pathlib import Path
 import signal
 
-from colcon_yamllaunch.control.client import ControlError
-from colcon_yamllaunch.control.client import LaunchEndedError
+from colcon_yamllaunch.control.client import ControlError, LaunchEndedError
 from colcon_yamllaunch.control.orphaned_launches import orphaned_launches
 from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine.cgroup import process_folder

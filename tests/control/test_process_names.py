@@ -3,11 +3,9 @@
 
 """Which processes of a launch a name means."""
 
-from colcon_yamllaunch.control.process_names import meant_by
-from colcon_yamllaunch.control.process_names import ProcessNames
+from colcon_yamllaunch.control.process_names import meant_by, ProcessNames
 import pytest
-from support.launch_states import component_state
-from support.launch_states import process_state
+from support.launch_states import component_state, process_state
 
 
 def test_pattern_matches_the_names_of_a_process():

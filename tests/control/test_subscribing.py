@@ -10,18 +10,17 @@ import signal
 import socket
 
 from colcon_yamllaunch.control import protocol
-from colcon_yamllaunch.control.client import ControlError
-from colcon_yamllaunch.control.client import LaunchEndedError
-from colcon_yamllaunch.control.subscription import BEGINNING
-from colcon_yamllaunch.control.subscription import Happened
-from colcon_yamllaunch.control.subscription import Missed
-from colcon_yamllaunch.control.subscription import Point
-from colcon_yamllaunch.control.subscription import Wrote
+from colcon_yamllaunch.control.client import ControlError, LaunchEndedError
+from colcon_yamllaunch.control.subscription import (
+    BEGINNING,
+    Happened,
+    Missed,
+    Point,
+    Wrote,
+)
 from colcon_yamllaunch.engine import commands
 import pytest
-from support.controlled import answer_to
-from support.controlled import idles
-from support.controlled import memory_of
+from support.controlled import answer_to, idles, memory_of
 
 #: Stands for gdb: takes a command, then runs the program.
 GDB = (

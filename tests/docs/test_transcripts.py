@@ -6,8 +6,7 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from support.transcript import blocks
-from support.transcript import Reader
+from support.transcript import blocks, Reader
 
 PAGE = Path(__file__).parents[2] / 'docs/run_and_create.md'
 

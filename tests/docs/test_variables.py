@@ -10,14 +10,14 @@ import re
 
 from colcon_yamllaunch.control.socket_folder import SUFFIX
 from colcon_yamllaunch.observers.log_store import INDEX_NAME
-from colcon_yamllaunch.verb.environment_variables import ALL_LOGS_LIMIT
-from colcon_yamllaunch.verb.environment_variables import KEPT_LOG_FOLDERS
+from colcon_yamllaunch.verb.environment_variables import (
+    ALL_LOGS_LIMIT,
+    KEPT_LOG_FOLDERS,
+)
 from colcon_yamllaunch.workspace.building.build_lock import LOCK_NAME
 from colcon_yamllaunch.workspace.colcon.colcon_cache import CACHE_NAME
 from colcon_yamllaunch.workspace.environment.environment_cache import (
     FOLDER_NAME,
-)
-from colcon_yamllaunch.workspace.environment.environment_cache import (
     MAXIMUM_RECORDS,
 )
 from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME

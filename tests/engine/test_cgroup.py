@@ -14,20 +14,20 @@ import tempfile
 import time
 
 import colcon_yamllaunch
-from colcon_yamllaunch.common.escalation import Escalation
-from colcon_yamllaunch.common.escalation import Timeouts
+from colcon_yamllaunch.common.escalation import Escalation, Timeouts
 from colcon_yamllaunch.common.process_scan import cgroup_of
 from colcon_yamllaunch.control.resource_usage import usage_of
 from colcon_yamllaunch.engine import cgroup
 from colcon_yamllaunch.engine.cgroup import LaunchCgroup
 from colcon_yamllaunch.engine.guard import GuardedLaunch
-from colcon_yamllaunch.engine.launch_scan import find_orphans
-from colcon_yamllaunch.engine.launch_scan import new_identity
+from colcon_yamllaunch.engine.launch_scan import find_orphans, new_identity
 import pytest
-from support.hostile import needs_control_group
-from support.hostile import needs_other_user
-from support.hostile import OTHER_USER
-from support.hostile import with_mounts
+from support.hostile import (
+    needs_control_group,
+    needs_other_user,
+    OTHER_USER,
+    with_mounts,
+)
 
 pytestmark = pytest.mark.hostile
 ROOT = Path(colcon_yamllaunch.__file__).parents[1]

@@ -5,14 +5,9 @@
 
 import signal
 
-from colcon_yamllaunch.engine.events import Requested
-from colcon_yamllaunch.engine.events import Said
-from colcon_yamllaunch.engine.events import ShuttingDown
+from colcon_yamllaunch.engine.events import Requested, Said, ShuttingDown
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Message
-from colcon_yamllaunch.plan.plan import Shutdown
-from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.plan.plan import Component, Message, Shutdown, Timer
 from colcon_yamllaunch.plan.position import Position
 import pytest
 from support.history import History

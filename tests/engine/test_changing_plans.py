@@ -7,26 +7,30 @@ import signal
 
 from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.engine.events import Dropped
-from colcon_yamllaunch.engine.events import Exited
-from colcon_yamllaunch.engine.events import Loaded
-from colcon_yamllaunch.engine.events import LoadFailed
-from colcon_yamllaunch.engine.events import Planned
-from colcon_yamllaunch.engine.events import Said
-from colcon_yamllaunch.engine.events import Signalled
-from colcon_yamllaunch.engine.events import Started
-from colcon_yamllaunch.engine.events import TransitionFailed
-from colcon_yamllaunch.engine.events import Unloaded
-from colcon_yamllaunch.engine.events import Warned
+from colcon_yamllaunch.engine.events import (
+    Dropped,
+    Exited,
+    Loaded,
+    LoadFailed,
+    Planned,
+    Said,
+    Signalled,
+    Started,
+    TransitionFailed,
+    Unloaded,
+    Warned,
+)
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.plan.plan import ChangeState
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Message
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Shutdown
-from colcon_yamllaunch.plan.plan import SignalProcess
-from colcon_yamllaunch.plan.plan import Timer
-from colcon_yamllaunch.plan.plan import WorkerCall
+from colcon_yamllaunch.plan.plan import (
+    ChangeState,
+    Component,
+    Message,
+    Plan,
+    Shutdown,
+    SignalProcess,
+    Timer,
+    WorkerCall,
+)
 from colcon_yamllaunch.plan.position import Position
 import pytest
 from support.history import History

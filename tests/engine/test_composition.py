@@ -8,15 +8,15 @@ import signal
 from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.composition import load_request
-from colcon_yamllaunch.engine.events import Loaded
-from colcon_yamllaunch.engine.events import LoadFailed
-from colcon_yamllaunch.engine.events import RosLost
-from colcon_yamllaunch.engine.events import Unloaded
-from colcon_yamllaunch.engine.events import Warned
+from colcon_yamllaunch.engine.events import (
+    Loaded,
+    LoadFailed,
+    RosLost,
+    Unloaded,
+    Warned,
+)
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import SetParameter
-from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.plan.plan import Component, SetParameter, Timer
 from colcon_yamllaunch.plan.position import Position
 import pytest
 from support.history import History

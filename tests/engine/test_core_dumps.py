@@ -5,8 +5,7 @@ import os
 from pathlib import Path
 import resource
 
-from colcon_yamllaunch.engine.debugging import find_core_dump
-from colcon_yamllaunch.engine.debugging import KERNEL
+from colcon_yamllaunch.engine.debugging import find_core_dump, KERNEL
 import pytest
 
 NOW = 1732000000.0

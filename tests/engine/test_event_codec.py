@@ -8,12 +8,13 @@ import types
 import typing
 
 from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine.event_codec import EventError
-from colcon_yamllaunch.engine.event_codec import EventReader
-from colcon_yamllaunch.engine.event_codec import FROM_MACHINES
+from colcon_yamllaunch.engine.event_codec import (
+    EventError,
+    EventReader,
+    FROM_MACHINES,
+)
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import Component, Process
 from colcon_yamllaunch.plan.position import Position
 from hypothesis import given
 from hypothesis import strategies as st

@@ -10,8 +10,7 @@ import signal
 import subprocess
 import sys
 
-from colcon_yamllaunch.engine.spawn import exec_program
-from colcon_yamllaunch.engine.spawn import StartError
+from colcon_yamllaunch.engine.spawn import exec_program, StartError
 import pytest
 
 #: Those that the C library keeps for itself; nobody else can change them.

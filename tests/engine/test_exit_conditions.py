@@ -6,13 +6,15 @@
 import signal
 
 from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.engine.events import Exited
-from colcon_yamllaunch.engine.events import LoadFailed
-from colcon_yamllaunch.engine.events import Output
-from colcon_yamllaunch.engine.events import RosLost
-from colcon_yamllaunch.engine.events import ShuttingDown
-from colcon_yamllaunch.engine.events import StartFailed
-from colcon_yamllaunch.engine.events import TransitionFailed
+from colcon_yamllaunch.engine.events import (
+    Exited,
+    LoadFailed,
+    Output,
+    RosLost,
+    ShuttingDown,
+    StartFailed,
+    TransitionFailed,
+)
 from colcon_yamllaunch.engine.exit_conditions import ExitConditions
 from colcon_yamllaunch.engine.line_pattern import LinePattern
 from colcon_yamllaunch.engine.outcome import Outcome

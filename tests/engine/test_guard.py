@@ -6,8 +6,7 @@ import signal
 
 from colcon_yamllaunch.common.escalation import Timeouts
 from colcon_yamllaunch.engine.guard import GuardedLaunch
-from colcon_yamllaunch.engine.guard_link import GuardLink
-from colcon_yamllaunch.engine.guard_link import GuardProcess
+from colcon_yamllaunch.engine.guard_link import GuardLink, GuardProcess
 from colcon_yamllaunch.engine.own_files import Place
 import pytest
 

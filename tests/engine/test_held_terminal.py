@@ -7,8 +7,7 @@ import json
 import os
 import termios
 
-from colcon_yamllaunch.engine.channels import as_numbers
-from colcon_yamllaunch.engine.channels import HeldTerminal
+from colcon_yamllaunch.engine.channels import as_numbers, HeldTerminal
 from colcon_yamllaunch.terminal.keyboard import Keyboard
 from colcon_yamllaunch.terminal.status_block import Block
 from colcon_yamllaunch.terminal.status_writer import drawn

@@ -10,8 +10,7 @@ import time
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.helper_process import HelperProcess
 from colcon_yamllaunch.engine.loop import ended_children
-from colcon_yamllaunch.engine.spawn import spawn_process
-from colcon_yamllaunch.engine.spawn import StartError
+from colcon_yamllaunch.engine.spawn import spawn_process, StartError
 import pytest
 from support.test_loop import TestLoop
 

@@ -11,11 +11,13 @@ import time
 from colcon_yamllaunch.common.escalation import WHOLE
 from colcon_yamllaunch.common.process_scan import read_process
 from colcon_yamllaunch.engine.channels import writer_link
-from colcon_yamllaunch.engine.launch_scan import Adopter
-from colcon_yamllaunch.engine.launch_scan import find_orphans
-from colcon_yamllaunch.engine.launch_scan import LAUNCH_ID_VARIABLE
-from colcon_yamllaunch.engine.launch_scan import launcher_of
-from colcon_yamllaunch.engine.launch_scan import new_identity
+from colcon_yamllaunch.engine.launch_scan import (
+    Adopter,
+    find_orphans,
+    LAUNCH_ID_VARIABLE,
+    launcher_of,
+    new_identity,
+)
 import pytest
 
 NO_SESSION = -1

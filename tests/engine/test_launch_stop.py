@@ -6,12 +6,13 @@
 import signal
 
 from colcon_yamllaunch.common.errors import RefusedError
-from colcon_yamllaunch.common.escalation import Orphan
-from colcon_yamllaunch.common.escalation import WHOLE
-from colcon_yamllaunch.engine.events import Exited
-from colcon_yamllaunch.engine.events import LeftBehind
-from colcon_yamllaunch.engine.events import Requested
-from colcon_yamllaunch.engine.events import Started
+from colcon_yamllaunch.common.escalation import Orphan, WHOLE
+from colcon_yamllaunch.engine.events import (
+    Exited,
+    LeftBehind,
+    Requested,
+    Started,
+)
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.plan.plan import Timer
 import pytest

@@ -6,9 +6,11 @@
 import signal
 
 from colcon_yamllaunch.common.errors import RefusedError
-from colcon_yamllaunch.engine.events import StateChanged
-from colcon_yamllaunch.engine.events import TransitionFailed
-from colcon_yamllaunch.engine.events import Warned
+from colcon_yamllaunch.engine.events import (
+    StateChanged,
+    TransitionFailed,
+    Warned,
+)
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.position import Position

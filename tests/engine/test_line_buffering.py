@@ -8,13 +8,13 @@ import shutil
 import struct
 import sys
 
-from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.engine import line_buffering
-from colcon_yamllaunch.engine.line_buffering import Elf
-from colcon_yamllaunch.engine.line_buffering import LineBuffering
-from colcon_yamllaunch.engine.line_buffering import read_elf
-from colcon_yamllaunch.engine.line_buffering import SilenceWatch
+from colcon_yamllaunch.engine import events, limits, line_buffering
+from colcon_yamllaunch.engine.line_buffering import (
+    Elf,
+    LineBuffering,
+    read_elf,
+    SilenceWatch,
+)
 from colcon_yamllaunch.engine.outcome import Outcome
 import pytest
 from support.test_loop import TestLoop

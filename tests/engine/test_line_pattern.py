@@ -7,8 +7,7 @@ import re
 import time
 
 from colcon_yamllaunch.engine import line_pattern
-from colcon_yamllaunch.engine.line_pattern import LinePattern
-from colcon_yamllaunch.engine.line_pattern import SearchTimeError
+from colcon_yamllaunch.engine.line_pattern import LinePattern, SearchTimeError
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest

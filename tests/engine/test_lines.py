@@ -2,11 +2,13 @@
 # Licensed under the Apache License, Version 2.0
 
 from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.engine.lines import bare
-from colcon_yamllaunch.engine.lines import legible
-from colcon_yamllaunch.engine.lines import LineBuffer
-from colcon_yamllaunch.engine.lines import normalised
-from colcon_yamllaunch.engine.lines import prefixed
+from colcon_yamllaunch.engine.lines import (
+    bare,
+    legible,
+    LineBuffer,
+    normalised,
+    prefixed,
+)
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest

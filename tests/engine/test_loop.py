@@ -11,9 +11,11 @@ import signal
 import socket
 import subprocess
 
-from colcon_yamllaunch.engine.loop import ended_children
-from colcon_yamllaunch.engine.loop import readable
-from colcon_yamllaunch.engine.loop import suspended_children
+from colcon_yamllaunch.engine.loop import (
+    ended_children,
+    readable,
+    suspended_children,
+)
 import pytest
 
 

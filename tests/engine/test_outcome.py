@@ -4,9 +4,7 @@
 import os
 import signal
 
-from colcon_yamllaunch.engine.outcome import after_exit
-from colcon_yamllaunch.engine.outcome import is_failure
-from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.engine.outcome import after_exit, is_failure, Outcome
 import pytest
 
 

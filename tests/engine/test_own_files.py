@@ -5,12 +5,13 @@ import os
 from pathlib import Path
 import socket
 
-from colcon_yamllaunch.engine.own_files import Place
-from colcon_yamllaunch.engine.own_files import remove_file
-from colcon_yamllaunch.engine.own_files import remove_parameter_files
+from colcon_yamllaunch.engine.own_files import (
+    Place,
+    remove_file,
+    remove_parameter_files,
+)
 import pytest
-from support.hostile import needs_other_user
-from support.hostile import OTHER_USER
+from support.hostile import needs_other_user, OTHER_USER
 
 pytestmark = pytest.mark.hostile
 

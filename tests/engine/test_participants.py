@@ -10,14 +10,11 @@ import subprocess
 
 from colcon_yamllaunch.common import temporary_folders
 from colcon_yamllaunch.control import socket_folder
-from colcon_yamllaunch.engine import commands
-from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine import commands, events
 from colcon_yamllaunch.engine.participants import Participant
 from colcon_yamllaunch.engine.state import About
-from colcon_yamllaunch.plan.plan import Message
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.run import run
-from colcon_yamllaunch.run import RunContext
+from colcon_yamllaunch.plan.plan import Message, Plan
+from colcon_yamllaunch.run import run, RunContext
 
 
 def ran(plan, *participants):

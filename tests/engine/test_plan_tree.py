@@ -4,8 +4,7 @@
 """The tree of a plan that runs, from its parts and what these stand in."""
 
 from colcon_yamllaunch.engine.description import plan_tree
-from colcon_yamllaunch.plan.plan import Block
-from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.plan import Block, Component
 from colcon_yamllaunch.plan.position import Position
 
 HERE = Position('/ws/demo.yaml', 3, 5)

@@ -4,8 +4,7 @@
 """The client with real containers and nodes, through its pipes and DDS."""
 
 import ast
-from collections.abc import Callable
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 import signal
 import subprocess
@@ -15,9 +14,7 @@ import time
 from colcon_yamllaunch.engine import ros_client
 import pytest
 from support.ros_parts import sourced
-from support.ros_talk import DEADLINE
-from support.ros_talk import Talk
-from support.ros_talk import talking
+from support.ros_talk import DEADLINE, Talk, talking
 
 Environment = dict[str, str]
 CONTAINER = 'lib/rclcpp_components/component_container'

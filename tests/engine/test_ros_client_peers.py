@@ -6,9 +6,7 @@
 from types import SimpleNamespace
 from typing import Any
 
-from colcon_yamllaunch.engine.ros_client import Call
-from colcon_yamllaunch.engine.ros_client import CONNECTING
-from colcon_yamllaunch.engine.ros_client import Peer
+from colcon_yamllaunch.engine.ros_client import Call, CONNECTING, Peer
 import pytest
 from support.played_graph import Graph
 

@@ -7,12 +7,14 @@ import sys
 from types import SimpleNamespace
 from typing import Any
 
-from colcon_yamllaunch.engine.ros_client import ANSWER_TIMEOUT
-from colcon_yamllaunch.engine.ros_client import Container
-from colcon_yamllaunch.engine.ros_client import LAST_DOUBT
-from colcon_yamllaunch.engine.ros_client import LifecycleNode
-from colcon_yamllaunch.engine.ros_client import Peer
-from colcon_yamllaunch.engine.ros_client import Ros
+from colcon_yamllaunch.engine.ros_client import (
+    ANSWER_TIMEOUT,
+    Container,
+    LAST_DOUBT,
+    LifecycleNode,
+    Peer,
+    Ros,
+)
 import pytest
 from support.played_graph import Graph
 

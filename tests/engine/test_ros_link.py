@@ -3,13 +3,12 @@
 
 """What launches need of the ROS environment."""
 
-from colcon_yamllaunch.engine.ros_link import are_beside
-from colcon_yamllaunch.engine.ros_link import missing_packages
-from colcon_yamllaunch.engine.ros_link import needed_packages
-from colcon_yamllaunch.plan.plan import ChangeState
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.engine.ros_link import (
+    are_beside,
+    missing_packages,
+    needed_packages,
+)
+from colcon_yamllaunch.plan.plan import ChangeState, Component, Plan, Timer
 from colcon_yamllaunch.plan.position import Position
 
 COMPONENT = Component('a', 'p', 'P', '/box', Position('/ws/demo.yaml', 1, 1))

@@ -15,8 +15,7 @@ import subprocess
 
 from colcon_yamllaunch.common import process_scan
 from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.run import run
-from colcon_yamllaunch.run import RunContext
+from colcon_yamllaunch.run import run, RunContext
 import pytest
 
 

@@ -8,10 +8,12 @@ import signal
 import subprocess
 import sys
 
-from colcon_yamllaunch.engine.spawn import find_program
-from colcon_yamllaunch.engine.spawn import keep_to_ourselves
-from colcon_yamllaunch.engine.spawn import spawn_process
-from colcon_yamllaunch.engine.spawn import StartError
+from colcon_yamllaunch.engine.spawn import (
+    find_program,
+    keep_to_ourselves,
+    spawn_process,
+    StartError,
+)
 import pytest
 
 

@@ -7,13 +7,10 @@ import signal
 
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.engine.state import from_json
-from colcon_yamllaunch.engine.state import to_json
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.engine.state import from_json, to_json
+from colcon_yamllaunch.plan.plan import Component, Timer
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.terminal.status_model import KEYS
-from colcon_yamllaunch.terminal.status_model import StatusModel
+from colcon_yamllaunch.terminal.status_model import KEYS, StatusModel
 import pytest
 from support.launch_states import planned_state
 

@@ -7,19 +7,19 @@ import signal
 
 from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.common.escalation import Orphan
-from colcon_yamllaunch.engine.events import Exited
-from colcon_yamllaunch.engine.events import LeftBehind
-from colcon_yamllaunch.engine.events import Respawned
-from colcon_yamllaunch.engine.events import Said
-from colcon_yamllaunch.engine.events import ShuttingDown
-from colcon_yamllaunch.engine.events import Started
-from colcon_yamllaunch.engine.events import StartFailed
-from colcon_yamllaunch.engine.events import StillRunning
-from colcon_yamllaunch.engine.events import Warned
+from colcon_yamllaunch.engine.events import (
+    Exited,
+    LeftBehind,
+    Respawned,
+    Said,
+    ShuttingDown,
+    Started,
+    StartFailed,
+    StillRunning,
+    Warned,
+)
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.plan.plan import Message
-from colcon_yamllaunch.plan.plan import Shutdown
-from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.plan.plan import Message, Shutdown, Timer
 import pytest
 from support.history import History
 

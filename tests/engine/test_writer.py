@@ -8,8 +8,7 @@ from pathlib import Path
 import socket
 
 from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.engine.writer import TextWriter
-from colcon_yamllaunch.engine.writer import Writer
+from colcon_yamllaunch.engine.writer import TextWriter, Writer
 import pytest
 
 

@@ -7,10 +7,12 @@ import json
 from typing import Any
 
 from colcon_yamllaunch.language.evaluation.findings import Checked
-from colcon_yamllaunch.language.reports import as_github
-from colcon_yamllaunch.language.reports import as_json
-from colcon_yamllaunch.language.reports import as_sarif
-from colcon_yamllaunch.language.reports import as_text
+from colcon_yamllaunch.language.reports import (
+    as_github,
+    as_json,
+    as_sarif,
+    as_text,
+)
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.source_text import Source
 from colcon_yamllaunch.plan.position import Position

@@ -5,9 +5,11 @@
 
 import os
 
-from colcon_yamllaunch.observers.presentation import can_have_status
-from colcon_yamllaunch.observers.presentation import Display
-from colcon_yamllaunch.observers.presentation import is_same_terminal
+from colcon_yamllaunch.observers.presentation import (
+    can_have_status,
+    Display,
+    is_same_terminal,
+)
 import pytest
 
 

@@ -4,22 +4,24 @@
 from pathlib import Path
 import signal
 
-from colcon_yamllaunch.engine.events import Dropped
-from colcon_yamllaunch.engine.events import Exited
-from colcon_yamllaunch.engine.events import LeftBehind
-from colcon_yamllaunch.engine.events import LinkBack
-from colcon_yamllaunch.engine.events import Loaded
-from colcon_yamllaunch.engine.events import LoadFailed
-from colcon_yamllaunch.engine.events import MachineGone
-from colcon_yamllaunch.engine.events import Output
-from colcon_yamllaunch.engine.events import PlanFailed
-from colcon_yamllaunch.engine.events import RosLost
-from colcon_yamllaunch.engine.events import ShuttingDown
-from colcon_yamllaunch.engine.events import Started
-from colcon_yamllaunch.engine.events import StartFailed
-from colcon_yamllaunch.engine.events import StateChanged
-from colcon_yamllaunch.engine.events import TransitionFailed
-from colcon_yamllaunch.engine.events import WorkerLost
+from colcon_yamllaunch.engine.events import (
+    Dropped,
+    Exited,
+    LeftBehind,
+    LinkBack,
+    Loaded,
+    LoadFailed,
+    MachineGone,
+    Output,
+    PlanFailed,
+    RosLost,
+    ShuttingDown,
+    Started,
+    StartFailed,
+    StateChanged,
+    TransitionFailed,
+    WorkerLost,
+)
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.observers.failures import Failures
 from colcon_yamllaunch.plan.plan import Component

@@ -5,10 +5,8 @@
 
 import signal
 
-from colcon_yamllaunch.engine.events import Signalled
-from colcon_yamllaunch.engine.events import Started
-from colcon_yamllaunch.observers.screen import InterruptFolding
-from colcon_yamllaunch.observers.screen import LONGEST
+from colcon_yamllaunch.engine.events import Signalled, Started
+from colcon_yamllaunch.observers.screen import InterruptFolding, LONGEST
 import pytest
 
 START = b'Traceback (most recent call last):\n'

@@ -8,14 +8,16 @@ from pathlib import Path
 import re
 from xml.etree import ElementTree
 
-from colcon_yamllaunch.engine.events import Dropped
-from colcon_yamllaunch.engine.events import Ended
-from colcon_yamllaunch.engine.events import Exited
-from colcon_yamllaunch.engine.events import FailureReport
-from colcon_yamllaunch.engine.events import Loaded
-from colcon_yamllaunch.engine.events import Planned
-from colcon_yamllaunch.engine.events import Started
-from colcon_yamllaunch.engine.events import Verdict
+from colcon_yamllaunch.engine.events import (
+    Dropped,
+    Ended,
+    Exited,
+    FailureReport,
+    Loaded,
+    Planned,
+    Started,
+    Verdict,
+)
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.observers.junit import JUnitReport
 from colcon_yamllaunch.plan.plan import Component

@@ -7,15 +7,19 @@ import os
 import shutil
 
 from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.engine.events import Exited
-from colcon_yamllaunch.engine.events import Output
-from colcon_yamllaunch.engine.events import Planned
-from colcon_yamllaunch.engine.events import Said
-from colcon_yamllaunch.engine.events import Started
+from colcon_yamllaunch.engine.events import (
+    Exited,
+    Output,
+    Planned,
+    Said,
+    Started,
+)
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.observers.log_files import folder_names
-from colcon_yamllaunch.observers.log_files import lock_folder
-from colcon_yamllaunch.observers.log_files import Logs
+from colcon_yamllaunch.observers.log_files import (
+    folder_names,
+    lock_folder,
+    Logs,
+)
 import pytest
 
 

@@ -6,10 +6,12 @@ import io
 from colcon_yamllaunch.engine.events import Output
 from colcon_yamllaunch.engine.writer import TextWriter
 from colcon_yamllaunch.observers.log_files import Logs
-from colcon_yamllaunch.observers.screen import Layout
-from colcon_yamllaunch.observers.screen import layout_of
-from colcon_yamllaunch.observers.screen import Screen
-from colcon_yamllaunch.observers.screen import SCREEN_FORMAT
+from colcon_yamllaunch.observers.screen import (
+    Layout,
+    layout_of,
+    Screen,
+    SCREEN_FORMAT,
+)
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest

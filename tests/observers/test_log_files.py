@@ -6,8 +6,7 @@ import os
 import shutil
 
 from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.observers.log_files import LogFile
-from colcon_yamllaunch.observers.log_files import Quota
+from colcon_yamllaunch.observers.log_files import LogFile, Quota
 import pytest
 
 LINE = b'x' * 999 + b'\n'

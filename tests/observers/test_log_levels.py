@@ -3,8 +3,7 @@
 
 """The levels of lines."""
 
-from colcon_yamllaunch.observers.log_levels import Level
-from colcon_yamllaunch.observers.log_levels import level_of
+from colcon_yamllaunch.observers.log_levels import Level, level_of
 import pytest
 
 

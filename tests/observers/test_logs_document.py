@@ -8,17 +8,20 @@ from pathlib import Path
 import re
 
 from colcon_yamllaunch.common.table import decimal_size
-from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine import events, limits
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.observers.log_files import Logs
 from colcon_yamllaunch.observers.log_store import INDEX_NAME
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import IN_COMMON_LOG
-from colcon_yamllaunch.plan.plan import IN_OWN_LOG
-from colcon_yamllaunch.plan.plan import SHOWN
-from colcon_yamllaunch.verb.environment_variables import ALL_LOGS_LIMIT
-from colcon_yamllaunch.verb.environment_variables import KEPT_LOG_FOLDERS
+from colcon_yamllaunch.plan.plan import (
+    Component,
+    IN_COMMON_LOG,
+    IN_OWN_LOG,
+    SHOWN,
+)
+from colcon_yamllaunch.verb.environment_variables import (
+    ALL_LOGS_LIMIT,
+    KEPT_LOG_FOLDERS,
+)
 import pytest
 
 TEXT = (Path(__file__).parents[2] / 'docs/logs.md').read_text()

@@ -8,8 +8,7 @@ from types import SimpleNamespace
 
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.observers.presentation import present
-from colcon_yamllaunch.observers.presentation import Presentation
+from colcon_yamllaunch.observers.presentation import present, Presentation
 from colcon_yamllaunch.plan.plan import Plan
 import pytest
 

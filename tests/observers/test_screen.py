@@ -4,13 +4,15 @@
 import io
 import signal
 
-from colcon_yamllaunch.engine.events import Ended
-from colcon_yamllaunch.engine.events import Exited
-from colcon_yamllaunch.engine.events import Output
-from colcon_yamllaunch.engine.events import Said
-from colcon_yamllaunch.engine.events import ShuttingDown
-from colcon_yamllaunch.engine.events import Started
-from colcon_yamllaunch.engine.events import StillRunning
+from colcon_yamllaunch.engine.events import (
+    Ended,
+    Exited,
+    Output,
+    Said,
+    ShuttingDown,
+    Started,
+    StillRunning,
+)
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.writer import TextWriter
 from colcon_yamllaunch.observers.screen import Screen

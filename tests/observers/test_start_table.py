@@ -7,22 +7,25 @@ import io
 import os
 
 from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.engine.events import Dropped
-from colcon_yamllaunch.engine.events import Exited
-from colcon_yamllaunch.engine.events import MachineGone
-from colcon_yamllaunch.engine.events import Output
-from colcon_yamllaunch.engine.events import ShuttingDown
-from colcon_yamllaunch.engine.events import Started
-from colcon_yamllaunch.engine.events import StartFailed
+from colcon_yamllaunch.engine.events import (
+    Dropped,
+    Exited,
+    MachineGone,
+    Output,
+    ShuttingDown,
+    Started,
+    StartFailed,
+)
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.writer import TextWriter
 from colcon_yamllaunch.observers.screen import Screen
-from colcon_yamllaunch.observers.start_table import Row
-from colcon_yamllaunch.observers.start_table import row_of
-from colcon_yamllaunch.observers.start_table import start_table_lines
-from colcon_yamllaunch.observers.start_table import StartTable
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.observers.start_table import (
+    Row,
+    row_of,
+    start_table_lines,
+    StartTable,
+)
+from colcon_yamllaunch.plan.plan import Plan, Timer
 import pytest
 
 

@@ -6,14 +6,13 @@
 from dataclasses import replace
 
 from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.plan.labels import labels_of
-from colcon_yamllaunch.plan.labels import RESERVED
-from colcon_yamllaunch.plan.labels import Unlabelled
-from colcon_yamllaunch.plan.labels import with_labels
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.plan.labels import (
+    labels_of,
+    RESERVED,
+    Unlabelled,
+    with_labels,
+)
+from colcon_yamllaunch.plan.plan import Component, Plan, Process, Timer
 from colcon_yamllaunch.plan.position import Position
 from hypothesis import given
 from hypothesis import strategies as st

@@ -8,22 +8,25 @@ from dataclasses import replace
 from typing import Any
 
 from colcon_yamllaunch.plan.labels import with_labels
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Entry
-from colcon_yamllaunch.plan.plan import EventHandler
-from colcon_yamllaunch.plan.plan import Message
-from colcon_yamllaunch.plan.plan import ParameterFile
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import SetParameter
-from colcon_yamllaunch.plan.plan import Shutdown
-from colcon_yamllaunch.plan.plan import SignalProcess
-from colcon_yamllaunch.plan.plan import Timer
-from colcon_yamllaunch.plan.plan_difference import plan_difference
-from colcon_yamllaunch.plan.plan_difference import PlanDifference
+from colcon_yamllaunch.plan.plan import (
+    Component,
+    Entry,
+    EventHandler,
+    Message,
+    ParameterFile,
+    Plan,
+    Process,
+    SetParameter,
+    Shutdown,
+    SignalProcess,
+    Timer,
+)
+from colcon_yamllaunch.plan.plan_difference import (
+    plan_difference,
+    PlanDifference,
+)
 from colcon_yamllaunch.plan.position import Position
-from hypothesis import given
-from hypothesis import strategies
+from hypothesis import given, strategies
 from support.random_cases import RANDOM
 
 

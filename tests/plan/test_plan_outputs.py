@@ -6,39 +6,37 @@
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
-from itertools import count
-from itertools import repeat
+from itertools import count, repeat
 import json
 import subprocess
-from typing import Any
-from typing import get_args
-from typing import get_origin
-from typing import get_type_hints
+from typing import Any, get_args, get_origin, get_type_hints
 
 from colcon_yamllaunch.language.policies.evaluate import evaluate
-from colcon_yamllaunch.plan.plan import Block
-from colcon_yamllaunch.plan.plan import ChangeState
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Condition
-from colcon_yamllaunch.plan.plan import Entry
-from colcon_yamllaunch.plan.plan import EventHandler
-from colcon_yamllaunch.plan.plan import Message
-from colcon_yamllaunch.plan.plan import ParameterFile
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import SetParameter
-from colcon_yamllaunch.plan.plan import Shutdown
-from colcon_yamllaunch.plan.plan import SignalProcess
-from colcon_yamllaunch.plan.plan import Timer
-from colcon_yamllaunch.plan.plan import Variables
-from colcon_yamllaunch.plan.plan import WorkerCall
-from colcon_yamllaunch.plan.plan_graph import plan_to_dot
-from colcon_yamllaunch.plan.plan_graph import plan_to_mermaid
-from colcon_yamllaunch.plan.plan_json import plan_from_json
-from colcon_yamllaunch.plan.plan_json import plan_to_json
-from colcon_yamllaunch.plan.plan_json import PlanFormatError
-from colcon_yamllaunch.plan.plan_text import command
-from colcon_yamllaunch.plan.plan_text import plan_to_text
+from colcon_yamllaunch.plan.plan import (
+    Block,
+    ChangeState,
+    Component,
+    Condition,
+    Entry,
+    EventHandler,
+    Message,
+    ParameterFile,
+    Plan,
+    Process,
+    SetParameter,
+    Shutdown,
+    SignalProcess,
+    Timer,
+    Variables,
+    WorkerCall,
+)
+from colcon_yamllaunch.plan.plan_graph import plan_to_dot, plan_to_mermaid
+from colcon_yamllaunch.plan.plan_json import (
+    plan_from_json,
+    plan_to_json,
+    PlanFormatError,
+)
+from colcon_yamllaunch.plan.plan_text import command, plan_to_text
 from colcon_yamllaunch.plan.position import Position
 from hypothesis import given
 from hypothesis import strategies as st

@@ -10,15 +10,17 @@ from pathlib import Path
 import signal
 import subprocess
 
-from colcon_yamllaunch.plan.plan import ChangeState
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Entry
-from colcon_yamllaunch.plan.plan import Message
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import Shutdown
-from colcon_yamllaunch.plan.plan import SignalProcess
-from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.plan.plan import (
+    ChangeState,
+    Component,
+    Entry,
+    Message,
+    Plan,
+    Process,
+    Shutdown,
+    SignalProcess,
+    Timer,
+)
 from colcon_yamllaunch.plan.plan_script import plan_to_script
 from colcon_yamllaunch.plan.position import Position
 import pytest

@@ -9,8 +9,7 @@ ended (`prefix/lib/robot_parts`); nothing else is looked at but what the
 screen shows of them.
 """
 
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 import json
 import os

@@ -8,9 +8,7 @@ from pathlib import Path
 import pytest
 from support.ros_setup import RosSetup
 
-from tests.python_launch.comparison import differences
-from tests.python_launch.comparison import FILES
-from tests.python_launch.comparison import Launches
+from tests.python_launch.comparison import differences, FILES, Launches
 
 #: The launch files, each with the arguments of its launches.
 CASES = {

@@ -3,16 +3,13 @@
 
 """What the tests of the worker for Python launch files share."""
 
-from collections.abc import Callable
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 import textwrap
 
 import pytest
 from support.ros_setup import RosSetup
-from support.talking_host import HEAD
-from support.talking_host import Message
-from support.talking_host import TalkingHost
+from support.talking_host import HEAD, Message, TalkingHost
 
 
 @pytest.fixture(scope='module')

@@ -3,8 +3,7 @@
 
 """The host reads what it is asked for while launch files do what they like."""
 
-from collections.abc import Callable
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 import json
 import os
 from pathlib import Path

@@ -7,12 +7,16 @@ import array
 import json
 from typing import Any
 
-from colcon_yamllaunch.python_launch.worker.descriptions import as_json
-from colcon_yamllaunch.python_launch.worker.descriptions import as_written
-from colcon_yamllaunch.python_launch.worker.descriptions import condition_text
-from colcon_yamllaunch.python_launch.worker.entries import is_shutdown
-from colcon_yamllaunch.python_launch.worker.entries import nearest_mode
-from colcon_yamllaunch.python_launch.worker.entries import through_shell
+from colcon_yamllaunch.python_launch.worker.descriptions import (
+    as_json,
+    as_written,
+    condition_text,
+)
+from colcon_yamllaunch.python_launch.worker.entries import (
+    is_shutdown,
+    nearest_mode,
+    through_shell,
+)
 import pytest
 
 

@@ -10,11 +10,7 @@ from typing import Any
 
 import pytest
 from support.ros_setup import RosSetup
-from support.talking_host import HEAD
-from support.talking_host import in_short
-from support.talking_host import lines_of
-from support.talking_host import Message
-from support.talking_host import TalkingHost
+from support.talking_host import HEAD, in_short, lines_of, Message, TalkingHost
 
 Launch = Callable[[str], list[Message]]
 

@@ -3,8 +3,7 @@
 
 """Whatever goes wrong in a request, the host answers."""
 
-from typing import Any
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from colcon_yamllaunch.python_launch.worker.visit import Visitor
 import pytest

@@ -9,8 +9,10 @@ from pathlib import Path
 import sys
 from typing import Any
 
-from colcon_yamllaunch.python_launch.worker.packages import Packages
-from colcon_yamllaunch.python_launch.worker.packages import when_imported
+from colcon_yamllaunch.python_launch.worker.packages import (
+    Packages,
+    when_imported,
+)
 import pytest
 
 

@@ -8,16 +8,16 @@ import os
 import signal
 from types import SimpleNamespace
 
-from colcon_yamllaunch.engine import commands
-from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine import commands, events, limits
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.language.evaluation.launch_worker import WorkerError
-from colcon_yamllaunch.plan.plan import Block
-from colcon_yamllaunch.plan.plan import Growth
-from colcon_yamllaunch.plan.plan import Message
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import Shutdown
+from colcon_yamllaunch.plan.plan import (
+    Block,
+    Growth,
+    Message,
+    Process,
+    Shutdown,
+)
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.python_launch.plan_feed import PlanFeed
 from colcon_yamllaunch.python_launch.worker_process import NUMBER

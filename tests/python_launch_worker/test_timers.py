@@ -8,10 +8,7 @@ import signal
 
 import pytest
 from support.ros_setup import RosSetup
-from support.talking_host import HEAD
-from support.talking_host import in_short
-from support.talking_host import Message
-from support.talking_host import TalkingHost
+from support.talking_host import HEAD, in_short, Message, TalkingHost
 
 Launch = Callable[[str], list[Message]]
 

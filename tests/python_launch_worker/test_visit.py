@@ -11,9 +11,7 @@ import time
 from typing import Any
 
 import pytest
-from support.talking_host import lines_of
-from support.talking_host import Message
-from support.talking_host import TalkingHost
+from support.talking_host import lines_of, Message, TalkingHost
 
 HEAD = """\
 import os

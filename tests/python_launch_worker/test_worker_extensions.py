@@ -9,9 +9,7 @@ from typing import Any
 
 import pytest
 from support.ros_setup import RosSetup
-from support.talking_host import in_short
-from support.talking_host import Message
-from support.talking_host import TalkingHost
+from support.talking_host import in_short, Message, TalkingHost
 
 # one host is enough
 pytestmark = pytest.mark.xdist_group('extensions')

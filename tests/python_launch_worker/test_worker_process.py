@@ -3,8 +3,7 @@
 
 """The process that reads launch files in Python, played by a script."""
 
-from collections.abc import Callable
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 import os
 from pathlib import Path
 import select
@@ -16,9 +15,9 @@ import time
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.process_scan import read_process
 from colcon_yamllaunch.engine.launch_scan import new_identity
-from colcon_yamllaunch.language.evaluation.launch_worker import NoWorkerError
-from colcon_yamllaunch.language.evaluation.launch_worker import WorkerError
 from colcon_yamllaunch.language.evaluation.launch_worker import (
+    NoWorkerError,
+    WorkerError,
     WorkerTimeoutError,
 )
 from colcon_yamllaunch.python_launch import worker_process

@@ -5,12 +5,12 @@
 
 import argparse
 
-from colcon_yamllaunch.verb.command_line import add_options
-from colcon_yamllaunch.verb.command_line import parse_launch_options
-from colcon_yamllaunch.verb.command_line import parse_sweep_options
-from colcon_yamllaunch.verb.options import LaunchOptions
-from colcon_yamllaunch.verb.options import SweepOptions
-from colcon_yamllaunch.verb.options import Verb
+from colcon_yamllaunch.verb.command_line import (
+    add_options,
+    parse_launch_options,
+    parse_sweep_options,
+)
+from colcon_yamllaunch.verb.options import LaunchOptions, SweepOptions, Verb
 
 
 def known(verb: Verb, *words: str) -> argparse.Namespace:

@@ -3,8 +3,7 @@
 
 """Somebody who launches over several machines."""
 
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 import json
 import os
 from pathlib import Path
@@ -15,14 +14,10 @@ from typing import Any
 import uuid
 
 from colcon_yamllaunch.control.client import running_launches
-from support.marked_processes import command_of
-from support.marked_processes import kill
-from support.marked_processes import marked
-from support.marked_processes import wait_until_none
+from support.marked_processes import command_of, kill, marked, wait_until_none
 from support.sshd import Sshd
 from support.terminal import Terminal
-from support.user import Launch
-from support.user import User
+from support.user import Launch, User
 
 #: The variable by which what runs here is found.
 MARK = 'COLCON_LAUNCH_TEST_DEPLOYER'

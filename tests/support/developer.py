@@ -9,9 +9,7 @@ is answered by a process of its own, which has the standard library and our
 modules and nothing else, as on a machine.
 """
 
-from collections.abc import Callable
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 import json
 import os
@@ -26,13 +24,10 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.remote.connection.machine_connection import (
     MachineConnection,
 )
-from colcon_yamllaunch.remote.sync.code_sync import Code
-from colcon_yamllaunch.remote.sync.code_sync import sync_code
-from colcon_yamllaunch.remote.sync.code_sync import Synced
+from colcon_yamllaunch.remote.sync.code_sync import Code, sync_code, Synced
 from colcon_yamllaunch.workspace.packages.package import Package
 from support.file_clock import let_files_settle
-from support.user import CMAKE
-from support.user import HELLO
+from support.user import CMAKE, HELLO
 
 #: What is asked when there is nothing to bring.
 QUIET = ['build.begin', 'build.end']

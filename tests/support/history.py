@@ -8,8 +8,7 @@ from itertools import count
 
 from colcon_yamllaunch.common.escalation import Orphan
 from colcon_yamllaunch.engine.composition import Composition
-from colcon_yamllaunch.engine.events import PartChanged
-from colcon_yamllaunch.engine.events import Started
+from colcon_yamllaunch.engine.events import PartChanged, Started
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.spawn import StartError
 from colcon_yamllaunch.engine.state import LaunchState

@@ -3,8 +3,7 @@
 
 """Launch files as texts, and the packages that they name."""
 
-from collections.abc import Iterable
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 import os
 from pathlib import Path
@@ -12,8 +11,7 @@ from pathlib import Path
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.evaluation.values import Place
 from colcon_yamllaunch.language.policies.check import check
-from colcon_yamllaunch.language.policies.evaluate import evaluate
-from colcon_yamllaunch.language.policies.evaluate import Evaluation
+from colcon_yamllaunch.language.policies.evaluate import evaluate, Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.source_text import Source
 from colcon_yamllaunch.plan.plan import Process

@@ -3,8 +3,7 @@
 
 """Fixtures that run a plan in a launcher process of its own."""
 
-from collections.abc import Callable
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 import json
 import os
 from pathlib import Path
@@ -16,10 +15,8 @@ import colcon_yamllaunch
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position
 import pytest
-from support.marked_processes import kill
-from support.marked_processes import marked
-from support.waiting import is_running
-from support.waiting import wait_until
+from support.marked_processes import kill, marked
+from support.waiting import is_running, wait_until
 
 #: Seconds after which something will not happen any more.
 DEADLINE = 60.0

@@ -7,12 +7,14 @@ from collections.abc import Callable
 import time
 from typing import Any
 
-from colcon_yamllaunch.engine.state import _condition_of
-from colcon_yamllaunch.engine.state import About
-from colcon_yamllaunch.engine.state import ComponentState
-from colcon_yamllaunch.engine.state import LaunchState
-from colcon_yamllaunch.engine.state import Part
-from colcon_yamllaunch.engine.state import ProcessState
+from colcon_yamllaunch.engine.state import (
+    _condition_of,
+    About,
+    ComponentState,
+    LaunchState,
+    Part,
+    ProcessState,
+)
 from colcon_yamllaunch.plan.plan import Entry
 
 ABOUT = About('my_pkg demo.yaml', 'my_pkg', '/ws/demo.yaml', '/ws')

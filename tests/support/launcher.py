@@ -17,20 +17,21 @@ from colcon_yamllaunch.engine.exit_conditions import ExitConditions
 from colcon_yamllaunch.engine.line_pattern import LinePattern
 from colcon_yamllaunch.engine.state import About
 from colcon_yamllaunch.observers.presentation import Presentation
-from colcon_yamllaunch.plan.plan import ChangeState
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Entry
-from colcon_yamllaunch.plan.plan import Message
-from colcon_yamllaunch.plan.plan import ParameterFile
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import Shutdown
-from colcon_yamllaunch.plan.plan import SignalProcess
-from colcon_yamllaunch.plan.plan import Timer
-from colcon_yamllaunch.plan.plan import WorkerCall
+from colcon_yamllaunch.plan.plan import (
+    ChangeState,
+    Component,
+    Entry,
+    Message,
+    ParameterFile,
+    Plan,
+    Process,
+    Shutdown,
+    SignalProcess,
+    Timer,
+    WorkerCall,
+)
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.run import run
-from colcon_yamllaunch.run import RunContext
+from colcon_yamllaunch.run import run, RunContext
 
 _WITH_POSITION = {
     'call': WorkerCall,
@@ -78,8 +79,7 @@ def main() -> int:
     log_folder = data.get('log_folder')
     participants = ()
     if 'source' in data:
-        from played_source import PlayedFeed
-        from played_source import PlayedWorker
+        from played_source import PlayedFeed, PlayedWorker
 
         limits.SOURCE_TIMEOUT = data.get('patience', limits.SOURCE_TIMEOUT)
         participants = (

@@ -3,9 +3,7 @@
 
 """A part of a launch on a machine, spoken with as the launcher does."""
 
-from collections.abc import Callable
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 import os
 from pathlib import Path
@@ -15,28 +13,24 @@ import time
 from typing import Any
 import uuid
 
-from colcon_yamllaunch.common.process_scan import arguments_of
-from colcon_yamllaunch.common.process_scan import running_processes
+from colcon_yamllaunch.common.process_scan import (
+    arguments_of,
+    running_processes,
+)
 from colcon_yamllaunch.control.command_codec import request_of
-from colcon_yamllaunch.engine.commands import Command
-from colcon_yamllaunch.engine.commands import Shutdown
+from colcon_yamllaunch.engine.commands import Command, Shutdown
 from colcon_yamllaunch.engine.launch_scan import launcher_of
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import Plan, Process
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.remote.connection.machine_connection import (
     MachineConnection,
 )
 from colcon_yamllaunch.remote.deployment.deployment import Machine
 from colcon_yamllaunch.remote.machine_link import MachineLink
-from colcon_yamllaunch.remote.part_protocol import Finish
-from colcon_yamllaunch.remote.part_protocol import PartSettings
-from support.marked_processes import command_of
-from support.marked_processes import kill
-from support.marked_processes import marked
-from support.marked_processes import wait_until_none
+from colcon_yamllaunch.remote.part_protocol import Finish, PartSettings
+from support.marked_processes import command_of, kill, marked, wait_until_none
 
 #: Seconds; a loaded machine needs some.
 DEADLINE = 180

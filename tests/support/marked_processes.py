@@ -3,9 +3,7 @@
 
 """Processes that are found by a variable of their environment."""
 
-from collections.abc import Callable
-from collections.abc import Collection
-from collections.abc import Iterable
+from collections.abc import Callable, Collection, Iterable
 import contextlib
 import os
 from pathlib import Path

@@ -20,14 +20,15 @@ import sys
 import uuid
 
 import pytest
-from support.marked_processes import command_of
-from support.marked_processes import DEADLINE
-from support.marked_processes import descendants
-from support.marked_processes import kill
-from support.marked_processes import marked
-from support.marked_processes import wait_until_none
-from support.system_servers import run_quietly
-from support.system_servers import start_server
+from support.marked_processes import (
+    command_of,
+    DEADLINE,
+    descendants,
+    kill,
+    marked,
+    wait_until_none,
+)
+from support.system_servers import run_quietly, start_server
 from support.waiting import wait_until
 
 #: The variable by which what runs on the machine is found.

@@ -7,8 +7,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 from colcon_yamllaunch.workspace.freshness.build_products import Products
-from colcon_yamllaunch.workspace.freshness.build_record import BuildContext
-from colcon_yamllaunch.workspace.freshness.build_record import Decision
+from colcon_yamllaunch.workspace.freshness.build_record import (
+    BuildContext,
+    Decision,
+)
 from colcon_yamllaunch.workspace.freshness.freshness import Freshness
 from colcon_yamllaunch.workspace.packages.package import Package
 from support.file_clock import let_files_settle

@@ -3,9 +3,7 @@
 
 """A host of launch files in Python that is played, within the test."""
 
-from collections.abc import Callable
-from collections.abc import Generator
-from collections.abc import Mapping
+from collections.abc import Callable, Generator, Mapping
 from typing import Any
 
 Message = dict[str, Any]

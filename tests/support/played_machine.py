@@ -13,9 +13,7 @@ from colcon_yamllaunch.engine.engine import EventTime
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.state import LaunchState
-from colcon_yamllaunch.plan.plan import Block
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import Block, Plan, Process
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.remote.deployment.deployment import Machine
 from colcon_yamllaunch.remote.remote_parts import RemoteParts

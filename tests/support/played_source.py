@@ -10,16 +10,14 @@ file of that name exists, and with `never`, never. What it is told is in the
 file `told`.
 """
 
-from collections.abc import Callable
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 import os
 from pathlib import Path
 import subprocess
 from typing import Any
 
 from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.plan.plan import Entry
-from colcon_yamllaunch.plan.plan import Growth
+from colcon_yamllaunch.plan.plan import Entry, Growth
 from colcon_yamllaunch.python_launch.plan_feed import PlanFeed
 
 

@@ -5,8 +5,7 @@
 
 import os
 
-from hypothesis import HealthCheck
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
 #: A busy machine is no failure.
 RANDOM = settings(

@@ -3,9 +3,7 @@
 
 """The program that talks ROS for a launch, driven through its pipes."""
 
-from collections.abc import Callable
-from collections.abc import Iterator
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 import json
 import queue

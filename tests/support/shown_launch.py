@@ -3,33 +3,34 @@
 
 """A launch that exists on the full screen only."""
 
-from collections.abc import Callable
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 import os
 from typing import Any
 
 from colcon_yamllaunch.control.client import LaunchEndedError
-from colcon_yamllaunch.control.subscription import Happened
-from colcon_yamllaunch.control.subscription import Received
-from colcon_yamllaunch.control.subscription import Wrote
-from colcon_yamllaunch.engine.commands import Command
-from colcon_yamllaunch.engine.commands import Describe
-from colcon_yamllaunch.engine.commands import Described
-from colcon_yamllaunch.engine.commands import DONE
-from colcon_yamllaunch.engine.commands import PlanTree
-from colcon_yamllaunch.engine.commands import Refused
-from colcon_yamllaunch.engine.commands import Tree
-from colcon_yamllaunch.engine.commands import Watch
-from colcon_yamllaunch.engine.description import Branch
-from colcon_yamllaunch.engine.description import Description
-from colcon_yamllaunch.engine.description import Parameter
-from colcon_yamllaunch.engine.description import Surrounding
-from colcon_yamllaunch.engine.state import ComponentState
-from colcon_yamllaunch.engine.state import LaunchState
-from colcon_yamllaunch.engine.state import ProcessState
-from support.launch_states import component_state
-from support.launch_states import launch_state
-from support.launch_states import process_state
+from colcon_yamllaunch.control.subscription import Happened, Received, Wrote
+from colcon_yamllaunch.engine.commands import (
+    Command,
+    Describe,
+    Described,
+    DONE,
+    PlanTree,
+    Refused,
+    Tree,
+    Watch,
+)
+from colcon_yamllaunch.engine.description import (
+    Branch,
+    Description,
+    Parameter,
+    Surrounding,
+)
+from colcon_yamllaunch.engine.state import (
+    ComponentState,
+    LaunchState,
+    ProcessState,
+)
+from support.launch_states import component_state, launch_state, process_state
 
 
 def process(label: str, **more: Any) -> ProcessState:

@@ -4,8 +4,7 @@
 """The full screen in memory, which a test types at."""
 
 import asyncio
-from collections.abc import Awaitable
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from typing import Any
 
 from colcon_yamllaunch.terminal.full_screen.launch_screen import LaunchApp

@@ -21,16 +21,20 @@ import sys
 import time
 
 import pytest
-from support.marked_processes import command_of
-from support.marked_processes import DEADLINE
-from support.marked_processes import descendants
-from support.marked_processes import kill
-from support.marked_processes import marked
-from support.marked_processes import wait_until_none
-from support.system_servers import program
-from support.system_servers import reserved_port
-from support.system_servers import run_quietly
-from support.system_servers import start_server
+from support.marked_processes import (
+    command_of,
+    DEADLINE,
+    descendants,
+    kill,
+    marked,
+    wait_until_none,
+)
+from support.system_servers import (
+    program,
+    reserved_port,
+    run_quietly,
+    start_server,
+)
 
 #: The processors that the node has, for Slurm.
 PROCESSORS = 16

@@ -11,9 +11,7 @@ a folder for `PATH`, as it takes the home from the passwd database.
 """
 
 import asyncio
-from collections.abc import Callable
-from collections.abc import Iterator
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 import contextlib
 import fcntl
 import os
@@ -29,16 +27,20 @@ import time
 import uuid
 
 import pytest
-from support.marked_processes import command_of
-from support.marked_processes import DEADLINE
-from support.marked_processes import descendants
-from support.marked_processes import kill
-from support.marked_processes import marked
-from support.marked_processes import wait_until_none
-from support.system_servers import program
-from support.system_servers import reserved_port
-from support.system_servers import run_quietly
-from support.system_servers import start_server
+from support.marked_processes import (
+    command_of,
+    DEADLINE,
+    descendants,
+    kill,
+    marked,
+    wait_until_none,
+)
+from support.system_servers import (
+    program,
+    reserved_port,
+    run_quietly,
+    start_server,
+)
 
 #: Bytes read at once.
 CHUNK = 65536

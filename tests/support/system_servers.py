@@ -3,8 +3,7 @@
 
 """Servers of the system that tests start for themselves."""
 
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 import os
 from pathlib import Path
 import shutil

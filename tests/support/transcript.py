@@ -24,8 +24,7 @@ import re
 import shlex
 import time
 
-from support.terminal import DEADLINE
-from support.terminal import Terminal
+from support.terminal import DEADLINE, Terminal
 
 _BLOCK = re.compile(r'^```(\w+)(?: (\S+))?\n(.*?)^```$', re.DOTALL | re.M)
 #: Colours, and the title of the window.

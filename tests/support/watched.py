@@ -11,8 +11,7 @@ import shutil
 import time
 from typing import Any
 
-from support.user import DEADLINE
-from support.user import User
+from support.user import DEADLINE, User
 from support.waiting import wait_until as wait_until
 
 _WORKSPACE = Path(__file__).with_name('watched_workspace')

@@ -8,10 +8,12 @@ import os
 from pathlib import Path
 import socket
 
-from colcon_yamllaunch.sweep.isolation import DOMAIN_IDS
-from colcon_yamllaunch.sweep.isolation import DomainIds
-from colcon_yamllaunch.sweep.isolation import enter_own_network
-from colcon_yamllaunch.sweep.isolation import reason_for_no_network
+from colcon_yamllaunch.sweep.isolation import (
+    DOMAIN_IDS,
+    DomainIds,
+    enter_own_network,
+    reason_for_no_network,
+)
 import pytest
 
 DEADLINE = 30

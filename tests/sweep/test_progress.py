@@ -8,9 +8,11 @@ from pathlib import Path
 
 from colcon_yamllaunch.sweep.progress import Progress
 from colcon_yamllaunch.sweep.reports import SweepReports
-from colcon_yamllaunch.sweep.results import ResultsFolder
-from colcon_yamllaunch.sweep.results import RunResult
-from colcon_yamllaunch.sweep.results import SweepDefinition
+from colcon_yamllaunch.sweep.results import (
+    ResultsFolder,
+    RunResult,
+    SweepDefinition,
+)
 from colcon_yamllaunch.sweep.table import run_table
 import pytest
 

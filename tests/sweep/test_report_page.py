@@ -7,15 +7,15 @@ from html.parser import HTMLParser
 from itertools import pairwise
 import re
 
-from colcon_yamllaunch.sweep.report_page import histogram
-from colcon_yamllaunch.sweep.report_page import number_text
-from colcon_yamllaunch.sweep.report_page import Point
-from colcon_yamllaunch.sweep.report_page import report_page
-from colcon_yamllaunch.sweep.report_page import scatter
-from colcon_yamllaunch.sweep.results import RunResult
-from colcon_yamllaunch.sweep.results import SweepDefinition
-from colcon_yamllaunch.sweep.table import run_table
-from colcon_yamllaunch.sweep.table import RunTable
+from colcon_yamllaunch.sweep.report_page import (
+    histogram,
+    number_text,
+    Point,
+    report_page,
+    scatter,
+)
+from colcon_yamllaunch.sweep.results import RunResult, SweepDefinition
+from colcon_yamllaunch.sweep.table import run_table, RunTable
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest

@@ -13,15 +13,19 @@ from xml.etree import ElementTree
 from colcon_yamllaunch.common.codec import to_json
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.sweep import results
-from colcon_yamllaunch.sweep.reports import junit_report
-from colcon_yamllaunch.sweep.reports import refuse_columns_twice
-from colcon_yamllaunch.sweep.reports import results_csv
-from colcon_yamllaunch.sweep.results import Code
-from colcon_yamllaunch.sweep.results import ResultsFolder
-from colcon_yamllaunch.sweep.results import RunResult
-from colcon_yamllaunch.sweep.results import SweepDefinition
-from colcon_yamllaunch.sweep.results import SweepJournal
-from colcon_yamllaunch.sweep.results import versions_of
+from colcon_yamllaunch.sweep.reports import (
+    junit_report,
+    refuse_columns_twice,
+    results_csv,
+)
+from colcon_yamllaunch.sweep.results import (
+    Code,
+    ResultsFolder,
+    RunResult,
+    SweepDefinition,
+    SweepJournal,
+    versions_of,
+)
 from colcon_yamllaunch.sweep.table import run_table
 import pytest
 

@@ -7,8 +7,7 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.sweep.run import read_metric
-from colcon_yamllaunch.sweep.run import RunObserver
+from colcon_yamllaunch.sweep.run import read_metric, RunObserver
 import pytest
 
 PROCESS = Process('sim', ('sim',), '/', Position('a.yaml', 1, 1))

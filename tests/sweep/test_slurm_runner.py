@@ -3,8 +3,7 @@
 
 """Array jobs, with a Slurm that a test plays."""
 
-from collections.abc import Iterable
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 import json
 import os
 from pathlib import Path
@@ -16,23 +15,26 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.sweep import slurm_runner
 from colcon_yamllaunch.sweep.progress import Progress
-from colcon_yamllaunch.sweep.results import ResultsFolder
-from colcon_yamllaunch.sweep.results import RunResult
-from colcon_yamllaunch.sweep.results import SweepDefinition
-from colcon_yamllaunch.sweep.run import Goal
-from colcon_yamllaunch.sweep.run import PlannedRun
-from colcon_yamllaunch.sweep.run import read_metric
-from colcon_yamllaunch.sweep.run import Sweep
-from colcon_yamllaunch.sweep.slurm_runner import batch_script
-from colcon_yamllaunch.sweep.slurm_runner import Ending
-from colcon_yamllaunch.sweep.slurm_runner import read_slurm_options
-from colcon_yamllaunch.sweep.slurm_runner import reason_of
-from colcon_yamllaunch.sweep.slurm_runner import SlurmClient
-from colcon_yamllaunch.sweep.slurm_runner import SlurmError
-from colcon_yamllaunch.sweep.slurm_runner import SlurmRunner
-from colcon_yamllaunch.sweep.slurm_task import Common
-from colcon_yamllaunch.sweep.slurm_task import environment_here
-from colcon_yamllaunch.sweep.slurm_task import SlurmFiles
+from colcon_yamllaunch.sweep.results import (
+    ResultsFolder,
+    RunResult,
+    SweepDefinition,
+)
+from colcon_yamllaunch.sweep.run import Goal, PlannedRun, read_metric, Sweep
+from colcon_yamllaunch.sweep.slurm_runner import (
+    batch_script,
+    Ending,
+    read_slurm_options,
+    reason_of,
+    SlurmClient,
+    SlurmError,
+    SlurmRunner,
+)
+from colcon_yamllaunch.sweep.slurm_task import (
+    Common,
+    environment_here,
+    SlurmFiles,
+)
 from colcon_yamllaunch.sweep.table import run_table
 import pytest
 

@@ -9,10 +9,12 @@ import io
 from pathlib import Path
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.sweep.table import parse_table
-from colcon_yamllaunch.sweep.table import read_table
-from colcon_yamllaunch.sweep.table import run_table
-from colcon_yamllaunch.sweep.table import values_of
+from colcon_yamllaunch.sweep.table import (
+    parse_table,
+    read_table,
+    run_table,
+    values_of,
+)
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest

@@ -1,9 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-from colcon_yamllaunch.terminal.status_block import cut
-from colcon_yamllaunch.terminal.status_block import cut_inside
-from colcon_yamllaunch.terminal.status_block import width
+from colcon_yamllaunch.terminal.status_block import cut, cut_inside, width
 import pytest
 
 RED, RESET = '\x1b[31m', '\x1b[0m'

@@ -3,9 +3,11 @@
 
 """A process as it is told on the screen."""
 
-from colcon_yamllaunch.engine.description import Description
-from colcon_yamllaunch.engine.description import Parameter
-from colcon_yamllaunch.engine.description import Surrounding
+from colcon_yamllaunch.engine.description import (
+    Description,
+    Parameter,
+    Surrounding,
+)
 from colcon_yamllaunch.terminal.status_model import description_lines
 
 

@@ -6,8 +6,7 @@
 import re
 
 from colcon_yamllaunch.terminal.status_writer import InLineOutput
-from hypothesis import given
-from hypothesis import settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 import pytest
 

@@ -3,11 +3,8 @@
 
 """A line that is typed."""
 
-from colcon_yamllaunch.terminal.keys import InputLine
-from colcon_yamllaunch.terminal.keys import LONGEST
-from colcon_yamllaunch.terminal.keys import REMEMBERED
-from hypothesis import given
-from hypothesis import settings
+from colcon_yamllaunch.terminal.keys import InputLine, LONGEST, REMEMBERED
+from hypothesis import given, settings
 from hypothesis import strategies as st
 import pytest
 

@@ -4,8 +4,7 @@
 """Keys of the bytes of terminals."""
 
 from colcon_yamllaunch.terminal.keyboard import KeyDecoder
-from hypothesis import given
-from hypothesis import settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 import pytest
 

@@ -3,24 +3,21 @@
 
 """What keys mean."""
 
-from colcon_yamllaunch.engine.events import Dropped
-from colcon_yamllaunch.engine.events import Exited
-from colcon_yamllaunch.engine.events import ShuttingDown
-from colcon_yamllaunch.engine.events import Started
-from colcon_yamllaunch.engine.events import Watched
+from colcon_yamllaunch.engine.events import (
+    Dropped,
+    Exited,
+    ShuttingDown,
+    Started,
+    Watched,
+)
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.observers.log_levels import Level
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import Component, Process
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.terminal.keys import help_lines
-from colcon_yamllaunch.terminal.keys import Keys
-from colcon_yamllaunch.terminal.keys import Press
-from colcon_yamllaunch.terminal.keys import Typed
+from colcon_yamllaunch.terminal.keys import help_lines, Keys, Press, Typed
 from colcon_yamllaunch.terminal.line_filter import Filtering
 from colcon_yamllaunch.terminal.status_model import StatusModel
-from hypothesis import given
-from hypothesis import settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 import pytest
 from support.launch_states import planned_state

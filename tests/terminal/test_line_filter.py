@@ -5,12 +5,13 @@
 
 from colcon_yamllaunch.engine.events import Output
 from colcon_yamllaunch.observers.log_levels import Level
-from colcon_yamllaunch.terminal.line_filter import FEW
-from colcon_yamllaunch.terminal.line_filter import Filtering
-from colcon_yamllaunch.terminal.line_filter import LineFilter
-from colcon_yamllaunch.terminal.line_filter import MAXIMUM_LIVE
-from hypothesis import given
-from hypothesis import settings
+from colcon_yamllaunch.terminal.line_filter import (
+    FEW,
+    Filtering,
+    LineFilter,
+    MAXIMUM_LIVE,
+)
+from hypothesis import given, settings
 from hypothesis import strategies as st
 import pytest
 

@@ -6,9 +6,7 @@
 from unittest.mock import Mock
 
 from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.terminal.pager import KEPT
-from colcon_yamllaunch.terminal.pager import PagedOutput
-from colcon_yamllaunch.terminal.pager import Pager
+from colcon_yamllaunch.terminal.pager import KEPT, PagedOutput, Pager
 
 
 def test_held_events_keep_order_and_time(process):

@@ -10,11 +10,13 @@ from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.observers.log_levels import Level
 from colcon_yamllaunch.terminal.line_filter import Filtering
-from colcon_yamllaunch.terminal.status_block import block_of
-from colcon_yamllaunch.terminal.status_block import next_change
-from colcon_yamllaunch.terminal.status_block import Style
-from colcon_yamllaunch.terminal.status_block import View
-from colcon_yamllaunch.terminal.status_block import width
+from colcon_yamllaunch.terminal.status_block import (
+    block_of,
+    next_change,
+    Style,
+    View,
+    width,
+)
 from colcon_yamllaunch.terminal.status_model import StatusModel
 import pytest
 from support.launch_states import planned_state

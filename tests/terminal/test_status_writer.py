@@ -7,9 +7,11 @@ import math
 
 from colcon_yamllaunch.terminal import status_writer
 from colcon_yamllaunch.terminal.status_block import Block
-from colcon_yamllaunch.terminal.status_writer import INTERVAL
-from colcon_yamllaunch.terminal.status_writer import SLOW_INTERVAL
-from colcon_yamllaunch.terminal.status_writer import StatusWriter
+from colcon_yamllaunch.terminal.status_writer import (
+    INTERVAL,
+    SLOW_INTERVAL,
+    StatusWriter,
+)
 import pytest
 from support.virtual_screen import VirtualScreen
 

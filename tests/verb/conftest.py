@@ -3,8 +3,7 @@
 
 """Users with workspaces."""
 
-from collections.abc import Callable
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 import shutil
 

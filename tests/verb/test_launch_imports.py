@@ -9,8 +9,7 @@ import re
 import time
 
 import pytest
-from support.user import DEADLINE
-from support.user import User
+from support.user import DEADLINE, User
 
 PACKAGE = 'colcon_yamllaunch'
 #: What makes `colcon build` slow to start, and what only mistakes, builds and

@@ -3,35 +3,34 @@
 
 """From a change to what is asked of the launch, without a process."""
 
-from collections.abc import Callable
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 import signal
 from types import SimpleNamespace
 from typing import Any
 from unittest.mock import Mock
 
-from colcon_yamllaunch.engine import commands
-from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine import commands, events
 from colcon_yamllaunch.engine.commands import Watch
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.engine.state import About
-from colcon_yamllaunch.engine.state import LaunchState
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.engine.state import About, LaunchState
+from colcon_yamllaunch.plan.plan import Plan, Process
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.watch import change_loop
 from colcon_yamllaunch.watch.change_loop import ChangeLoop
-from colcon_yamllaunch.watch.dependencies import Dependencies
-from colcon_yamllaunch.watch.dependencies import PackageDependencies
-from colcon_yamllaunch.watch.dependencies import ProcessDependencies
-from colcon_yamllaunch.watch.watched_files import Batch
-from colcon_yamllaunch.watch.watched_files import Change
-from colcon_yamllaunch.watch.worker import Announced
-from colcon_yamllaunch.watch.worker import Begun
-from colcon_yamllaunch.watch.worker import Failed
-from colcon_yamllaunch.watch.worker import Prepared
-from colcon_yamllaunch.watch.worker import Worker
+from colcon_yamllaunch.watch.dependencies import (
+    Dependencies,
+    PackageDependencies,
+    ProcessDependencies,
+)
+from colcon_yamllaunch.watch.watched_files import Batch, Change
+from colcon_yamllaunch.watch.worker import (
+    Announced,
+    Begun,
+    Failed,
+    Prepared,
+    Worker,
+)
 import pytest
 
 ARM = '/ws/src/arm'

@@ -6,17 +6,20 @@
 from dataclasses import replace
 from pathlib import PurePosixPath
 
-from colcon_yamllaunch.watch.consequences import after_rewrite
-from colcon_yamllaunch.watch.consequences import consequences
-from colcon_yamllaunch.watch.consequences import Steps
-from colcon_yamllaunch.watch.consequences import steps
-from colcon_yamllaunch.watch.consequences import why_lines
-from colcon_yamllaunch.watch.dependencies import Dependencies
-from colcon_yamllaunch.watch.dependencies import PackageDependencies
-from colcon_yamllaunch.watch.dependencies import ProcessDependencies
+from colcon_yamllaunch.watch.consequences import (
+    after_rewrite,
+    consequences,
+    Steps,
+    steps,
+    why_lines,
+)
+from colcon_yamllaunch.watch.dependencies import (
+    Dependencies,
+    PackageDependencies,
+    ProcessDependencies,
+)
 from colcon_yamllaunch.watch.watched_files import Change
-from hypothesis import given
-from hypothesis import strategies
+from hypothesis import given, strategies
 import pytest
 from support.random_cases import RANDOM
 

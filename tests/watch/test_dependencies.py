@@ -9,33 +9,40 @@ from pathlib import Path
 import subprocess
 import sys
 from types import SimpleNamespace
-from typing import Any
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from colcon_yamllaunch.common.fingerprint import Fingerprint
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.language.syntax.source_text import Source
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import ParameterFile
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import SetParameter
+from colcon_yamllaunch.plan.plan import (
+    Component,
+    ParameterFile,
+    Plan,
+    Process,
+    SetParameter,
+)
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.watch.consequences import affected_by_build
-from colcon_yamllaunch.watch.consequences import changed_products
-from colcon_yamllaunch.watch.consequences import consequences
-from colcon_yamllaunch.watch.consequences import Steps
-from colcon_yamllaunch.watch.consequences import steps
-from colcon_yamllaunch.watch.dependencies import build_products
-from colcon_yamllaunch.watch.dependencies import Dependencies
-from colcon_yamllaunch.watch.dependencies import find_dependencies
-from colcon_yamllaunch.watch.dependencies import mapped_files
-from colcon_yamllaunch.watch.dependencies import ProcessDependencies
-from colcon_yamllaunch.watch.dependencies import RemoteDependencies
+from colcon_yamllaunch.watch.consequences import (
+    affected_by_build,
+    changed_products,
+    consequences,
+    Steps,
+    steps,
+)
+from colcon_yamllaunch.watch.dependencies import (
+    build_products,
+    Dependencies,
+    find_dependencies,
+    mapped_files,
+    ProcessDependencies,
+    RemoteDependencies,
+)
 from colcon_yamllaunch.watch.watched_files import Change
-from colcon_yamllaunch.workspace.freshness.build_record import Record
-from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
-from colcon_yamllaunch.workspace.freshness.build_record import write_record
+from colcon_yamllaunch.workspace.freshness.build_record import (
+    Record,
+    RECORD_NAME,
+    write_record,
+)
 from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 import pytest

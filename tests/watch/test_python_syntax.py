@@ -7,8 +7,7 @@ import os
 from pathlib import Path
 import sys
 
-from colcon_yamllaunch.watch.python_syntax import compiles
-from colcon_yamllaunch.watch.python_syntax import source_error
+from colcon_yamllaunch.watch.python_syntax import compiles, source_error
 import pytest
 
 WRONG = b'x = 1\nprint(\n'

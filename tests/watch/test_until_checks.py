@@ -3,13 +3,15 @@
 
 """What `--watch --until` says after each change, from replayed events."""
 
-from colcon_yamllaunch.engine.events import Changed
-from colcon_yamllaunch.engine.events import Checked
-from colcon_yamllaunch.engine.events import Exited
-from colcon_yamllaunch.engine.events import Output
-from colcon_yamllaunch.engine.events import Restarted
-from colcon_yamllaunch.engine.events import Started
-from colcon_yamllaunch.engine.events import Watched
+from colcon_yamllaunch.engine.events import (
+    Changed,
+    Checked,
+    Exited,
+    Output,
+    Restarted,
+    Started,
+    Watched,
+)
 from colcon_yamllaunch.engine.line_pattern import LinePattern
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.watch.until_checks import UntilChecks

@@ -10,8 +10,7 @@ import tempfile
 import time
 
 from colcon_yamllaunch.watch.watched_files import WatchedFiles
-from hypothesis import given
-from hypothesis import strategies
+from hypothesis import given, strategies
 import pytest
 from support.random_cases import RANDOM
 

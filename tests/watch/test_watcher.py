@@ -3,8 +3,7 @@
 
 """The process that watches files, and the link to it."""
 
-from collections.abc import Callable
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 import json
 import os
 from pathlib import Path
@@ -15,11 +14,9 @@ from typing import Any
 from unittest.mock import Mock
 
 from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.engine.loop import ended_children
-from colcon_yamllaunch.engine.loop import Loop
+from colcon_yamllaunch.engine.loop import ended_children, Loop
 from colcon_yamllaunch.watch import watcher
-from colcon_yamllaunch.watch.watched_files import Batch
-from colcon_yamllaunch.watch.watched_files import Change
+from colcon_yamllaunch.watch.watched_files import Batch, Change
 from colcon_yamllaunch.watch.watcher import WatcherClient
 import pytest
 from support.waiting import is_running

@@ -12,13 +12,9 @@ import time
 from colcon_yamllaunch.common import file_sync
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.watch import worker
-from colcon_yamllaunch.watch.worker import Announced
-from colcon_yamllaunch.watch.worker import Begun
-from colcon_yamllaunch.watch.worker import Failed
-from colcon_yamllaunch.watch.worker import Worker
+from colcon_yamllaunch.watch.worker import Announced, Begun, Failed, Worker
 import pytest
-from support.waiting import is_running
-from support.waiting import wait_until
+from support.waiting import is_running, wait_until
 
 ANSWERS = (str, bytes, list, Failed)
 

@@ -3,8 +3,7 @@
 
 """Small workspaces, and colcon in a process of its own."""
 
-from collections.abc import Callable
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 import json
 import os
 from pathlib import Path

@@ -3,45 +3,41 @@
 
 """The actions that load components into a container."""
 
-from collections.abc import Iterator
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 import os
 
-from colcon_yamllaunch.language.actions.node_parameters import EMPTY_LIST
 from colcon_yamllaunch.language.actions.node_parameters import (
+    EMPTY_LIST,
     nested_parameters,
+    parameter_value,
 )
-from colcon_yamllaunch.language.actions.node_parameters import parameter_value
-from colcon_yamllaunch.language.actions.parameter_files import file_of
-from colcon_yamllaunch.language.actions.parameter_files import note_sections
 from colcon_yamllaunch.language.actions.parameter_files import (
+    file_of,
+    note_sections,
     note_sections_of_scope,
-)
-from colcon_yamllaunch.language.actions.parameter_files import (
     ParameterSections,
+    read_sections,
+    sections_in,
 )
-from colcon_yamllaunch.language.actions.parameter_files import read_sections
-from colcon_yamllaunch.language.actions.parameter_files import sections_in
-from colcon_yamllaunch.language.actions.process_actions import full_node_name
-from colcon_yamllaunch.language.actions.process_actions import node_name
-from colcon_yamllaunch.language.actions.process_actions import node_namespace
-from colcon_yamllaunch.language.actions.process_actions import remap_rules
-from colcon_yamllaunch.language.actions.process_actions import run_node
+from colcon_yamllaunch.language.actions.process_actions import (
+    full_node_name,
+    node_name,
+    node_namespace,
+    remap_rules,
+    run_node,
+)
 from colcon_yamllaunch.language.actions.scope_actions import node_name_problem
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
-from colcon_yamllaunch.language.evaluation.findings import PluginUse
-from colcon_yamllaunch.language.evaluation.findings import Wanted
+from colcon_yamllaunch.language.evaluation.findings import PluginUse, Wanted
 from colcon_yamllaunch.language.evaluation.values import Value
-from colcon_yamllaunch.language.evaluation.walk import Handler
-from colcon_yamllaunch.language.evaluation.walk import Walk
+from colcon_yamllaunch.language.evaluation.walk import Handler, Walk
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.launch_tree import Entity
 from colcon_yamllaunch.language.syntax.source_text import Source
 from colcon_yamllaunch.language.syntax.text import Text
 from colcon_yamllaunch.language.vocabulary.actions import COMPONENTS
 from colcon_yamllaunch.language.vocabulary.parameter import Parameter
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import ParameterFile
+from colcon_yamllaunch.plan.plan import Component, ParameterFile
 
 
 def component_parameters(

@@ -3,26 +3,26 @@
 
 """The actions that have others inside, and those that are of the launch."""
 
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TypeVar
 
-from colcon_yamllaunch.language.actions.scope_actions import kept
-from colcon_yamllaunch.language.actions.scope_actions import set_configuration
+from colcon_yamllaunch.language.actions.scope_actions import (
+    kept,
+    set_configuration,
+)
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
-from colcon_yamllaunch.language.evaluation.scope import ANY_NAME
-from colcon_yamllaunch.language.evaluation.scope import Guard
-from colcon_yamllaunch.language.evaluation.values import unknown
-from colcon_yamllaunch.language.evaluation.values import Value
-from colcon_yamllaunch.language.evaluation.walk import Handler
-from colcon_yamllaunch.language.evaluation.walk import MAXIMUM_ACTIONS
-from colcon_yamllaunch.language.evaluation.walk import Walk
-from colcon_yamllaunch.language.syntax.yaml_reader import load_yaml
-from colcon_yamllaunch.language.syntax.yaml_reader import UnusableYamlError
-from colcon_yamllaunch.plan.plan import Message
-from colcon_yamllaunch.plan.plan import Shutdown
-from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.language.evaluation.scope import ANY_NAME, Guard
+from colcon_yamllaunch.language.evaluation.values import unknown, Value
+from colcon_yamllaunch.language.evaluation.walk import (
+    Handler,
+    MAXIMUM_ACTIONS,
+    Walk,
+)
+from colcon_yamllaunch.language.syntax.yaml_reader import (
+    load_yaml,
+    UnusableYamlError,
+)
+from colcon_yamllaunch.plan.plan import Message, Shutdown, Timer
 
 _T = TypeVar('_T')
 

@@ -5,13 +5,14 @@
 
 from collections.abc import Mapping
 
-from colcon_yamllaunch.language.actions.flow_actions import FLOW_HANDLERS
-from colcon_yamllaunch.language.actions.flow_actions import MESSAGE_HANDLERS
+from colcon_yamllaunch.language.actions.flow_actions import (
+    FLOW_HANDLERS,
+    MESSAGE_HANDLERS,
+)
 from colcon_yamllaunch.language.actions.process_actions import PROCESS_HANDLERS
 from colcon_yamllaunch.language.actions.scope_actions import SCOPE_HANDLERS
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
-from colcon_yamllaunch.language.evaluation.walk import Handler
-from colcon_yamllaunch.language.evaluation.walk import Walk
+from colcon_yamllaunch.language.evaluation.walk import Handler, Walk
 
 
 def _do_component_action(walk: Walk, attributes: Attributes) -> None:

@@ -8,21 +8,21 @@ from collections.abc import Iterator
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import Walk
-from colcon_yamllaunch.language.syntax.diagnostics import error
-from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.language.syntax.diagnostics import error, LaunchError
 from colcon_yamllaunch.language.syntax.launch_tree import ParameterValue
 from colcon_yamllaunch.language.syntax.text import Text
-from colcon_yamllaunch.language.vocabulary.parameter import coerce
-from colcon_yamllaunch.language.vocabulary.parameter import infer
-from colcon_yamllaunch.language.vocabulary.parameter import is_of_type
-from colcon_yamllaunch.language.vocabulary.parameter import Parameter
-from colcon_yamllaunch.language.vocabulary.parameter import parameter_file
-from colcon_yamllaunch.language.vocabulary.parameter import ParameterContent
-from colcon_yamllaunch.language.vocabulary.parameter import ParameterTypeError
-from colcon_yamllaunch.language.vocabulary.parameter import ScalarValue
-from colcon_yamllaunch.language.vocabulary.parameter import type_name
-from colcon_yamllaunch.plan.plan import ParameterFile
-from colcon_yamllaunch.plan.plan import SetParameter
+from colcon_yamllaunch.language.vocabulary.parameter import (
+    coerce,
+    infer,
+    is_of_type,
+    Parameter,
+    parameter_file,
+    ParameterContent,
+    ParameterTypeError,
+    ScalarValue,
+    type_name,
+)
+from colcon_yamllaunch.plan.plan import ParameterFile, SetParameter
 from colcon_yamllaunch.plan.position import Position
 
 #: What is said of a parameter that is an empty list.

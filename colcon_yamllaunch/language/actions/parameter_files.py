@@ -3,8 +3,7 @@
 
 """The files with parameters that a launch file names."""
 
-from collections.abc import Iterable
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 import math
 import os
 import stat
@@ -15,27 +14,29 @@ from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.findings import SectionUse
 from colcon_yamllaunch.language.evaluation.request import FindExposed
-from colcon_yamllaunch.language.evaluation.values import Place
-from colcon_yamllaunch.language.evaluation.values import Value
+from colcon_yamllaunch.language.evaluation.values import Place, Value
 from colcon_yamllaunch.language.evaluation.walk import Walk
-from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
-from colcon_yamllaunch.language.syntax.diagnostics import error
-from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.syntax.source_text import read_source
-from colcon_yamllaunch.language.syntax.source_text import Source
+from colcon_yamllaunch.language.syntax.diagnostics import (
+    Diagnostic,
+    error,
+    LaunchError,
+)
+from colcon_yamllaunch.language.syntax.source_text import read_source, Source
 from colcon_yamllaunch.language.syntax.text import Text
-from colcon_yamllaunch.language.syntax.yaml_reader import load_yaml
-from colcon_yamllaunch.language.syntax.yaml_reader import Mapping
-from colcon_yamllaunch.language.syntax.yaml_reader import read_yaml
-from colcon_yamllaunch.language.syntax.yaml_reader import Scalar
-from colcon_yamllaunch.language.syntax.yaml_reader import Sequence
-from colcon_yamllaunch.language.syntax.yaml_reader import UnusableYamlError
-from colcon_yamllaunch.language.vocabulary.parameter import Parameter
-from colcon_yamllaunch.language.vocabulary.parameter import ParameterContent
-from colcon_yamllaunch.language.vocabulary.parameter import ScalarValue
-from colcon_yamllaunch.plan.plan import ParameterFile
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import SetParameter
+from colcon_yamllaunch.language.syntax.yaml_reader import (
+    load_yaml,
+    Mapping,
+    read_yaml,
+    Scalar,
+    Sequence,
+    UnusableYamlError,
+)
+from colcon_yamllaunch.language.vocabulary.parameter import (
+    Parameter,
+    ParameterContent,
+    ScalarValue,
+)
+from colcon_yamllaunch.plan.plan import ParameterFile, Process, SetParameter
 from colcon_yamllaunch.plan.position import Position
 
 #: What stands above the parameters of a section.

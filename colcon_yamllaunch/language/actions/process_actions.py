@@ -3,8 +3,7 @@
 
 """The actions that run a process."""
 
-from collections.abc import Callable
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 import os
@@ -18,28 +17,35 @@ from colcon_yamllaunch.common.suggestions import way_to_program
 from colcon_yamllaunch.language.actions.node_parameters import (
     parameter_arguments,
 )
-from colcon_yamllaunch.language.actions.scope_actions import check_variable
-from colcon_yamllaunch.language.actions.scope_actions import inner_namespace
-from colcon_yamllaunch.language.actions.scope_actions import node_name_problem
-from colcon_yamllaunch.language.evaluation.attributes import Attributes
-from colcon_yamllaunch.language.evaluation.attributes import parse_seconds
-from colcon_yamllaunch.language.evaluation.attributes import Word
-from colcon_yamllaunch.language.evaluation.findings import ExecutableUse
-from colcon_yamllaunch.language.evaluation.findings import ProgramUse
-from colcon_yamllaunch.language.evaluation.scope import environment_changes
-from colcon_yamllaunch.language.evaluation.scope import Names
-from colcon_yamllaunch.language.evaluation.values import Place
-from colcon_yamllaunch.language.evaluation.values import Value
-from colcon_yamllaunch.language.evaluation.walk import Handler
-from colcon_yamllaunch.language.evaluation.walk import Walk
+from colcon_yamllaunch.language.actions.scope_actions import (
+    check_variable,
+    inner_namespace,
+    node_name_problem,
+)
+from colcon_yamllaunch.language.evaluation.attributes import (
+    Attributes,
+    parse_seconds,
+    Word,
+)
+from colcon_yamllaunch.language.evaluation.findings import (
+    ExecutableUse,
+    ProgramUse,
+)
+from colcon_yamllaunch.language.evaluation.scope import (
+    environment_changes,
+    Names,
+)
+from colcon_yamllaunch.language.evaluation.values import Place, Value
+from colcon_yamllaunch.language.evaluation.walk import Handler, Walk
 from colcon_yamllaunch.language.syntax.diagnostics import error
-from colcon_yamllaunch.language.syntax.text import Substitution
-from colcon_yamllaunch.language.syntax.text import Text
+from colcon_yamllaunch.language.syntax.text import Substitution, Text
 from colcon_yamllaunch.language.vocabulary.parameter import parse_boolean
-from colcon_yamllaunch.plan.plan import OUTPUT_MODES
-from colcon_yamllaunch.plan.plan import ParameterFile
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import SetParameter
+from colcon_yamllaunch.plan.plan import (
+    OUTPUT_MODES,
+    ParameterFile,
+    Process,
+    SetParameter,
+)
 
 #: The environment variable that replaces every `output`, as in ROS 2.
 OUTPUT_OVERRIDE = 'OVERRIDE_LAUNCH_PROCESS_OUTPUT'

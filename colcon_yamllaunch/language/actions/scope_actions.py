@@ -3,9 +3,7 @@
 
 """The actions that change the scope."""
 
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 import os
 import re
@@ -13,13 +11,14 @@ import re
 from colcon_yamllaunch.language.actions.node_parameters import parameter_value
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.scope import ANY_NAME
-from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
-from colcon_yamllaunch.language.evaluation.values import known
-from colcon_yamllaunch.language.evaluation.values import unknown
-from colcon_yamllaunch.language.evaluation.values import UNSET
-from colcon_yamllaunch.language.evaluation.values import Value
-from colcon_yamllaunch.language.evaluation.walk import Handler
-from colcon_yamllaunch.language.evaluation.walk import Walk
+from colcon_yamllaunch.language.evaluation.values import (
+    AlreadyReportedError,
+    known,
+    unknown,
+    UNSET,
+    Value,
+)
+from colcon_yamllaunch.language.evaluation.walk import Handler, Walk
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.vocabulary.parameter import Parameter
 

@@ -9,8 +9,7 @@ function here: to :data:`_TEXTS` if it makes a text of texts, else to
 :data:`_VALUES`.
 """
 
-from collections.abc import Callable
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import partial
 import math
@@ -24,21 +23,23 @@ import shutil
 import signal
 import subprocess
 
-from colcon_yamllaunch.common.process_scan import read_process
-from colcon_yamllaunch.common.process_scan import variable_of
-from colcon_yamllaunch.common.process_scan import young_processes
-from colcon_yamllaunch.common.suggestions import did_you_mean
-from colcon_yamllaunch.common.suggestions import is_slip
+from colcon_yamllaunch.common.process_scan import (
+    read_process,
+    variable_of,
+    young_processes,
+)
+from colcon_yamllaunch.common.suggestions import did_you_mean, is_slip
 from colcon_yamllaunch.common.text_files import content_of
 from colcon_yamllaunch.language.evaluation.scope import ANY_NAME
-from colcon_yamllaunch.language.evaluation.values import derived
-from colcon_yamllaunch.language.evaluation.values import known
-from colcon_yamllaunch.language.evaluation.values import LeftOpen
-from colcon_yamllaunch.language.evaluation.values import SubstitutionError
-from colcon_yamllaunch.language.evaluation.values import unknown
-from colcon_yamllaunch.language.evaluation.values import Value
-from colcon_yamllaunch.language.evaluation.walk import Call
-from colcon_yamllaunch.language.evaluation.walk import Maker
+from colcon_yamllaunch.language.evaluation.values import (
+    derived,
+    known,
+    LeftOpen,
+    SubstitutionError,
+    unknown,
+    Value,
+)
+from colcon_yamllaunch.language.evaluation.walk import Call, Maker
 from colcon_yamllaunch.language.vocabulary.parameter import parse_boolean
 
 #: The largest file that `$(file-content …)` reads, and the most that a

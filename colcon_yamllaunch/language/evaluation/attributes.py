@@ -3,25 +3,24 @@
 
 """The attributes of an action, read as the table of actions says."""
 
-from collections.abc import Callable
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 import math
-from typing import NamedTuple
-from typing import TYPE_CHECKING
-from typing import TypeVar
+from typing import NamedTuple, TYPE_CHECKING, TypeVar
 
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.syntax.diagnostics import error
-from colcon_yamllaunch.language.syntax.launch_tree import Entity
-from colcon_yamllaunch.language.syntax.launch_tree import Item
-from colcon_yamllaunch.language.syntax.text import split_command_line
-from colcon_yamllaunch.language.syntax.text import Text
-from colcon_yamllaunch.language.syntax.text import UnclosedQuoteError
-from colcon_yamllaunch.language.vocabulary.actions import Attribute
-from colcon_yamllaunch.language.vocabulary.actions import by_name
-from colcon_yamllaunch.language.vocabulary.actions import items_of
-from colcon_yamllaunch.language.vocabulary.actions import Type
+from colcon_yamllaunch.language.syntax.launch_tree import Entity, Item
+from colcon_yamllaunch.language.syntax.text import (
+    split_command_line,
+    Text,
+    UnclosedQuoteError,
+)
+from colcon_yamllaunch.language.vocabulary.actions import (
+    Attribute,
+    by_name,
+    items_of,
+    Type,
+)
 from colcon_yamllaunch.language.vocabulary.parameter import parse_boolean
 from colcon_yamllaunch.plan.position import Position
 

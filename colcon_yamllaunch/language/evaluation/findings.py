@@ -3,9 +3,7 @@
 
 """What was found on the way: problems, packages, programs, nodes."""
 
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -13,17 +11,15 @@ from typing import TYPE_CHECKING
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.evaluation.scope import Guard
 from colcon_yamllaunch.language.evaluation.values import Place
-from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
-from colcon_yamllaunch.language.syntax.diagnostics import error
-from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.language.syntax.diagnostics import (
+    Diagnostic,
+    error,
+    LaunchError,
+)
 from colcon_yamllaunch.language.syntax.source_text import Source
 from colcon_yamllaunch.plan.labels import with_labels
-from colcon_yamllaunch.plan.plan import Block
-from colcon_yamllaunch.plan.plan import Condition
-from colcon_yamllaunch.plan.plan import Entry
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.plan.position import Span
+from colcon_yamllaunch.plan.plan import Block, Condition, Entry, Plan
+from colcon_yamllaunch.plan.position import Position, Span
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.language.actions.parameter_files import Section

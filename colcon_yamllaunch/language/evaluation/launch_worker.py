@@ -4,8 +4,7 @@
 """The worker for Python launch files, as the walk sees it."""
 
 from collections.abc import Mapping
-from typing import Any
-from typing import Protocol
+from typing import Any, Protocol
 
 #: A message of the worker or for it; see `python_launch/worker/__init__.py`.
 WorkerMessage = Mapping[str, Any]

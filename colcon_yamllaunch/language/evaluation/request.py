@@ -3,12 +3,9 @@
 
 """What is to be launched, and all that the result depends on."""
 
-from collections.abc import Callable
-from collections.abc import Iterable
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import field
-from typing import Protocol
-from typing import TYPE_CHECKING
+from typing import Protocol, TYPE_CHECKING
 
 from colcon_yamllaunch.common.frozen import dataclass
 

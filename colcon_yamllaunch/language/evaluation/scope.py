@@ -9,15 +9,15 @@ An action that may not be done gets a layer, too; what it has set is merged
 into the scope around, as far as it is known then.
 """
 
-from collections.abc import Iterator
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import field
 
-from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.common.frozen import mutable
-from colcon_yamllaunch.language.evaluation.values import shortened
-from colcon_yamllaunch.language.evaluation.values import unknown
-from colcon_yamllaunch.language.evaluation.values import Value
+from colcon_yamllaunch.common.frozen import dataclass, mutable
+from colcon_yamllaunch.language.evaluation.values import (
+    shortened,
+    unknown,
+    Value,
+)
 from colcon_yamllaunch.language.vocabulary.parameter import Parameter
 
 #: Stands for all names, of variables or parameters, when they are not known.

@@ -7,8 +7,7 @@ Texts that are known or not.
 A launch knows all; before it, a text may depend on what the launch is given.
 """
 
-from collections.abc import Iterable
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from colcon_yamllaunch.common.frozen import dataclass

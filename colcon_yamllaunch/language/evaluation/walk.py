@@ -10,48 +10,46 @@ Values are known or not, see
 :mod:`colcon_yamllaunch.language.evaluation.values`.
 """
 
-from collections.abc import Callable
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 import os
 from typing import TYPE_CHECKING
 
-from colcon_yamllaunch.common.suggestions import did_you_mean
-from colcon_yamllaunch.common.suggestions import no_package
-from colcon_yamllaunch.common.suggestions import one_of
+from colcon_yamllaunch.common.suggestions import (
+    did_you_mean,
+    no_package,
+    one_of,
+)
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
-from colcon_yamllaunch.language.evaluation.findings import Findings
-from colcon_yamllaunch.language.evaluation.findings import NamedNode
-from colcon_yamllaunch.language.evaluation.findings import PlanDraft
-from colcon_yamllaunch.language.evaluation.request import Exposed
-from colcon_yamllaunch.language.evaluation.request import Request
-from colcon_yamllaunch.language.evaluation.scope import Guard
-from colcon_yamllaunch.language.evaluation.scope import Scope
-from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
-from colcon_yamllaunch.language.evaluation.values import joined
-from colcon_yamllaunch.language.evaluation.values import known
-from colcon_yamllaunch.language.evaluation.values import LeftOpen
-from colcon_yamllaunch.language.evaluation.values import Place
-from colcon_yamllaunch.language.evaluation.values import unknown
-from colcon_yamllaunch.language.evaluation.values import UNSET
-from colcon_yamllaunch.language.evaluation.values import Value
-from colcon_yamllaunch.language.syntax.diagnostics import error
-from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.syntax.launch_tree import Entity
-from colcon_yamllaunch.language.syntax.launch_tree import Item
-from colcon_yamllaunch.language.syntax.launch_tree import LaunchFile
-from colcon_yamllaunch.language.syntax.launch_tree import read_launch_file
-from colcon_yamllaunch.language.syntax.launch_tree import UNREADABLE
-from colcon_yamllaunch.language.syntax.source_text import read_source
-from colcon_yamllaunch.language.syntax.source_text import Source
-from colcon_yamllaunch.language.syntax.text import Substitution
-from colcon_yamllaunch.language.syntax.text import Template
-from colcon_yamllaunch.language.syntax.text import Text
+from colcon_yamllaunch.language.evaluation.findings import (
+    Findings,
+    NamedNode,
+    PlanDraft,
+)
+from colcon_yamllaunch.language.evaluation.request import Exposed, Request
+from colcon_yamllaunch.language.evaluation.scope import Guard, Scope
+from colcon_yamllaunch.language.evaluation.values import (
+    AlreadyReportedError,
+    joined,
+    known,
+    LeftOpen,
+    Place,
+    unknown,
+    UNSET,
+    Value,
+)
+from colcon_yamllaunch.language.syntax.diagnostics import error, LaunchError
+from colcon_yamllaunch.language.syntax.launch_tree import (
+    Entity,
+    Item,
+    LaunchFile,
+    read_launch_file,
+    UNREADABLE,
+)
+from colcon_yamllaunch.language.syntax.source_text import read_source, Source
+from colcon_yamllaunch.language.syntax.text import Substitution, Template, Text
 from colcon_yamllaunch.plan.plan import Condition
-from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.plan.position import Span
+from colcon_yamllaunch.plan.position import Position, Span
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.language.actions.parameter_files import (

@@ -9,10 +9,7 @@ to, and every launch file that is included. Listing launch arguments is a use
 of it.
 """
 
-from collections.abc import Callable
-from collections.abc import Iterable
-from collections.abc import Mapping
-from collections.abc import Set
+from collections.abc import Callable, Iterable, Mapping, Set
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
@@ -23,42 +20,41 @@ import re
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.actions.handlers import PASSIVE
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
-from colcon_yamllaunch.language.evaluation.findings import Checked
-from colcon_yamllaunch.language.evaluation.findings import DeclaredArgument
+from colcon_yamllaunch.language.evaluation.findings import (
+    Checked,
+    DeclaredArgument,
+)
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.evaluation.scope import Guard
-from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
-from colcon_yamllaunch.language.evaluation.values import Place
-from colcon_yamllaunch.language.evaluation.values import Value
-from colcon_yamllaunch.language.evaluation.walk import Call
-from colcon_yamllaunch.language.evaluation.walk import MAXIMUM_INCLUDE_DEPTH
-from colcon_yamllaunch.language.evaluation.walk import PYTHON_SUFFIX
-from colcon_yamllaunch.language.evaluation.walk import too_deep
-from colcon_yamllaunch.language.evaluation.walk import Walk
-from colcon_yamllaunch.language.policies.cross_checks import FileUse
-from colcon_yamllaunch.language.policies.cross_checks import unknown_argument
+from colcon_yamllaunch.language.evaluation.values import (
+    AlreadyReportedError,
+    Place,
+    Value,
+)
+from colcon_yamllaunch.language.evaluation.walk import (
+    Call,
+    MAXIMUM_INCLUDE_DEPTH,
+    PYTHON_SUFFIX,
+    too_deep,
+    Walk,
+)
 from colcon_yamllaunch.language.policies.cross_checks import (
+    FileUse,
+    unknown_argument,
     warn_of_missing_containers,
-)
-from colcon_yamllaunch.language.policies.cross_checks import (
     warn_of_shell_variables,
-)
-from colcon_yamllaunch.language.policies.cross_checks import (
     warn_of_useless_arguments,
-)
-from colcon_yamllaunch.language.policies.cross_checks import (
     warn_of_useless_sections,
 )
 from colcon_yamllaunch.language.policies.portability import not_portable
-from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
-from colcon_yamllaunch.language.syntax.diagnostics import error
-from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.syntax.launch_tree import Entity
-from colcon_yamllaunch.language.syntax.launch_tree import LaunchFile
-from colcon_yamllaunch.language.syntax.text import Template
-from colcon_yamllaunch.language.syntax.text import Text
-from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.plan.position import Span
+from colcon_yamllaunch.language.syntax.diagnostics import (
+    Diagnostic,
+    error,
+    LaunchError,
+)
+from colcon_yamllaunch.language.syntax.launch_tree import Entity, LaunchFile
+from colcon_yamllaunch.language.syntax.text import Template, Text
+from colcon_yamllaunch.plan.position import Position, Span
 
 #: How often one launch file is looked at, with other arguments each time.
 MAXIMUM_VISITS = 20

@@ -3,27 +3,23 @@
 
 """What fits together only once all is read: launch arguments, node names."""
 
-from collections.abc import Collection
-from collections.abc import Iterable
-from collections.abc import Mapping
-from dataclasses import dataclass
-from dataclasses import field
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field
 import os
 from pathlib import Path
 import re
 
-from colcon_yamllaunch.common.suggestions import did_you_mean
-from colcon_yamllaunch.common.suggestions import listing
+from colcon_yamllaunch.common.suggestions import did_you_mean, listing
 from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.language.actions.parameter_files import Section
 from colcon_yamllaunch.language.evaluation.findings import SectionUse
 from colcon_yamllaunch.language.evaluation.walk import Walk
-from colcon_yamllaunch.language.syntax.diagnostics import error
-from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.syntax.launch_tree import LaunchFile
-from colcon_yamllaunch.language.syntax.launch_tree import UNREADABLE
-from colcon_yamllaunch.language.syntax.text import Template
-from colcon_yamllaunch.language.syntax.text import Text
+from colcon_yamllaunch.language.syntax.diagnostics import error, LaunchError
+from colcon_yamllaunch.language.syntax.launch_tree import (
+    LaunchFile,
+    UNREADABLE,
+)
+from colcon_yamllaunch.language.syntax.text import Template, Text
 
 #: The actions that declare one.
 ARGUMENT_ACTIONS = ('arg', 'bool_arg')

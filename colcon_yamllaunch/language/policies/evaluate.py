@@ -10,13 +10,11 @@ passed over.
 """
 
 from collections.abc import Mapping
-from dataclasses import field
-from dataclasses import replace
+from dataclasses import field, replace
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.language.evaluation.findings import Checked
-from colcon_yamllaunch.language.evaluation.findings import ProgramUse
+from colcon_yamllaunch.language.evaluation.findings import Checked, ProgramUse
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.plan.plan import Plan

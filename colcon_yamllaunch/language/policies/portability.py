@@ -8,19 +8,18 @@ The rules are those of the parsers of `launch` and `launch_ros`: they take a
 YAML value of one type for each attribute, and change no type into another.
 """
 
-from collections.abc import Iterator
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 import shlex
 
-from colcon_yamllaunch.language.syntax.diagnostics import error
-from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.syntax.launch_tree import Item
-from colcon_yamllaunch.language.syntax.launch_tree import LaunchFile
+from colcon_yamllaunch.language.syntax.diagnostics import error, LaunchError
+from colcon_yamllaunch.language.syntax.launch_tree import Item, LaunchFile
 from colcon_yamllaunch.language.syntax.text import Text
-from colcon_yamllaunch.language.vocabulary.actions import Attribute
-from colcon_yamllaunch.language.vocabulary.actions import by_name
-from colcon_yamllaunch.language.vocabulary.actions import items_of
-from colcon_yamllaunch.language.vocabulary.actions import Type
+from colcon_yamllaunch.language.vocabulary.actions import (
+    Attribute,
+    by_name,
+    items_of,
+    Type,
+)
 from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
 from colcon_yamllaunch.plan.position import Span
 

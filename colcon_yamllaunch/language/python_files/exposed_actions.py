@@ -7,13 +7,10 @@ Actions and substitutions of other packages in YAML and XML launch files.
 ROS 2's own `launch` has to run them: the worker for Python launch files does.
 """
 
-from collections.abc import Callable
-from collections.abc import Iterable
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 import re
-from typing import Any
-from typing import TypeGuard
+from typing import Any, TypeGuard
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
@@ -21,23 +18,25 @@ from colcon_yamllaunch.language.evaluation.launch_worker import WorkerMessage
 from colcon_yamllaunch.language.evaluation.request import FindExposed
 from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
 from colcon_yamllaunch.language.evaluation.walk import Walk
-from colcon_yamllaunch.language.python_files.python_visit import ask_worker
 from colcon_yamllaunch.language.python_files.python_visit import (
+    ask_worker,
     NotTakenOverError,
 )
-from colcon_yamllaunch.language.syntax.diagnostics import error
-from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.syntax.text import parse_template
-from colcon_yamllaunch.language.syntax.text import Substitution
-from colcon_yamllaunch.language.syntax.text import Template
-from colcon_yamllaunch.language.syntax.text import TemplateSyntaxError
-from colcon_yamllaunch.language.syntax.text import Text
-from colcon_yamllaunch.language.syntax.yaml_reader import Mapping
-from colcon_yamllaunch.language.syntax.yaml_reader import Scalar
-from colcon_yamllaunch.language.syntax.yaml_reader import Sequence
-from colcon_yamllaunch.language.syntax.yaml_reader import Value
-from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.plan.position import Span
+from colcon_yamllaunch.language.syntax.diagnostics import error, LaunchError
+from colcon_yamllaunch.language.syntax.text import (
+    parse_template,
+    Substitution,
+    Template,
+    TemplateSyntaxError,
+    Text,
+)
+from colcon_yamllaunch.language.syntax.yaml_reader import (
+    Mapping,
+    Scalar,
+    Sequence,
+    Value,
+)
+from colcon_yamllaunch.plan.position import Position, Span
 
 _CHILDREN = 'children'
 

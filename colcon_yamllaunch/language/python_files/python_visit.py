@@ -10,8 +10,7 @@ The plan of a launch with event handlers grows while it runs, see
 
 import ast
 from collections import deque
-from collections.abc import Iterable
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 import os
 from pathlib import Path
@@ -21,36 +20,38 @@ import shutil
 from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.language.actions.process_actions import general_timeout
 from colcon_yamllaunch.language.evaluation.findings import DeclaredArgument
-from colcon_yamllaunch.language.evaluation.launch_worker import NoWorkerError
-from colcon_yamllaunch.language.evaluation.launch_worker import WorkerError
-from colcon_yamllaunch.language.evaluation.launch_worker import WorkerMessage
 from colcon_yamllaunch.language.evaluation.launch_worker import (
+    NoWorkerError,
+    WorkerError,
+    WorkerMessage,
     WorkerTimeoutError,
 )
 from colcon_yamllaunch.language.evaluation.scope import environment_changes
 from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
-from colcon_yamllaunch.language.evaluation.walk import EndlessError
-from colcon_yamllaunch.language.evaluation.walk import Walk
-from colcon_yamllaunch.language.python_files.worker_dialogue import Intake
-from colcon_yamllaunch.language.python_files.worker_dialogue import position_of
+from colcon_yamllaunch.language.evaluation.walk import EndlessError, Walk
 from colcon_yamllaunch.language.python_files.worker_dialogue import (
+    Intake,
+    position_of,
     WorkerDialogue,
+    written_at,
 )
-from colcon_yamllaunch.language.python_files.worker_dialogue import written_at
-from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
-from colcon_yamllaunch.language.syntax.diagnostics import error
-from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.syntax.diagnostics import render
+from colcon_yamllaunch.language.syntax.diagnostics import (
+    Diagnostic,
+    error,
+    LaunchError,
+    render,
+)
 from colcon_yamllaunch.language.syntax.source_text import Source
 from colcon_yamllaunch.plan.labels import with_labels
-from colcon_yamllaunch.plan.plan import DEFAULT_SIGKILL_TIMEOUT
-from colcon_yamllaunch.plan.plan import DEFAULT_SIGTERM_TIMEOUT
-from colcon_yamllaunch.plan.plan import Growth
-from colcon_yamllaunch.plan.plan import Message
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.plan.position import Span
+from colcon_yamllaunch.plan.plan import (
+    DEFAULT_SIGKILL_TIMEOUT,
+    DEFAULT_SIGTERM_TIMEOUT,
+    Growth,
+    Message,
+    Plan,
+    Process,
+)
+from colcon_yamllaunch.plan.position import Position, Span
 
 # what takes the name of a package first, by the name that it is called by
 _PACKAGE_CALLS = frozenset(

@@ -8,8 +8,7 @@ An answer is a series of messages, which become entries of the plan in their
 order. `python_launch/worker/__init__.py` lists the messages.
 """
 
-from collections.abc import Iterable
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import lru_cache
@@ -19,39 +18,46 @@ from pathlib import Path
 from typing import Any
 
 from colcon_yamllaunch.common.text_files import text_of
-from colcon_yamllaunch.language.evaluation.findings import ExecutableUse
-from colcon_yamllaunch.language.evaluation.findings import PluginUse
-from colcon_yamllaunch.language.evaluation.findings import Wanted
-from colcon_yamllaunch.language.evaluation.launch_worker import LaunchWorker
-from colcon_yamllaunch.language.evaluation.launch_worker import WorkerMessage
+from colcon_yamllaunch.language.evaluation.findings import (
+    ExecutableUse,
+    PluginUse,
+    Wanted,
+)
+from colcon_yamllaunch.language.evaluation.launch_worker import (
+    LaunchWorker,
+    WorkerMessage,
+)
 from colcon_yamllaunch.language.evaluation.scope import Names
-from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
-from colcon_yamllaunch.language.evaluation.values import known
-from colcon_yamllaunch.language.evaluation.values import UNSET
-from colcon_yamllaunch.language.evaluation.values import Value
-from colcon_yamllaunch.language.evaluation.walk import EndlessError
-from colcon_yamllaunch.language.evaluation.walk import Walk
-from colcon_yamllaunch.language.syntax.diagnostics import error
-from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.language.evaluation.values import (
+    AlreadyReportedError,
+    known,
+    UNSET,
+    Value,
+)
+from colcon_yamllaunch.language.evaluation.walk import EndlessError, Walk
+from colcon_yamllaunch.language.syntax.diagnostics import error, LaunchError
 from colcon_yamllaunch.language.syntax.source_text import Source
-from colcon_yamllaunch.language.vocabulary.parameter import Parameter
-from colcon_yamllaunch.language.vocabulary.parameter import ParameterContent
-from colcon_yamllaunch.plan.plan import ChangeState
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Condition
-from colcon_yamllaunch.plan.plan import Entry
-from colcon_yamllaunch.plan.plan import EventHandler
-from colcon_yamllaunch.plan.plan import Message
-from colcon_yamllaunch.plan.plan import OUTPUT_MODES
-from colcon_yamllaunch.plan.plan import ParameterFile
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import SetParameter
-from colcon_yamllaunch.plan.plan import Shutdown
-from colcon_yamllaunch.plan.plan import SignalProcess
-from colcon_yamllaunch.plan.plan import Timer
-from colcon_yamllaunch.plan.plan import WorkerCall
-from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.plan.position import Span
+from colcon_yamllaunch.language.vocabulary.parameter import (
+    Parameter,
+    ParameterContent,
+)
+from colcon_yamllaunch.plan.plan import (
+    ChangeState,
+    Component,
+    Condition,
+    Entry,
+    EventHandler,
+    Message,
+    OUTPUT_MODES,
+    ParameterFile,
+    Process,
+    SetParameter,
+    Shutdown,
+    SignalProcess,
+    Timer,
+    WorkerCall,
+)
+from colcon_yamllaunch.plan.position import Position, Span
 
 
 def scope_as_json(walk: Walk) -> dict[str, Any]:

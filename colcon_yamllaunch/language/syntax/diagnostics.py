@@ -4,18 +4,14 @@
 """Problems in launch files, and how they are shown."""
 
 import codecs
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import Literal
 import unicodedata
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.text_files import content_of
-from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.plan.position import shown_position
-from colcon_yamllaunch.plan.position import Span
+from colcon_yamllaunch.plan.position import Position, shown_position, Span
 
 Severity = Literal['error', 'warning']
 

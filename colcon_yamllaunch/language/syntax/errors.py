@@ -3,16 +3,13 @@
 
 """What a syntax error in YAML or XML means, for the person who made it."""
 
-from collections.abc import Callable
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 import re
 from typing import NamedTuple
 from xml.parsers.expat import errors as codes
 from xml.parsers.expat import ErrorString
 
-from colcon_yamllaunch.language.syntax.diagnostics import error
-from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.language.syntax.diagnostics import error, LaunchError
 from colcon_yamllaunch.language.syntax.source_text import Source
 from colcon_yamllaunch.language.syntax.yaml_reader import Scalar
 import yaml

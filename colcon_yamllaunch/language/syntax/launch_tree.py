@@ -3,42 +3,50 @@
 
 """From a launch file to the tree of its actions."""
 
-from collections.abc import Iterable
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 import re
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.common.suggestions import did_you_mean
-from colcon_yamllaunch.common.suggestions import listing
-from colcon_yamllaunch.common.suggestions import nearest
-from colcon_yamllaunch.common.suggestions import nearest_first
-from colcon_yamllaunch.language.evaluation.request import FindExposed
-from colcon_yamllaunch.language.evaluation.request import NothingExposed
-from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
-from colcon_yamllaunch.language.syntax.diagnostics import error
-from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.common.suggestions import (
+    did_you_mean,
+    listing,
+    nearest,
+    nearest_first,
+)
+from colcon_yamllaunch.language.evaluation.request import (
+    FindExposed,
+    NothingExposed,
+)
+from colcon_yamllaunch.language.syntax.diagnostics import (
+    Diagnostic,
+    error,
+    LaunchError,
+)
 from colcon_yamllaunch.language.syntax.source_text import Source
 from colcon_yamllaunch.language.syntax.text import Text
-from colcon_yamllaunch.language.syntax.yaml_reader import Mapping
-from colcon_yamllaunch.language.syntax.yaml_reader import read_yaml
-from colcon_yamllaunch.language.syntax.yaml_reader import Scalar
-from colcon_yamllaunch.language.syntax.yaml_reader import Sequence
-from colcon_yamllaunch.language.syntax.yaml_reader import Value
-from colcon_yamllaunch.language.vocabulary.actions import Action
-from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
-from colcon_yamllaunch.language.vocabulary.actions import ALIASES
-from colcon_yamllaunch.language.vocabulary.actions import Attribute
-from colcon_yamllaunch.language.vocabulary.actions import by_name
-from colcon_yamllaunch.language.vocabulary.actions import COMPONENTS
-from colcon_yamllaunch.language.vocabulary.actions import CONDITIONS
-from colcon_yamllaunch.language.vocabulary.actions import items_of
-from colcon_yamllaunch.language.vocabulary.actions import PARAMETER
-from colcon_yamllaunch.language.vocabulary.actions import required_of
-from colcon_yamllaunch.language.vocabulary.actions import Type
-from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.plan.position import Span
+from colcon_yamllaunch.language.syntax.yaml_reader import (
+    Mapping,
+    read_yaml,
+    Scalar,
+    Sequence,
+    Value,
+)
+from colcon_yamllaunch.language.vocabulary.actions import (
+    Action,
+    ACTIONS,
+    ALIASES,
+    Attribute,
+    by_name,
+    COMPONENTS,
+    CONDITIONS,
+    items_of,
+    PARAMETER,
+    required_of,
+    Type,
+)
+from colcon_yamllaunch.plan.position import Position, Span
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.language.python_files.exposed_actions import (

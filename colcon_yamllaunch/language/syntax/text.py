@@ -12,13 +12,13 @@ from collections.abc import Iterator
 import re
 
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.common.suggestions import did_you_mean
-from colcon_yamllaunch.common.suggestions import listing
-from colcon_yamllaunch.language.evaluation.request import FindExposed
-from colcon_yamllaunch.language.evaluation.request import NothingExposed
+from colcon_yamllaunch.common.suggestions import did_you_mean, listing
+from colcon_yamllaunch.language.evaluation.request import (
+    FindExposed,
+    NothingExposed,
+)
 from colcon_yamllaunch.language.syntax.diagnostics import error
-from colcon_yamllaunch.language.syntax.yaml_reader import Kind
-from colcon_yamllaunch.language.syntax.yaml_reader import Scalar
+from colcon_yamllaunch.language.syntax.yaml_reader import Kind, Scalar
 from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
 from colcon_yamllaunch.plan.position import Position
 

@@ -5,17 +5,14 @@
 
 from array import array
 from collections.abc import Iterator
-from dataclasses import dataclass
-from dataclasses import field
+from dataclasses import dataclass, field
 import re
 from xml.parsers import expat
 
-from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
-from colcon_yamllaunch.language.syntax.diagnostics import error
+from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic, error
 from colcon_yamllaunch.language.syntax.errors import explain_xml
 from colcon_yamllaunch.language.syntax.source_text import Source
-from colcon_yamllaunch.language.syntax.yaml_reader import MAXIMUM_DEPTH
-from colcon_yamllaunch.language.syntax.yaml_reader import Scalar
+from colcon_yamllaunch.language.syntax.yaml_reader import MAXIMUM_DEPTH, Scalar
 
 # what one character of an attribute's value is written as
 _CHARACTER = re.compile(r'&[^;]*;|\r\n|.', re.DOTALL)

@@ -6,28 +6,35 @@
 from collections.abc import Mapping as AbstractMapping
 import re
 
-from colcon_yamllaunch.common.suggestions import did_you_mean
-from colcon_yamllaunch.common.suggestions import listing
-from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
-from colcon_yamllaunch.language.syntax.diagnostics import error
-from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.common.suggestions import did_you_mean, listing
+from colcon_yamllaunch.language.syntax.diagnostics import (
+    Diagnostic,
+    error,
+    LaunchError,
+)
 from colcon_yamllaunch.language.syntax.source_text import Source
-from colcon_yamllaunch.language.syntax.xml_reader import Element
-from colcon_yamllaunch.language.syntax.xml_reader import read_xml
-from colcon_yamllaunch.language.syntax.xml_reader import XmlScalar
-from colcon_yamllaunch.language.syntax.yaml_reader import Mapping
-from colcon_yamllaunch.language.syntax.yaml_reader import MAXIMUM_VALUES
-from colcon_yamllaunch.language.syntax.yaml_reader import read_yaml
-from colcon_yamllaunch.language.syntax.yaml_reader import Scalar
-from colcon_yamllaunch.language.syntax.yaml_reader import Sequence
-from colcon_yamllaunch.language.syntax.yaml_reader import Value
-from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
-from colcon_yamllaunch.language.vocabulary.actions import ALIASES
-from colcon_yamllaunch.language.vocabulary.actions import Attribute
-from colcon_yamllaunch.language.vocabulary.actions import by_name
-from colcon_yamllaunch.language.vocabulary.actions import items_of
-from colcon_yamllaunch.language.vocabulary.actions import SCALAR_TYPES
-from colcon_yamllaunch.language.vocabulary.actions import Type
+from colcon_yamllaunch.language.syntax.xml_reader import (
+    Element,
+    read_xml,
+    XmlScalar,
+)
+from colcon_yamllaunch.language.syntax.yaml_reader import (
+    Mapping,
+    MAXIMUM_VALUES,
+    read_yaml,
+    Scalar,
+    Sequence,
+    Value,
+)
+from colcon_yamllaunch.language.vocabulary.actions import (
+    ACTIONS,
+    ALIASES,
+    Attribute,
+    by_name,
+    items_of,
+    SCALAR_TYPES,
+    Type,
+)
 
 _SEPARATOR = 'value-sep'
 # a text that is one plain scalar in YAML, most parameters are

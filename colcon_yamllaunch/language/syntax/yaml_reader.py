@@ -5,8 +5,7 @@
 
 from collections.abc import Callable
 import re
-from typing import Any
-from typing import Literal
+from typing import Any, Literal
 
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.source_text import Source

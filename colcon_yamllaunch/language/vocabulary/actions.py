@@ -15,17 +15,18 @@ or attribute (the change logs and branches of ros2/launch and ros2/launch_ros);
 what is older than Humble counts as Humble.
 """
 
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from enum import Enum
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.suggestions import one_of
-from colcon_yamllaunch.plan.plan import DEFAULT_SIGKILL_TIMEOUT
-from colcon_yamllaunch.plan.plan import DEFAULT_SIGTERM_TIMEOUT
-from colcon_yamllaunch.plan.plan import OUTPUT_MODES
-from colcon_yamllaunch.plan.plan import UNLIMITED_RETRIES
+from colcon_yamllaunch.plan.plan import (
+    DEFAULT_SIGKILL_TIMEOUT,
+    DEFAULT_SIGTERM_TIMEOUT,
+    OUTPUT_MODES,
+    UNLIMITED_RETRIES,
+)
 
 #: The ROS 2 releases that are told apart, in the order they came; Rolling has
 #: what no release has yet.

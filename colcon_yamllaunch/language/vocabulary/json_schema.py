@@ -13,17 +13,19 @@ from collections.abc import Mapping
 import json
 import re
 
-from colcon_yamllaunch.language.vocabulary.actions import Action
-from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
-from colcon_yamllaunch.language.vocabulary.actions import ALIASES
-from colcon_yamllaunch.language.vocabulary.actions import Attribute
-from colcon_yamllaunch.language.vocabulary.actions import by_name
-from colcon_yamllaunch.language.vocabulary.actions import COMPONENTS
-from colcon_yamllaunch.language.vocabulary.actions import CONDITIONS
-from colcon_yamllaunch.language.vocabulary.actions import items_of
-from colcon_yamllaunch.language.vocabulary.actions import PARAMETER
-from colcon_yamllaunch.language.vocabulary.actions import RELEASES
-from colcon_yamllaunch.language.vocabulary.actions import Type
+from colcon_yamllaunch.language.vocabulary.actions import (
+    Action,
+    ACTIONS,
+    ALIASES,
+    Attribute,
+    by_name,
+    COMPONENTS,
+    CONDITIONS,
+    items_of,
+    PARAMETER,
+    RELEASES,
+    Type,
+)
 
 Schema = dict[str, object]
 

@@ -8,12 +8,13 @@ from functools import lru_cache
 import json
 
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.language.syntax.yaml_reader import construct
-from colcon_yamllaunch.language.syntax.yaml_reader import load_yaml
-from colcon_yamllaunch.language.syntax.yaml_reader import plain_kind
-from colcon_yamllaunch.language.syntax.yaml_reader import UnusableYamlError
-from colcon_yamllaunch.plan.plan import ParameterFile
-from colcon_yamllaunch.plan.plan import SetParameter
+from colcon_yamllaunch.language.syntax.yaml_reader import (
+    construct,
+    load_yaml,
+    plain_kind,
+    UnusableYamlError,
+)
+from colcon_yamllaunch.plan.plan import ParameterFile, SetParameter
 from colcon_yamllaunch.plan.position import Position
 
 ScalarValue = str | int | float | bool

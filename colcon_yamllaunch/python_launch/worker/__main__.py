@@ -11,9 +11,7 @@ beside its folder are found by launch files.
 from __future__ import annotations
 
 from importlib import import_module
-from importlib.util import find_spec
-from importlib.util import module_from_spec
-from importlib.util import spec_from_file_location
+from importlib.util import find_spec, module_from_spec, spec_from_file_location
 import os
 import signal
 import sys
@@ -26,8 +24,7 @@ NEEDED = ('launch', 'launch_ros')
 
 def main() -> None:
     """Answer requests until there are no more."""
-    from .channel import Channel
-    from .channel import log_output
+    from .channel import Channel, log_output
     from .packages import run_later
 
     # a handler that does nothing, unlike SIG_IGN, is not for what is started
@@ -44,8 +41,7 @@ def main() -> None:
         return
     run_later()
 
-    from .entries import Entries
-    from .entries import install_logging
+    from .entries import Entries, install_logging
     from .events import Events
     from .extensions import Extensions
     from .packages import report_modules

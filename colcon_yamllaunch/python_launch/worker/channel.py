@@ -10,8 +10,7 @@ import contextlib
 import fcntl
 import io
 from itertools import count
-from json import dumps
-from json import loads
+from json import dumps, loads
 import os
 import queue
 import signal

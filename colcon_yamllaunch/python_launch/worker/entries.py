@@ -9,8 +9,7 @@ from collections.abc import Callable
 import contextlib
 import difflib
 import errno
-from functools import partial
-from functools import wraps
+from functools import partial, wraps
 import importlib
 from importlib.machinery import SourceFileLoader
 from importlib.metadata import entry_points
@@ -18,18 +17,11 @@ import logging
 import os
 from pathlib import Path
 import tempfile
-from typing import Any
-from typing import ClassVar
-from typing import TYPE_CHECKING
+from typing import Any, ClassVar, TYPE_CHECKING
 
 from .channel import Json
-from .descriptions import as_json
-from .descriptions import condition_text
-from .descriptions import is_a
-from .descriptions import Private
-from .errors import checked
-from .errors import Failed
-from .errors import PlainError
+from .descriptions import as_json, condition_text, is_a, Private
+from .errors import checked, Failed, PlainError
 from .packages import when_imported
 from .visit import Marker
 

@@ -15,15 +15,13 @@ import linecache
 import re
 import sys
 import traceback
-from typing import Any
-from typing import TYPE_CHECKING
+from typing import Any, TYPE_CHECKING
 
 from .channel import Json
 from .descriptions import is_a
 
 if TYPE_CHECKING:
-    from types import CodeType
-    from types import TracebackType
+    from types import CodeType, TracebackType
 
     from .positions import Positions
 

@@ -12,31 +12,28 @@ the launcher, which tells in turn what happens to them.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 import importlib
 import signal
 from types import SimpleNamespace
-from typing import Any
-from typing import TYPE_CHECKING
+from typing import Any, TYPE_CHECKING
 
-from launch import event_handlers
-from launch import events
-from launch import LaunchDescriptionEntity
+from launch import event_handlers, events, LaunchDescriptionEntity
 from launch.event_handler import BaseEventHandler
 from launch.events import process as processes
 
 from .channel import Json
-from .descriptions import Describer
-from .descriptions import entities_of
-from .descriptions import is_a
-from .descriptions import matches_event
-from .descriptions import may_hear
-from .descriptions import may_match_later
-from .descriptions import OF_WORKER
-from .descriptions import TRANSITIONS
-from .entries import is_shutdown
-from .entries import note_positions
+from .descriptions import (
+    Describer,
+    entities_of,
+    is_a,
+    matches_event,
+    may_hear,
+    may_match_later,
+    OF_WORKER,
+    TRANSITIONS,
+)
+from .entries import is_shutdown, note_positions
 
 if TYPE_CHECKING:
     from .visit import Visitor

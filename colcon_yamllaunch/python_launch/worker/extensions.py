@@ -15,13 +15,10 @@ from difflib import get_close_matches
 import importlib
 import importlib.metadata
 import sys
-from typing import Any
-from typing import TYPE_CHECKING
+from typing import Any, TYPE_CHECKING
 
 from .channel import Json
-from .errors import described
-from .errors import note_entity
-from .errors import PlainError
+from .errors import described, note_entity, PlainError
 
 if TYPE_CHECKING:
     from .visit import Visitor

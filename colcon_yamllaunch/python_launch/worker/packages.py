@@ -5,18 +5,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import wraps
-from importlib.abc import Loader
-from importlib.abc import MetaPathFinder
-from importlib.machinery import ModuleSpec
-from importlib.machinery import PathFinder
+from importlib.abc import Loader, MetaPathFinder
+from importlib.machinery import ModuleSpec, PathFinder
 import os
 import sys
 from types import ModuleType
-from typing import Any
-from typing import TYPE_CHECKING
+from typing import Any, TYPE_CHECKING
 import warnings
 
 from .errors import chain

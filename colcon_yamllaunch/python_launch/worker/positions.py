@@ -14,10 +14,8 @@ import os
 import re
 import sys
 import sysconfig
-from types import CodeType
-from types import FrameType
-from typing import Any
-from typing import NamedTuple
+from types import CodeType, FrameType
+from typing import Any, NamedTuple
 
 #: The attribute that keeps the place where an object was made.
 _PLACE = '_launch_worker_place'

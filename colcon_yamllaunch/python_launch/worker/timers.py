@@ -11,30 +11,24 @@ a number for it, and says when its turn has come.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from collections.abc import Iterator
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 import importlib
 from itertools import count
 import linecache
 import os
-from typing import Any
-from typing import TYPE_CHECKING
+from typing import Any, TYPE_CHECKING
 
-from launch import Action
-from launch import events
+from launch import Action, events
 from launch.actions import TimerAction
 from launch.utilities.type_utils import perform_typed_substitution
 
 from .channel import Json
-from .descriptions import Describer
-from .descriptions import is_a
+from .descriptions import Describer, is_a
 from .entries import replace_method
 from .events import Future
 from .packages import when_imported
-from .visit import Marker
-from .visit import set_environment
+from .visit import Marker, set_environment
 
 if TYPE_CHECKING:
     from .events import Events

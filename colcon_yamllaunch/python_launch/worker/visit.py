@@ -5,29 +5,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from collections.abc import Iterator
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 import contextlib
 import importlib
 import os
 import sys
 import threading
-from typing import Any
-from typing import TYPE_CHECKING
+from typing import Any, TYPE_CHECKING
 
 from .channel import Json
-from .descriptions import as_json
-from .descriptions import as_written
-from .errors import ArgumentError
-from .errors import described
-from .errors import Failed
-from .errors import frame_of
-from .errors import frames_of_thread
-from .errors import no_action
-from .errors import note_entity
-from .errors import plainly_described
-from .errors import Refused
+from .descriptions import as_json, as_written
+from .errors import (
+    ArgumentError,
+    described,
+    Failed,
+    frame_of,
+    frames_of_thread,
+    no_action,
+    note_entity,
+    plainly_described,
+    Refused,
+)
 from .packages import Packages
 from .positions import Positions
 

@@ -3,8 +3,7 @@
 
 """The connection to the launcher, for code that runs on the machine."""
 
-from collections.abc import Callable
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 import os
 import select
 import shutil

@@ -21,8 +21,7 @@ NUMBER}}`, followed by so many bytes; none stand for the end.
 
 from collections.abc import Mapping
 from contextlib import suppress
-from functools import cache
-from functools import partial
+from functools import cache, partial
 import importlib
 import os
 from pathlib import Path
@@ -32,23 +31,28 @@ import shutil
 import signal
 import sys
 import time
-from typing import Any
-from typing import TYPE_CHECKING
+from typing import Any, TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.escalation import Timeouts
 from colcon_yamllaunch.common.prctl import end_with_parent
 from colcon_yamllaunch.control.protocol import ProtocolError
-from colcon_yamllaunch.engine.launch_scan import LAUNCH_ID_VARIABLE
-from colcon_yamllaunch.engine.launch_scan import new_identity
+from colcon_yamllaunch.engine.launch_scan import (
+    LAUNCH_ID_VARIABLE,
+    new_identity,
+)
 from colcon_yamllaunch.engine.loop import accept_signals
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.remote.agent import launcher_channel
-from colcon_yamllaunch.remote.agent.launcher_channel import LauncherChannel
-from colcon_yamllaunch.remote.agent.launcher_channel import LauncherGoneError
-from colcon_yamllaunch.remote.agent.part_sockets import PartSockets
-from colcon_yamllaunch.remote.agent.part_sockets import stop_orphans
-from colcon_yamllaunch.remote.agent.part_sockets import stop_orphans_in_fork
+from colcon_yamllaunch.remote.agent.launcher_channel import (
+    LauncherChannel,
+    LauncherGoneError,
+)
+from colcon_yamllaunch.remote.agent.part_sockets import (
+    PartSockets,
+    stop_orphans,
+    stop_orphans_in_fork,
+)
 
 if TYPE_CHECKING:
     from subprocess import Popen

@@ -10,8 +10,7 @@ part begins when the launcher has subscribed, and ends when the launcher has
 asked for that, or is lost.
 """
 
-from collections.abc import Callable
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 import os
 from pathlib import Path
@@ -21,34 +20,28 @@ import termios
 import time
 from typing import Any
 
-from colcon_yamllaunch.common.codec import CodecError
-from colcon_yamllaunch.common.codec import from_json
+from colcon_yamllaunch.common.codec import CodecError, from_json
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.control import protocol
-from colcon_yamllaunch.control import resource_usage
+from colcon_yamllaunch.control import protocol, resource_usage
 from colcon_yamllaunch.control.client_connection import Client
 from colcon_yamllaunch.control.journal import Journal
 from colcon_yamllaunch.control.server import Server
-from colcon_yamllaunch.engine import commands
-from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine import commands, events
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.launch_scan import new_identity
 from colcon_yamllaunch.engine.loop import TimerHandle
-from colcon_yamllaunch.engine.participants import Execute
-from colcon_yamllaunch.engine.participants import Participant
-from colcon_yamllaunch.engine.participants import Reply
+from colcon_yamllaunch.engine.participants import Execute, Participant, Reply
 from colcon_yamllaunch.engine.state import About
 from colcon_yamllaunch.observers.log_store import LogStore
-from colcon_yamllaunch.plan.plan_json import plan_from_json
-from colcon_yamllaunch.plan.plan_json import PlanFormatError
+from colcon_yamllaunch.plan.plan_json import plan_from_json, PlanFormatError
 from colcon_yamllaunch.remote import part_protocol
-from colcon_yamllaunch.remote.agent.launcher_channel import LauncherChannel
-from colcon_yamllaunch.remote.agent.launcher_channel import redirect_to_null
+from colcon_yamllaunch.remote.agent.launcher_channel import (
+    LauncherChannel,
+    redirect_to_null,
+)
 from colcon_yamllaunch.remote.agent.part_sockets import PartSockets
-from colcon_yamllaunch.remote.part_protocol import LINK_LOST
-from colcon_yamllaunch.remote.part_protocol import PartSettings
-from colcon_yamllaunch.run import run
-from colcon_yamllaunch.run import RunContext
+from colcon_yamllaunch.remote.part_protocol import LINK_LOST, PartSettings
+from colcon_yamllaunch.run import run, RunContext
 from colcon_yamllaunch.workspace.environment.sourcing import source
 
 #: Seconds in which the launcher must subscribe.

@@ -15,9 +15,11 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.engine.launch_scan import launcher_of
 from colcon_yamllaunch.remote.agent import launcher_channel
 from colcon_yamllaunch.remote.agent.launcher_channel import LauncherChannel
-from colcon_yamllaunch.remote.agent.part_sockets import boot_of_machine
-from colcon_yamllaunch.remote.agent.part_sockets import PartSockets
-from colcon_yamllaunch.remote.agent.part_sockets import stop_orphans
+from colcon_yamllaunch.remote.agent.part_sockets import (
+    boot_of_machine,
+    PartSockets,
+    stop_orphans,
+)
 
 _READ = 256 * 1024
 #: Bytes that may wait in each direction.

@@ -12,9 +12,7 @@ systemd makes for those who are logged in (`/run/user/UID`) would go with the
 connection.
 """
 
-from collections.abc import Collection
-from collections.abc import Iterator
-from collections.abc import Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import suppress
 import os
 from pathlib import Path
@@ -25,23 +23,31 @@ import time
 import zlib
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.common.escalation import Escalation
-from colcon_yamllaunch.common.escalation import Orphan
-from colcon_yamllaunch.common.escalation import Targets
-from colcon_yamllaunch.common.escalation import Timeouts
-from colcon_yamllaunch.common.escalation import WHOLE
+from colcon_yamllaunch.common.escalation import (
+    Escalation,
+    Orphan,
+    Targets,
+    Timeouts,
+    WHOLE,
+)
 from colcon_yamllaunch.common.process_scan import read_process
 from colcon_yamllaunch.common.temporary_folders import temporary_folders
-from colcon_yamllaunch.control.socket_folder import FolderError
-from colcon_yamllaunch.control.socket_folder import inside
-from colcon_yamllaunch.control.socket_folder import open_folder
+from colcon_yamllaunch.control.socket_folder import (
+    FolderError,
+    inside,
+    open_folder,
+)
 from colcon_yamllaunch.engine.cgroup import LaunchCgroup
-from colcon_yamllaunch.engine.launch_scan import find_orphans
-from colcon_yamllaunch.engine.launch_scan import is_guarded
-from colcon_yamllaunch.engine.launch_scan import Known
-from colcon_yamllaunch.engine.launch_scan import launcher_of
-from colcon_yamllaunch.plan.plan import DEFAULT_SIGKILL_TIMEOUT
-from colcon_yamllaunch.plan.plan import DEFAULT_SIGTERM_TIMEOUT
+from colcon_yamllaunch.engine.launch_scan import (
+    find_orphans,
+    is_guarded,
+    Known,
+    launcher_of,
+)
+from colcon_yamllaunch.plan.plan import (
+    DEFAULT_SIGKILL_TIMEOUT,
+    DEFAULT_SIGTERM_TIMEOUT,
+)
 
 _BOOT = '/proc/sys/kernel/random/boot_id'
 _NAMESPACE = '/proc/self/ns/pid'

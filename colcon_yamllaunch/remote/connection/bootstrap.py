@@ -18,8 +18,7 @@ hash.
 """
 
 from collections.abc import Iterator
-from functools import cache
-from functools import cached_property
+from functools import cache, cached_property
 import hashlib
 import json
 from pathlib import Path

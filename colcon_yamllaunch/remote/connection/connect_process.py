@@ -14,11 +14,8 @@ input: that works with any login shell, and with commands that pass their words
 on as they are (docker) or through a shell (ssh).
 """
 
-from collections.abc import Iterator
-from collections.abc import Mapping
-from collections.abc import Sequence
-from contextlib import contextmanager
-from contextlib import suppress
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 import fcntl
 import os
 import shutil

@@ -8,9 +8,7 @@ Both ends send messages as those of the control protocol, see
 `agent/machine_agent`.
 """
 
-from collections.abc import Callable
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 import json
@@ -22,27 +20,31 @@ import threading
 import time
 from typing import Any
 
-from colcon_yamllaunch.common.codec import Codec
-from colcon_yamllaunch.common.codec import CodecError
-from colcon_yamllaunch.common.codec import read_float
-from colcon_yamllaunch.common.codec import to_json
+from colcon_yamllaunch.common.codec import (
+    Codec,
+    CodecError,
+    read_float,
+    to_json,
+)
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.common.printable import printable
+from colcon_yamllaunch.common.printable import one_line, printable
 from colcon_yamllaunch.control import protocol
-from colcon_yamllaunch.control.protocol import MessageReader
-from colcon_yamllaunch.control.protocol import ProtocolError
+from colcon_yamllaunch.control.protocol import MessageReader, ProtocolError
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan_json import plan_to_json
 from colcon_yamllaunch.remote.agent.launcher_channel import stream_message
 from colcon_yamllaunch.remote.connection import connection_errors
-from colcon_yamllaunch.remote.connection.bootstrap import Bootstrap
-from colcon_yamllaunch.remote.connection.bootstrap import program_archive
-from colcon_yamllaunch.remote.connection.connect_process import connect
-from colcon_yamllaunch.remote.connection.connect_process import ConnectProcess
-from colcon_yamllaunch.remote.connection.connect_process import foreground
-from colcon_yamllaunch.remote.connection.connect_process import has_terminal
+from colcon_yamllaunch.remote.connection.bootstrap import (
+    Bootstrap,
+    program_archive,
+)
+from colcon_yamllaunch.remote.connection.connect_process import (
+    connect,
+    ConnectProcess,
+    foreground,
+    has_terminal,
+)
 from colcon_yamllaunch.remote.connection.connection_errors import ConnectError
 from colcon_yamllaunch.remote.deployment.deployment import Machine
 from colcon_yamllaunch.remote.part_protocol import PartSettings

@@ -3,15 +3,13 @@
 
 """The machines of a launch, and the rules for its processes."""
 
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from fnmatch import fnmatchcase
 import os.path
 from typing import Literal
 
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.control.process_names import meant_by
-from colcon_yamllaunch.control.process_names import ProcessNames
+from colcon_yamllaunch.control.process_names import meant_by, ProcessNames
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position
 

@@ -8,43 +8,43 @@ It is read like a launch file: each problem has its position, and all problems
 are reported at once.
 """
 
-from collections.abc import Callable
-from collections.abc import Iterator
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 import math
 import os.path
 import posixpath
 import re
 import shlex
-from typing import Any
-from typing import get_args
+from typing import Any, get_args
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.common.suggestions import did_you_mean
-from colcon_yamllaunch.common.suggestions import one_of
-from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
-from colcon_yamllaunch.language.syntax.diagnostics import error
-from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.syntax.source_text import read_source
-from colcon_yamllaunch.language.syntax.source_text import Source
+from colcon_yamllaunch.common.suggestions import did_you_mean, one_of
+from colcon_yamllaunch.language.syntax.diagnostics import (
+    Diagnostic,
+    error,
+    LaunchError,
+)
+from colcon_yamllaunch.language.syntax.source_text import read_source, Source
 from colcon_yamllaunch.language.syntax.yaml_reader import (
     Mapping as YamlMapping,
 )
-from colcon_yamllaunch.language.syntax.yaml_reader import read_yaml
-from colcon_yamllaunch.language.syntax.yaml_reader import Scalar
+from colcon_yamllaunch.language.syntax.yaml_reader import (
+    read_yaml,
+    Scalar,
+    Value,
+)
 from colcon_yamllaunch.language.syntax.yaml_reader import (
     Sequence as YamlSequence,
 )
-from colcon_yamllaunch.language.syntax.yaml_reader import Value
-from colcon_yamllaunch.remote.deployment.deployment import Deployment
-from colcon_yamllaunch.remote.deployment.deployment import HERE
-from colcon_yamllaunch.remote.deployment.deployment import Kind
-from colcon_yamllaunch.remote.deployment.deployment import Machine
-from colcon_yamllaunch.remote.deployment.deployment import OnLost
-from colcon_yamllaunch.remote.deployment.deployment import Rule
-from colcon_yamllaunch.remote.deployment.deployment import Sync
+from colcon_yamllaunch.remote.deployment.deployment import (
+    Deployment,
+    HERE,
+    Kind,
+    Machine,
+    OnLost,
+    Rule,
+    Sync,
+)
 
 #: Stands before the options of an allocation in `--on`.
 SLURM = 'slurm:'

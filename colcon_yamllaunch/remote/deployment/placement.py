@@ -3,27 +3,24 @@
 
 """A plan divided into the parts of this computer and of other machines."""
 
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Mapping
-from collections.abc import Sequence
-from dataclasses import field
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import field, replace
 import shlex
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.plan.labels import MACHINE_SEPARATOR
-from colcon_yamllaunch.plan.plan import ChangeState
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Entry
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import SignalProcess
-from colcon_yamllaunch.plan.plan import Timer
-from colcon_yamllaunch.remote.deployment.deployment import Deployment
-from colcon_yamllaunch.remote.deployment.deployment import Rule
+from colcon_yamllaunch.plan.plan import (
+    ChangeState,
+    Component,
+    Entry,
+    Plan,
+    Process,
+    SignalProcess,
+    Timer,
+)
+from colcon_yamllaunch.remote.deployment.deployment import Deployment, Rule
 
 
 @dataclass(frozen=True, slots=True)

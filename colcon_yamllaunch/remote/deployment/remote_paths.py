@@ -8,9 +8,7 @@ The paths of the workspace are replaced by those there, and
 :func:`sent_variables` returns the environment variables that are sent.
 """
 
-from collections.abc import Iterator
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from fnmatch import fnmatchcase
 import json
@@ -18,13 +16,15 @@ import os
 import os.path
 import re
 
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Entry
-from colcon_yamllaunch.plan.plan import ParameterFile
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import SetParameter
-from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.plan.plan import (
+    Component,
+    Entry,
+    ParameterFile,
+    Plan,
+    Process,
+    SetParameter,
+    Timer,
+)
 
 #: The variables of the user that are sent to each machine.
 SENT = (

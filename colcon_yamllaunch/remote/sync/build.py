@@ -13,9 +13,7 @@ process. So a further process inherits the lock at :func:`begin`, and has it
 until :func:`end`, or until the agent ends.
 """
 
-from collections.abc import Callable
-from collections.abc import Iterator
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from functools import partial
 import json
@@ -36,12 +34,15 @@ from colcon_yamllaunch.common.process_scan import read_process
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.remote.agent.launcher_channel import redirect_to_null
 from colcon_yamllaunch.remote.agent.part_sockets import boot_of_machine
-from colcon_yamllaunch.remote.sync.inspection import check_system
-from colcon_yamllaunch.remote.sync.inspection import login_shell_line
-from colcon_yamllaunch.remote.sync.manifest import Manifest
-from colcon_yamllaunch.remote.sync.manifest import record_build
-from colcon_yamllaunch.workspace.building.build_lock import LOCK_NAME
-from colcon_yamllaunch.workspace.building.build_lock import WorkspaceLock
+from colcon_yamllaunch.remote.sync.inspection import (
+    check_system,
+    login_shell_line,
+)
+from colcon_yamllaunch.remote.sync.manifest import Manifest, record_build
+from colcon_yamllaunch.workspace.building.build_lock import (
+    LOCK_NAME,
+    WorkspaceLock,
+)
 from colcon_yamllaunch.workspace.building.build_processes import BuildProcesses
 from colcon_yamllaunch.workspace.packages.workspace_root import Trust
 

@@ -3,13 +3,8 @@
 
 """The code of a launch sent to one machine, by that machine's `sync:`."""
 
-from collections.abc import Callable
-from collections.abc import Collection
-from collections.abc import Iterator
-from collections.abc import Mapping
-from collections.abc import Sequence
-from contextlib import contextmanager
-from contextlib import suppress
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from functools import partial
 import json
 import os
@@ -24,17 +19,16 @@ from colcon_yamllaunch.common.text_files import content_of
 from colcon_yamllaunch.remote.agent.part_sockets import boot_of_machine
 from colcon_yamllaunch.remote.connection.machine_connection import (
     MachineConnection,
+    Say,
 )
-from colcon_yamllaunch.remote.connection.machine_connection import Say
 from colcon_yamllaunch.remote.sync import listing
-from colcon_yamllaunch.remote.sync.inspection import system
-from colcon_yamllaunch.remote.sync.inspection import version_of
-from colcon_yamllaunch.remote.sync.transfer import ChangeTexts
-from colcon_yamllaunch.remote.sync.transfer import Transfer
-from colcon_yamllaunch.workspace.environment.sourcing import chained_underlays
-from colcon_yamllaunch.workspace.environment.sourcing import sourced_underlays
-from colcon_yamllaunch.workspace.packages.package import closure
-from colcon_yamllaunch.workspace.packages.package import Package
+from colcon_yamllaunch.remote.sync.inspection import system, version_of
+from colcon_yamllaunch.remote.sync.transfer import ChangeTexts, Transfer
+from colcon_yamllaunch.workspace.environment.sourcing import (
+    chained_underlays,
+    sourced_underlays,
+)
+from colcon_yamllaunch.workspace.packages.package import closure, Package
 
 #: They name files here; their values are in the settings.
 _LEFT_OUT = frozenset({'--mixin', '--mixin-files'})

@@ -7,8 +7,7 @@ The program that builds on the machine, run by the Python of its colcon.
 It decides as a launch there does, and uses the same records.
 """
 
-from collections.abc import Callable
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 import json
@@ -24,13 +23,17 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.prctl import end_with_parent
 from colcon_yamllaunch.workspace.building.build_lock import WorkspaceLock
 from colcon_yamllaunch.workspace.building.build_processes import interruption
-from colcon_yamllaunch.workspace.building.update import bring_up_to_date
-from colcon_yamllaunch.workspace.building.update import BuildRequest
-from colcon_yamllaunch.workspace.environment.sourcing import build_environment
-from colcon_yamllaunch.workspace.environment.sourcing import chained_underlays
-from colcon_yamllaunch.workspace.environment.sourcing import Environment
-from colcon_yamllaunch.workspace.environment.sourcing import source
-from colcon_yamllaunch.workspace.environment.sourcing import sourced_underlays
+from colcon_yamllaunch.workspace.building.update import (
+    bring_up_to_date,
+    BuildRequest,
+)
+from colcon_yamllaunch.workspace.environment.sourcing import (
+    build_environment,
+    chained_underlays,
+    Environment,
+    source,
+    sourced_underlays,
+)
 from colcon_yamllaunch.workspace.packages.package import invalid_manifest
 from colcon_yamllaunch.workspace.packages.workspace_root import Trust
 

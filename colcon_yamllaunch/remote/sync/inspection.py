@@ -8,10 +8,7 @@ The launcher checks the files that a part names, finds the packages of
 `sync: none`, and compares contents for `--watch`.
 """
 
-from collections.abc import Callable
-from collections.abc import Iterator
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 import os
 from pathlib import Path
@@ -20,12 +17,13 @@ import re
 import subprocess
 from typing import Any
 
-from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.common.errors import WorkspaceError
-from colcon_yamllaunch.common.fingerprint import content_digest
-from colcon_yamllaunch.common.fingerprint import digest
-from colcon_yamllaunch.common.fingerprint import Fingerprint
-from colcon_yamllaunch.common.fingerprint import fingerprint
+from colcon_yamllaunch.common.errors import UserError, WorkspaceError
+from colcon_yamllaunch.common.fingerprint import (
+    content_digest,
+    digest,
+    Fingerprint,
+    fingerprint,
+)
 from colcon_yamllaunch.common.search_path import split_path
 from colcon_yamllaunch.common.text_files import content_of
 from colcon_yamllaunch.workspace.environment.environment_cache import (
@@ -33,10 +31,10 @@ from colcon_yamllaunch.workspace.environment.environment_cache import (
 )
 from colcon_yamllaunch.workspace.freshness.build_record import (
     DamagedRecordError,
+    read_record,
+    Record,
+    RECORD_NAME,
 )
-from colcon_yamllaunch.workspace.freshness.build_record import read_record
-from colcon_yamllaunch.workspace.freshness.build_record import Record
-from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
 from colcon_yamllaunch.workspace.freshness.source_changes import tree
 
 Say = Callable[[str], None]

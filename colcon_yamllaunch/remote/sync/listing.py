@@ -16,10 +16,7 @@ colcon's setup scripts, get the path there. A Python program whose interpreter
 is missing there gets `python3`.
 """
 
-from collections.abc import Callable
-from collections.abc import Collection
-from collections.abc import Iterable
-from collections.abc import Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from functools import cache
 from itertools import pairwise
 import json
@@ -29,12 +26,13 @@ import re
 import stat
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.common.fingerprint import digest
-from colcon_yamllaunch.common.fingerprint import Fingerprint
+from colcon_yamllaunch.common.fingerprint import digest, Fingerprint
 from colcon_yamllaunch.remote.sync import manifest
-from colcon_yamllaunch.workspace.packages.package import is_skipped_file
-from colcon_yamllaunch.workspace.packages.package import is_skipped_folder
-from colcon_yamllaunch.workspace.packages.package import Package
+from colcon_yamllaunch.workspace.packages.package import (
+    is_skipped_file,
+    is_skipped_folder,
+    Package,
+)
 from colcon_yamllaunch.workspace.packages.workspace_root import (
     VIRTUAL_ENVIRONMENT,
 )

@@ -14,25 +14,19 @@ folder, and an empty text where there is nothing. Names that are not UTF-8 are
 as Python has them (`os.fsdecode`), which JSON keeps.
 """
 
-from collections.abc import Callable
-from collections.abc import Collection
-from collections.abc import Mapping
+from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
-from dataclasses import field
+from dataclasses import dataclass, field
 import os
 from pathlib import Path
 import shutil
 import stat
 import time
-from typing import Any
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.common.fingerprint import content_digest
-from colcon_yamllaunch.common.fingerprint import Fingerprint
-from colcon_yamllaunch.common.json_files import read_json
-from colcon_yamllaunch.common.json_files import save_json
+from colcon_yamllaunch.common.fingerprint import content_digest, Fingerprint
+from colcon_yamllaunch.common.json_files import read_json, save_json
 
 Say = Callable[[str], None]
 

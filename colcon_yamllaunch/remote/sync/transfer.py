@@ -10,11 +10,7 @@ arrive: with the time that they have here, a source could be older than the
 object files that an earlier version was compiled into.
 """
 
-from collections.abc import Callable
-from collections.abc import Collection
-from collections.abc import Iterable
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 import json
@@ -32,10 +28,9 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.remote.connection.machine_connection import (
     MachineConnection,
+    Say,
 )
-from colcon_yamllaunch.remote.connection.machine_connection import Say
-from colcon_yamllaunch.remote.sync import manifest
-from colcon_yamllaunch.remote.sync import rsync_shell
+from colcon_yamllaunch.remote.sync import manifest, rsync_shell
 from colcon_yamllaunch.remote.sync.listing import FileTree
 
 #: The size from which on it is shown, as sending takes a while (bytes).

@@ -5,36 +5,30 @@
 
 from asyncio import AbstractEventLoop
 from collections import deque
-from collections.abc import Callable
-from collections.abc import Collection
-from collections.abc import Iterator
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 import os
 from typing import Any
 
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.common.table import size
 from colcon_yamllaunch.control import subscription
-from colcon_yamllaunch.control.client import ControlError
-from colcon_yamllaunch.control.client import LaunchEndedError
-from colcon_yamllaunch.control.client import RunningLaunch
-from colcon_yamllaunch.control.resource_usage import Usage
-from colcon_yamllaunch.control.resource_usage import use_of
-from colcon_yamllaunch.engine import commands
-from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.control.client import (
+    ControlError,
+    LaunchEndedError,
+    RunningLaunch,
+)
+from colcon_yamllaunch.control.resource_usage import Usage, use_of
+from colcon_yamllaunch.engine import commands, events
 from colcon_yamllaunch.engine.description import Branch
-from colcon_yamllaunch.engine.state import ComponentState
-from colcon_yamllaunch.engine.state import LaunchState
-from colcon_yamllaunch.observers.log_levels import Level
-from colcon_yamllaunch.observers.log_levels import level_of
-from colcon_yamllaunch.terminal.full_screen.output_store import Line
-from colcon_yamllaunch.terminal.full_screen.output_store import OutputStore
-from colcon_yamllaunch.terminal.full_screen.output_store import OutputView
+from colcon_yamllaunch.engine.state import ComponentState, LaunchState
+from colcon_yamllaunch.observers.log_levels import Level, level_of
+from colcon_yamllaunch.terminal.full_screen.output_store import (
+    Line,
+    OutputStore,
+    OutputView,
+)
 from colcon_yamllaunch.terminal.line_filter import Filtering
-from colcon_yamllaunch.terminal.status_model import Look
-from colcon_yamllaunch.terminal.status_model import Row
-from colcon_yamllaunch.terminal.status_model import StatusModel
+from colcon_yamllaunch.terminal.status_model import Look, Row, StatusModel
 
 #: How often in a row the use of resources is remembered.
 HISTORY = 120

@@ -6,39 +6,29 @@
 import asyncio
 from asyncio import get_running_loop
 from codecs import getincrementaldecoder
-from collections.abc import Callable
-from collections.abc import Collection
-from collections.abc import Mapping
+from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 import os
 import signal
-from typing import Any
-from typing import ClassVar
-from typing import Protocol
+from typing import Any, ClassVar, Protocol
 
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.control.client import RunningLaunch
-from colcon_yamllaunch.control.resource_usage import Usage
-from colcon_yamllaunch.control.resource_usage import usage_of
+from colcon_yamllaunch.control.resource_usage import Usage, usage_of
 from colcon_yamllaunch.engine import commands
-from colcon_yamllaunch.engine.state import ComponentState
-from colcon_yamllaunch.engine.state import Part
+from colcon_yamllaunch.engine.state import ComponentState, Part
 from colcon_yamllaunch.observers.log_levels import FORMAT
 from colcon_yamllaunch.terminal import keymap
-from colcon_yamllaunch.terminal.full_screen import screen_texts
-from colcon_yamllaunch.terminal.full_screen import widgets
+from colcon_yamllaunch.terminal.full_screen import screen_texts, widgets
 from colcon_yamllaunch.terminal.full_screen.launch_model import LaunchModel
 from colcon_yamllaunch.terminal.keyboard import is_in_foreground
 from colcon_yamllaunch.terminal.line_filter import Filtering
 from rich.text import Text
-from textual.app import App
-from textual.app import ComposeResult
-from textual.binding import Binding
-from textual.binding import BindingType
-from textual.containers import Horizontal
-from textual.containers import Vertical
+from textual.app import App, ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal, Vertical
 from textual.drivers import linux_driver
 from textual.events import Resize
 from textual.screen import Screen

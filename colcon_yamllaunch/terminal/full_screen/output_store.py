@@ -4,13 +4,9 @@
 """The output of a launch: the kept lines, and a filtered view of them."""
 
 from bisect import bisect_left
-from collections import defaultdict
-from collections import deque
-from collections.abc import Collection
-from collections.abc import Iterable
-from collections.abc import Iterator
-from dataclasses import dataclass
-from dataclasses import field
+from collections import defaultdict, deque
+from collections.abc import Collection, Iterable, Iterator
+from dataclasses import dataclass, field
 import heapq
 from operator import attrgetter
 import re
@@ -18,12 +14,13 @@ import re
 from colcon_yamllaunch.common.printable import SEQUENCE
 from colcon_yamllaunch.control.subscription import Wrote
 from colcon_yamllaunch.engine.lines import legible
-from colcon_yamllaunch.observers.log_levels import Level
-from colcon_yamllaunch.observers.log_levels import level_of
-from colcon_yamllaunch.terminal.line_filter import Filtering
-from colcon_yamllaunch.terminal.line_filter import FIRST_LEVELS
-from colcon_yamllaunch.terminal.line_filter import last_state
-from colcon_yamllaunch.terminal.line_filter import TIMES
+from colcon_yamllaunch.observers.log_levels import Level, level_of
+from colcon_yamllaunch.terminal.line_filter import (
+    Filtering,
+    FIRST_LEVELS,
+    last_state,
+    TIMES,
+)
 
 #: Lines that are kept of each process.
 LINES_KEPT = 5_000

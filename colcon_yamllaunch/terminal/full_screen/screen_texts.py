@@ -3,22 +3,17 @@
 
 """The texts of the full screen: its lines, its help, and descriptions."""
 
-from collections.abc import Collection
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.common.table import duration
-from colcon_yamllaunch.common.table import size
+from colcon_yamllaunch.common.table import duration, size
 from colcon_yamllaunch.control.resource_usage import Usage
 from colcon_yamllaunch.engine.description import Description
-from colcon_yamllaunch.engine.state import ComponentState
-from colcon_yamllaunch.engine.state import ProcessState
+from colcon_yamllaunch.engine.state import ComponentState, ProcessState
 from colcon_yamllaunch.terminal.full_screen.launch_model import LaunchModel
 from colcon_yamllaunch.terminal.keyboard import ESCAPE_NAME
-from colcon_yamllaunch.terminal.keymap import ON_ALL
-from colcon_yamllaunch.terminal.keymap import ON_ONE
-from colcon_yamllaunch.terminal.status_model import description_lines
-from colcon_yamllaunch.terminal.status_model import state_of
+from colcon_yamllaunch.terminal.keymap import ON_ALL, ON_ONE
+from colcon_yamllaunch.terminal.status_model import description_lines, state_of
 from rich.table import Table
 from rich.text import Text
 

@@ -4,28 +4,24 @@
 """The parts of the full screen: list, output, dialogs and prompt."""
 
 from bisect import bisect_right
-from collections.abc import Callable
-from collections.abc import Collection
-from collections.abc import Sequence
-from typing import ClassVar
-from typing import Literal
+from collections.abc import Callable, Collection, Sequence
+from typing import ClassVar, Literal
 
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.observers.log_levels import Level
-from colcon_yamllaunch.terminal.full_screen.output_store import Line
-from colcon_yamllaunch.terminal.full_screen.output_store import OutputView
-from colcon_yamllaunch.terminal.full_screen.output_store import plain
-from colcon_yamllaunch.terminal.line_filter import Filtering
-from colcon_yamllaunch.terminal.line_filter import time_stamp
-from colcon_yamllaunch.terminal.status_model import LOOKS
-from colcon_yamllaunch.terminal.status_model import Row
+from colcon_yamllaunch.terminal.full_screen.output_store import (
+    Line,
+    OutputView,
+    plain,
+)
+from colcon_yamllaunch.terminal.line_filter import Filtering, time_stamp
+from colcon_yamllaunch.terminal.status_model import LOOKS, Row
 from rich.cells import cell_len
 from rich.style import Style
 from rich.table import Table
 from rich.text import Text
 from textual.app import ComposeResult
-from textual.binding import Binding
-from textual.binding import BindingType
+from textual.binding import Binding, BindingType
 from textual.containers import VerticalScroll
 from textual.events import Click
 from textual.geometry import Size
@@ -33,8 +29,7 @@ from textual.message import Message
 from textual.screen import ModalScreen
 from textual.scroll_view import ScrollView
 from textual.strip import Strip
-from textual.widgets import Input
-from textual.widgets import Static
+from textual.widgets import Input, Static
 
 
 class Pane(ScrollView, can_focus=True):

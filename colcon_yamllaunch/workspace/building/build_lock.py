@@ -8,9 +8,7 @@ Another one could pull the install space away in between, as a build with
 other arguments begins by removing it.
 """
 
-from collections.abc import Callable
-from collections.abc import Iterable
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 import errno
 import fcntl
@@ -21,8 +19,7 @@ import time
 from colcon_yamllaunch.common.errors import WorkspaceError
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.common.process_scan import is_suspended
-from colcon_yamllaunch.common.process_scan import read_process
+from colcon_yamllaunch.common.process_scan import is_suspended, read_process
 from colcon_yamllaunch.workspace.building.build_processes import end_orphans
 
 #: The name of the lock file, below the build folder.

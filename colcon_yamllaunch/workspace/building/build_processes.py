@@ -14,9 +14,7 @@ would write into the folders of the next build. They are found by a variable
 that they inherit.
 """
 
-from collections.abc import Callable
-from collections.abc import Collection
-from collections.abc import Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 import os
 from pathlib import Path
@@ -27,13 +25,17 @@ import time
 from types import FrameType
 
 from colcon_yamllaunch.common.adoption import Adoption
-from colcon_yamllaunch.common.escalation import Escalation
-from colcon_yamllaunch.common.escalation import Orphan
-from colcon_yamllaunch.common.escalation import Targets
-from colcon_yamllaunch.common.escalation import Timeouts
-from colcon_yamllaunch.common.process_scan import running_processes
-from colcon_yamllaunch.common.process_scan import RunningProcess
-from colcon_yamllaunch.common.process_scan import variable_of
+from colcon_yamllaunch.common.escalation import (
+    Escalation,
+    Orphan,
+    Targets,
+    Timeouts,
+)
+from colcon_yamllaunch.common.process_scan import (
+    running_processes,
+    RunningProcess,
+    variable_of,
+)
 
 #: The variable that the processes of a build have; its value is the process
 #: id of the launch, a colon, and the build folder.

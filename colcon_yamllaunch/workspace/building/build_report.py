@@ -3,15 +3,15 @@
 
 """What users are told about what is built and why."""
 
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 import os
 import re
 import time
 
-from colcon_yamllaunch.workspace.freshness.build_record import BuildMode
-from colcon_yamllaunch.workspace.freshness.build_record import Decision
+from colcon_yamllaunch.workspace.freshness.build_record import (
+    BuildMode,
+    Decision,
+)
 from colcon_yamllaunch.workspace.packages.package import Package
 
 #: How many different reasons one line tells, and for how many packages each.

@@ -3,10 +3,7 @@
 
 """Bringing the packages that a launch needs up to date."""
 
-from collections.abc import Callable
-from collections.abc import Collection
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -14,32 +11,37 @@ from pathlib import Path
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.workspace.building.build_lock import WorkspaceLock
 from colcon_yamllaunch.workspace.building.build_processes import mark
-from colcon_yamllaunch.workspace.building.build_report import after_failure
-from colcon_yamllaunch.workspace.building.build_report import before_build
-from colcon_yamllaunch.workspace.building.build_report import setup_missing
-from colcon_yamllaunch.workspace.colcon.colcon_cache import BuildResult
-from colcon_yamllaunch.workspace.colcon.colcon_cache import CachedColcon
-from colcon_yamllaunch.workspace.environment.sourcing import Environment
-from colcon_yamllaunch.workspace.freshness.build_products import Products
-from colcon_yamllaunch.workspace.freshness.build_products import (
-    relocated_packages,
+from colcon_yamllaunch.workspace.building.build_report import (
+    after_failure,
+    before_build,
+    setup_missing,
 )
-from colcon_yamllaunch.workspace.freshness.build_products import remove_builds
-from colcon_yamllaunch.workspace.freshness.build_record import build_of
-from colcon_yamllaunch.workspace.freshness.build_record import BuildContext
-from colcon_yamllaunch.workspace.freshness.build_record import BuildMode
-from colcon_yamllaunch.workspace.freshness.build_record import Decision
-from colcon_yamllaunch.workspace.freshness.build_record import mode_after
-from colcon_yamllaunch.workspace.freshness.build_record import Reason
+from colcon_yamllaunch.workspace.colcon.colcon_cache import (
+    BuildResult,
+    CachedColcon,
+)
+from colcon_yamllaunch.workspace.environment.sourcing import Environment
+from colcon_yamllaunch.workspace.freshness.build_products import (
+    Products,
+    relocated_packages,
+    remove_builds,
+)
 from colcon_yamllaunch.workspace.freshness.build_record import (
+    build_of,
+    BuildContext,
+    BuildMode,
+    Decision,
+    mode_after,
+    Reason,
     relevant_environment,
 )
-from colcon_yamllaunch.workspace.freshness.freshness import Attempt
-from colcon_yamllaunch.workspace.freshness.freshness import Freshness
-from colcon_yamllaunch.workspace.packages.package import build_closure
-from colcon_yamllaunch.workspace.packages.package import closure
-from colcon_yamllaunch.workspace.packages.package import index
-from colcon_yamllaunch.workspace.packages.package import Package
+from colcon_yamllaunch.workspace.freshness.freshness import Attempt, Freshness
+from colcon_yamllaunch.workspace.packages.package import (
+    build_closure,
+    closure,
+    index,
+    Package,
+)
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 

@@ -13,20 +13,23 @@ would insist on them.
 """
 
 import asyncio
-from collections.abc import Awaitable
-from collections.abc import Callable
-from collections.abc import Collection
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Mapping
-from collections.abc import Sequence
-from contextlib import contextmanager
-from contextlib import redirect_stderr
-from contextlib import redirect_stdout
-from contextlib import suppress
+from collections.abc import (
+    Awaitable,
+    Callable,
+    Collection,
+    Iterable,
+    Iterator,
+    Mapping,
+    Sequence,
+)
+from contextlib import (
+    contextmanager,
+    redirect_stderr,
+    redirect_stdout,
+    suppress,
+)
 from functools import partial
-from glob import glob
-from glob import has_magic
+from glob import glob, has_magic
 import importlib
 import io
 from itertools import starmap
@@ -40,44 +43,48 @@ import threading
 import time
 from typing import Any
 
-from colcon_core import command
-from colcon_core import location
+from colcon_core import command, location
 from colcon_core.environment import create_environment_scripts_only
 from colcon_core.event_handler import get_event_handler_extensions
-from colcon_core.executor import execute_jobs
-from colcon_core.executor import OnError
-from colcon_core.location import set_default_config_path
-from colcon_core.location import set_default_log_path
-from colcon_core.package_augmentation import augment_packages
+from colcon_core.executor import execute_jobs, OnError
+from colcon_core.location import set_default_config_path, set_default_log_path
 from colcon_core.package_augmentation import (
+    augment_packages,
     get_package_augmentation_extensions,
 )
 from colcon_core.package_descriptor import PackageDescriptor
 from colcon_core.package_discovery import get_package_discovery_extensions
 from colcon_core.package_identification import (
     get_package_identification_extensions,
+    identify,
+    IgnoreLocationException,
 )
-from colcon_core.package_identification import identify
-from colcon_core.package_identification import IgnoreLocationException
 from colcon_core.package_selection import get_package_descriptors
 from colcon_core.plugin_system import SkipExtensionException
 from colcon_core.shell import get_shell_extensions
 from colcon_core.subprocess import SIGINT_RESULT
 from colcon_core.topological_order import topological_order_packages
-from colcon_core.verb import check_and_mark_build_tool
-from colcon_core.verb import check_and_mark_install_layout
+from colcon_core.verb import (
+    check_and_mark_build_tool,
+    check_and_mark_install_layout,
+)
 from colcon_core.verb.build import BuildVerb
-from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.errors import UserError, WorkspaceError
 from colcon_yamllaunch.workspace.building.build_processes import INTERRUPTED
-from colcon_yamllaunch.workspace.colcon.colcon_cache import BuildArguments
-from colcon_yamllaunch.workspace.colcon.colcon_cache import BuildResult
-from colcon_yamllaunch.workspace.packages.package import closure
-from colcon_yamllaunch.workspace.packages.package import is_merged
-from colcon_yamllaunch.workspace.packages.package import Package
-from colcon_yamllaunch.workspace.packages.package_index import IGNORED
-from colcon_yamllaunch.workspace.packages.package_index import PACKAGE
-from colcon_yamllaunch.workspace.packages.package_index import PLAIN
+from colcon_yamllaunch.workspace.colcon.colcon_cache import (
+    BuildArguments,
+    BuildResult,
+)
+from colcon_yamllaunch.workspace.packages.package import (
+    closure,
+    is_merged,
+    Package,
+)
+from colcon_yamllaunch.workspace.packages.package_index import (
+    IGNORED,
+    PACKAGE,
+    PLAIN,
+)
 from colcon_yamllaunch.workspace.packages.workspace_root import (
     VIRTUAL_ENVIRONMENT,
 )

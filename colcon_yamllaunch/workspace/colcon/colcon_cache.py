@@ -9,33 +9,35 @@ a launch does. What it said is kept below `build/`, with everything that it
 depends on. When anything of this differs, colcon is asked again.
 """
 
-from collections.abc import Callable
-from collections.abc import Collection
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import (
+    Callable,
+    Collection,
+    Iterable,
+    Iterator,
+    Mapping,
+    Sequence,
+)
 import json
 import os
 from pathlib import Path
 import sys
-from typing import Any
-from typing import ClassVar
-from typing import TYPE_CHECKING
+from typing import Any, ClassVar, TYPE_CHECKING
 
 from colcon_core.extension_point import get_extension_points
 import colcon_yamllaunch
-from colcon_yamllaunch.common.codec import from_json
-from colcon_yamllaunch.common.codec import to_json
-from colcon_yamllaunch.common.fingerprint import are_settled
-from colcon_yamllaunch.common.fingerprint import Fingerprint
-from colcon_yamllaunch.common.fingerprint import fingerprints
+from colcon_yamllaunch.common.codec import from_json, to_json
+from colcon_yamllaunch.common.fingerprint import (
+    are_settled,
+    Fingerprint,
+    fingerprints,
+)
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.common.json_files import read_json
-from colcon_yamllaunch.common.json_files import write_json
-from colcon_yamllaunch.workspace.packages.package import closure
-from colcon_yamllaunch.workspace.packages.package import is_merged
-from colcon_yamllaunch.workspace.packages.package import Package
+from colcon_yamllaunch.common.json_files import read_json, write_json
+from colcon_yamllaunch.workspace.packages.package import (
+    closure,
+    is_merged,
+    Package,
+)
 from colcon_yamllaunch.workspace.packages.package_index import PackageIndex
 from colcon_yamllaunch.workspace.packages.workspace_root import TRUST
 

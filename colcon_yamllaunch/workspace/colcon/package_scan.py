@@ -16,18 +16,26 @@ from typing import Any
 
 from colcon_yamllaunch.common.codec import from_json
 from colcon_yamllaunch.common.search_path import split_path
-from colcon_yamllaunch.workspace.colcon.colcon_cache import BuildArguments
-from colcon_yamllaunch.workspace.colcon.colcon_cache import read_cache
+from colcon_yamllaunch.workspace.colcon.colcon_cache import (
+    BuildArguments,
+    read_cache,
+)
 from colcon_yamllaunch.workspace.environment.sourcing import chained_underlays
-from colcon_yamllaunch.workspace.packages.build_files import cmake_name
-from colcon_yamllaunch.workspace.packages.build_files import python_name
-from colcon_yamllaunch.workspace.packages.package import is_merged
-from colcon_yamllaunch.workspace.packages.package import manifest_name
-from colcon_yamllaunch.workspace.packages.package import Package
-from colcon_yamllaunch.workspace.packages.package_index import IGNORED
-from colcon_yamllaunch.workspace.packages.package_index import PACKAGE
-from colcon_yamllaunch.workspace.packages.package_index import PackageIndex
-from colcon_yamllaunch.workspace.packages.package_index import PLAIN
+from colcon_yamllaunch.workspace.packages.build_files import (
+    cmake_name,
+    python_name,
+)
+from colcon_yamllaunch.workspace.packages.package import (
+    is_merged,
+    manifest_name,
+    Package,
+)
+from colcon_yamllaunch.workspace.packages.package_index import (
+    IGNORED,
+    PACKAGE,
+    PackageIndex,
+    PLAIN,
+)
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 from colcon_yamllaunch.workspace.packages.workspace_root import is_ignored
 

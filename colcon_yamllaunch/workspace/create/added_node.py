@@ -16,9 +16,11 @@ import re
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.workspace.create.new_package import class_name
-from colcon_yamllaunch.workspace.create.new_package import client_library
-from colcon_yamllaunch.workspace.create.new_package import write_file
+from colcon_yamllaunch.workspace.create.new_package import (
+    class_name,
+    client_library,
+    write_file,
+)
 from colcon_yamllaunch.workspace.packages.build_files import source_programs
 from colcon_yamllaunch.workspace.packages.package import Package
 

@@ -8,8 +8,7 @@ What a package should be called says REP 144. catkin_pkg lets more pass, and
 so do we, with a warning; what no tool could work with is an error.
 """
 
-from collections.abc import Iterator
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 import keyword
 from pathlib import Path
 import re
@@ -17,8 +16,7 @@ import shutil
 import sys
 import time
 from typing import Any
-from xml.sax.saxutils import escape
-from xml.sax.saxutils import quoteattr
+from xml.sax.saxutils import escape, quoteattr
 
 from colcon_core.shell.template import expand_template
 from colcon_yamllaunch.common.errors import UserError

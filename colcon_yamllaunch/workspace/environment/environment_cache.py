@@ -16,9 +16,7 @@ the disk. A record that cannot be read counts as none, and in doubt the script
 is sourced.
 """
 
-from collections.abc import Callable
-from collections.abc import Iterable
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 import json
@@ -27,19 +25,22 @@ from pathlib import Path
 import time
 
 from colcon_yamllaunch.common.errors import WorkspaceError
-from colcon_yamllaunch.common.fingerprint import are_settled
-from colcon_yamllaunch.common.fingerprint import COARSE_TICK
-from colcon_yamllaunch.common.fingerprint import content_digest
-from colcon_yamllaunch.common.fingerprint import digest
-from colcon_yamllaunch.common.fingerprint import Fingerprint
-from colcon_yamllaunch.common.fingerprint import fingerprints
-from colcon_yamllaunch.common.fingerprint import TICK
-from colcon_yamllaunch.common.json_files import read_json
-from colcon_yamllaunch.common.json_files import write_json
-from colcon_yamllaunch.workspace.environment.sourcing import Environment
-from colcon_yamllaunch.workspace.environment.sourcing import gone_notes
-from colcon_yamllaunch.workspace.environment.sourcing import OWN_VARIABLES
-from colcon_yamllaunch.workspace.environment.sourcing import source
+from colcon_yamllaunch.common.fingerprint import (
+    are_settled,
+    COARSE_TICK,
+    content_digest,
+    digest,
+    Fingerprint,
+    fingerprints,
+    TICK,
+)
+from colcon_yamllaunch.common.json_files import read_json, write_json
+from colcon_yamllaunch.workspace.environment.sourcing import (
+    Environment,
+    gone_notes,
+    OWN_VARIABLES,
+    source,
+)
 
 #: The folder with the records, below the build folder.
 FOLDER_NAME = '.colcon_launch_environments'

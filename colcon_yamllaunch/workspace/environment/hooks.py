@@ -14,24 +14,23 @@ colcon's scripts return 0 when a file of theirs is broken, and when installed
 packages depend on each other in a circle (colcon-core issue 734).
 """
 
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import field
-from heapq import heappop
-from heapq import heappush
+from heapq import heappop, heappush
 import os
 from pathlib import Path
 import re
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.search_path import split_path
-from colcon_yamllaunch.common.text_files import content_of
-from colcon_yamllaunch.common.text_files import text_of
-from colcon_yamllaunch.workspace.environment.sourcing import chained_underlays
-from colcon_yamllaunch.workspace.environment.sourcing import Environment
-from colcon_yamllaunch.workspace.environment.sourcing import gone_notes
-from colcon_yamllaunch.workspace.environment.sourcing import shown_messages
-from colcon_yamllaunch.workspace.environment.sourcing import sourced_underlays
+from colcon_yamllaunch.common.text_files import content_of, text_of
+from colcon_yamllaunch.workspace.environment.sourcing import (
+    chained_underlays,
+    Environment,
+    gone_notes,
+    shown_messages,
+    sourced_underlays,
+)
 from colcon_yamllaunch.workspace.packages.package import prefix_of
 
 _SET = ('set', 'set-if-unset')

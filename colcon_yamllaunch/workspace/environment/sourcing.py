@@ -9,9 +9,7 @@ writes `install/setup.bash` anew, chaining the underlays of the shell that it
 runs in. Built from a shell where none is sourced, a workspace would lose them.
 """
 
-from collections.abc import Callable
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import field
 import os

@@ -8,9 +8,7 @@ make and Ninja have the paths of all that they compare in files of their own;
 CMake has what it read itself in `Makefile.cmake` or `build.ninja`.
 """
 
-from collections.abc import Callable
-from collections.abc import Iterable
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 import os
 from pathlib import Path
 import re
@@ -18,10 +16,12 @@ import struct
 import sys
 
 from colcon_yamllaunch.common.text_files import content_of
-from colcon_yamllaunch.workspace.packages.build_files import cmake_texts
-from colcon_yamllaunch.workspace.packages.build_files import found_by
-from colcon_yamllaunch.workspace.packages.build_files import may_be_meant
-from colcon_yamllaunch.workspace.packages.build_files import reading_commands
+from colcon_yamllaunch.workspace.packages.build_files import (
+    cmake_texts,
+    found_by,
+    may_be_meant,
+    reading_commands,
+)
 
 #: What the compilers read; CMake's own inputs are in the other ones.
 _COMPILED = frozenset(('build.make', 'build.ninja'))

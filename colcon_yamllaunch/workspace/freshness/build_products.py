@@ -13,10 +13,7 @@ folder (it prints an error and colcon returns 0), and links would lead to the
 old files: :func:`relocated_packages` finds such builds.
 """
 
-from collections.abc import Collection
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import suppress
 import os
 from pathlib import Path
@@ -26,25 +23,22 @@ import stat
 import sys
 
 from colcon_yamllaunch.common.errors import WorkspaceError
-from colcon_yamllaunch.common.fingerprint import digest
-from colcon_yamllaunch.common.fingerprint import Fingerprint
-from colcon_yamllaunch.common.fingerprint import with_content
+from colcon_yamllaunch.common.fingerprint import (
+    digest,
+    Fingerprint,
+    with_content,
+)
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.json_files import read_json
 from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
 from colcon_yamllaunch.workspace.freshness.source_changes import (
     HEADER_SUFFIXES,
-)
-from colcon_yamllaunch.workspace.freshness.source_changes import (
     INTERFACE_SUFFIXES,
-)
-from colcon_yamllaunch.workspace.freshness.source_changes import (
     SOURCE_SUFFIXES,
+    tree,
 )
-from colcon_yamllaunch.workspace.freshness.source_changes import tree
-from colcon_yamllaunch.workspace.packages.package import Package
-from colcon_yamllaunch.workspace.packages.package import prefix_of
+from colcon_yamllaunch.workspace.packages.package import Package, prefix_of
 
 CACHE = 'CMakeCache.txt'
 #: What CMake writes for the build tool.

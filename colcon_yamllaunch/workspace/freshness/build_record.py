@@ -9,9 +9,7 @@ written before a build starts and again when that has ended, so that a build
 that was cut off shows.
 """
 
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import field
 from enum import IntEnum
 import json
@@ -23,8 +21,7 @@ import shutil
 import sys
 from typing import Any
 
-from colcon_yamllaunch.common.codec import Codec
-from colcon_yamllaunch.common.codec import only
+from colcon_yamllaunch.common.codec import Codec, only
 from colcon_yamllaunch.common.fingerprint import Fingerprint
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.json_files import write_json

@@ -15,14 +15,9 @@ environment and arguments of the build (`build_context`); and products that
 are gone or not as they were built (`build_products`, `product_states`).
 """
 
-from collections.abc import Collection
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import field
-from dataclasses import replace
+from dataclasses import field, replace
 import os
 from pathlib import Path
 import time
@@ -30,52 +25,47 @@ from typing import TYPE_CHECKING
 import uuid
 
 from colcon_yamllaunch.common.errors import WorkspaceError
-from colcon_yamllaunch.common.fingerprint import Fingerprint
-from colcon_yamllaunch.common.fingerprint import TICK
+from colcon_yamllaunch.common.fingerprint import Fingerprint, TICK
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.text_files import text_of
-from colcon_yamllaunch.workspace.freshness.build_products import ARGUMENTS
-from colcon_yamllaunch.workspace.freshness.build_products import compare
-from colcon_yamllaunch.workspace.freshness.build_products import Comparison
-from colcon_yamllaunch.workspace.freshness.build_products import CONFIGURED
-from colcon_yamllaunch.workspace.freshness.build_products import is_compiled
-from colcon_yamllaunch.workspace.freshness.build_products import is_same
-from colcon_yamllaunch.workspace.freshness.build_products import Products
-from colcon_yamllaunch.workspace.freshness.build_products import remove_folder
-from colcon_yamllaunch.workspace.freshness.build_record import build_of
-from colcon_yamllaunch.workspace.freshness.build_record import BuildContext
-from colcon_yamllaunch.workspace.freshness.build_record import BuildMode
+from colcon_yamllaunch.workspace.freshness.build_products import (
+    ARGUMENTS,
+    compare,
+    Comparison,
+    CONFIGURED,
+    is_compiled,
+    is_same,
+    Products,
+    remove_folder,
+)
 from colcon_yamllaunch.workspace.freshness.build_record import (
+    build_of,
+    BuildContext,
+    BuildMode,
     changed_variables,
-)
-from colcon_yamllaunch.workspace.freshness.build_record import context_changes
-from colcon_yamllaunch.workspace.freshness.build_record import (
+    context_changes,
     DamagedRecordError,
+    Decision,
+    own_variables,
+    read_record,
+    Reason,
+    Record,
+    RECORD_NAME,
+    write_record,
 )
-from colcon_yamllaunch.workspace.freshness.build_record import Decision
-from colcon_yamllaunch.workspace.freshness.build_record import own_variables
-from colcon_yamllaunch.workspace.freshness.build_record import read_record
-from colcon_yamllaunch.workspace.freshness.build_record import Reason
-from colcon_yamllaunch.workspace.freshness.build_record import Record
-from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
-from colcon_yamllaunch.workspace.freshness.build_record import write_record
-from colcon_yamllaunch.workspace.freshness.source_changes import Change
-from colcon_yamllaunch.workspace.freshness.source_changes import changes
 from colcon_yamllaunch.workspace.freshness.source_changes import (
+    Change,
+    changes,
     INTERFACE_SUFFIXES,
-)
-from colcon_yamllaunch.workspace.freshness.source_changes import Kind
-from colcon_yamllaunch.workspace.freshness.source_changes import link_project
-from colcon_yamllaunch.workspace.freshness.source_changes import live_files
-from colcon_yamllaunch.workspace.freshness.source_changes import (
+    Kind,
+    link_project,
+    live_files,
     remove_dangling,
-)
-from colcon_yamllaunch.workspace.freshness.source_changes import snapshot
-from colcon_yamllaunch.workspace.freshness.source_changes import (
+    snapshot,
     SOURCE_SUFFIXES,
+    with_changes,
+    with_sources,
 )
-from colcon_yamllaunch.workspace.freshness.source_changes import with_changes
-from colcon_yamllaunch.workspace.freshness.source_changes import with_sources
 from colcon_yamllaunch.workspace.packages.package import Package
 
 if TYPE_CHECKING:
@@ -331,8 +321,6 @@ class Freshness:
         # most launches find nothing changed
         from colcon_yamllaunch.workspace.packages.build_files import (
             is_document,
-        )
-        from colcon_yamllaunch.workspace.packages.build_files import (
             may_be_meant,
         )
 

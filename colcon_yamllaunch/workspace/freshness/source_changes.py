@@ -8,10 +8,7 @@ Links from the build and install space to the source show some edits without
 another build (:func:`live_files`).
 """
 
-from collections.abc import Collection
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from enum import IntEnum
@@ -20,16 +17,20 @@ from pathlib import Path
 import re
 from typing import TYPE_CHECKING
 
-from colcon_yamllaunch.common.fingerprint import content_digest
-from colcon_yamllaunch.common.fingerprint import Fingerprint
-from colcon_yamllaunch.common.fingerprint import fingerprint
-from colcon_yamllaunch.common.fingerprint import has_same_content
-from colcon_yamllaunch.common.fingerprint import with_content
+from colcon_yamllaunch.common.fingerprint import (
+    content_digest,
+    Fingerprint,
+    fingerprint,
+    has_same_content,
+    with_content,
+)
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.freshness.build_record import Record
-from colcon_yamllaunch.workspace.packages.package import entries_of
-from colcon_yamllaunch.workspace.packages.package import source_files
+from colcon_yamllaunch.workspace.packages.package import (
+    entries_of,
+    source_files,
+)
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.workspace.freshness.build_inputs import BuildInputs

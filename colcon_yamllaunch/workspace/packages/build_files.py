@@ -9,19 +9,12 @@ names of packages before they are built, and what a build may read.
 """
 
 import ast
-from collections.abc import Collection
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Sequence
-from dataclasses import dataclass
-from dataclasses import field
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
-from itertools import pairwise
-from itertools import product
-from itertools import takewhile
+from itertools import pairwise, product, takewhile
 import os
-from pathlib import Path
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
 import re
 from typing import NamedTuple
 

@@ -5,8 +5,7 @@
 
 from collections.abc import Sequence
 from operator import eq
-from pathlib import Path
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
 import re
 
 from colcon_yamllaunch.common.errors import UserError

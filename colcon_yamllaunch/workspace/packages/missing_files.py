@@ -10,13 +10,13 @@ import re
 from typing import NamedTuple
 
 from colcon_yamllaunch.common.errors import WorkspaceError
-from colcon_yamllaunch.common.suggestions import did_you_mean
-from colcon_yamllaunch.common.suggestions import nearest_first
+from colcon_yamllaunch.common.suggestions import did_you_mean, nearest_first
 from colcon_yamllaunch.common.text_files import text_of
-from colcon_yamllaunch.workspace.packages.package import Package
-from colcon_yamllaunch.workspace.packages.package import source_files
-from colcon_yamllaunch.workspace.packages.package_locator import is_executable
-from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
+from colcon_yamllaunch.workspace.packages.package import Package, source_files
+from colcon_yamllaunch.workspace.packages.package_locator import (
+    is_executable,
+    PackageLocator,
+)
 
 #: How many names are listed at most.
 LISTED = 10
@@ -91,8 +91,6 @@ def unknown_executable(
     # most launches name what is there
     from colcon_yamllaunch.workspace.packages.build_files import (
         source_programs,
-    )
-    from colcon_yamllaunch.workspace.packages.build_files import (
         spells_out_programs,
     )
 

@@ -10,10 +10,7 @@ there, such as plain CMake, and then knows no dependencies (colcon-core issue
 """
 
 from collections import deque
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 import os
 from pathlib import Path
 import re
@@ -22,8 +19,10 @@ import stat
 from colcon_yamllaunch.common.errors import WorkspaceError
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.text_files import text_of
-from colcon_yamllaunch.workspace.packages.workspace_root import IGNORE_MARKERS
-from colcon_yamllaunch.workspace.packages.workspace_root import is_ignored
+from colcon_yamllaunch.workspace.packages.workspace_root import (
+    IGNORE_MARKERS,
+    is_ignored,
+)
 
 _SKIPPED_FOLDERS = {
     *('.git', '.hg', '.svn', '.bzr', 'CVS', '.vscode', '.idea', '.vs'),
@@ -305,8 +304,7 @@ def manifest_error(folder: Path) -> str | None:
     if not os.path.isfile(folder / _MANIFEST):
         return None
     # takes long to import and is hardly ever needed
-    from catkin_pkg.package import InvalidPackage
-    from catkin_pkg.package import parse_package
+    from catkin_pkg.package import InvalidPackage, parse_package
 
     try:
         parse_package(str(folder)).get_build_type()

@@ -11,23 +11,19 @@ says colcon itself; its answer is kept with what it came from, so that colcon
 is asked about new and changed folders only.
 """
 
-from collections.abc import Callable
-from collections.abc import Collection
-from collections.abc import Mapping
-from collections.abc import Sequence
-from collections.abc import Set
+from collections.abc import Callable, Collection, Mapping, Sequence, Set
 import os
 from pathlib import Path
 import re
-from typing import Any
-from typing import Protocol
+from typing import Any, Protocol
 
-from colcon_yamllaunch.common.fingerprint import Fingerprint
-from colcon_yamllaunch.common.fingerprint import fingerprint
+from colcon_yamllaunch.common.fingerprint import Fingerprint, fingerprint
 from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.packages.package import Package
-from colcon_yamllaunch.workspace.packages.workspace_root import IGNORE_MARKERS
-from colcon_yamllaunch.workspace.packages.workspace_root import is_folder
+from colcon_yamllaunch.workspace.packages.workspace_root import (
+    IGNORE_MARKERS,
+    is_folder,
+)
 
 #: What a folder may be.
 PACKAGE = 'package'

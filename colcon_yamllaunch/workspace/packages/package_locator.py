@@ -3,9 +3,7 @@
 
 """Where the files of packages are, or are going to be once it is built."""
 
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cached_property
 import os
 from pathlib import Path
@@ -14,9 +12,11 @@ from colcon_yamllaunch.common.errors import WorkspaceError
 from colcon_yamllaunch.common.search_path import split_path
 from colcon_yamllaunch.common.suggestions import no_package
 from colcon_yamllaunch.common.text_files import text_of
-from colcon_yamllaunch.workspace.packages.package import Package
-from colcon_yamllaunch.workspace.packages.package import prefix_of
-from colcon_yamllaunch.workspace.packages.package import source_files
+from colcon_yamllaunch.workspace.packages.package import (
+    Package,
+    prefix_of,
+    source_files,
+)
 
 _AMENT_INDEX = 'share/ament_index/resource_index/packages'
 _COMPONENT_INDEX = 'share/ament_index/resource_index/rclcpp_components'

@@ -15,9 +15,7 @@ so what a module of an extension imports of its own package is read, too.
 """
 
 import ast
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 import glob
 from itertools import chain
 import os
@@ -28,10 +26,8 @@ from typing import NamedTuple
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.search_path import split_path
-from colcon_yamllaunch.common.text_files import content_of
-from colcon_yamllaunch.common.text_files import text_of
-from colcon_yamllaunch.workspace.packages.package import Package
-from colcon_yamllaunch.workspace.packages.package import source_files
+from colcon_yamllaunch.common.text_files import content_of, text_of
+from colcon_yamllaunch.workspace.packages.package import Package, source_files
 
 _TESTS = frozenset(('test', 'tests'))
 

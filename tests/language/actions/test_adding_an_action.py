@@ -8,8 +8,7 @@ import re
 
 from colcon_yamllaunch.language.actions import scope_actions
 from colcon_yamllaunch.language.actions.handlers import HANDLERS
-from colcon_yamllaunch.language.policies.check import check
-from colcon_yamllaunch.language.policies.check import find_declarations
+from colcon_yamllaunch.language.policies.check import check, find_declarations
 from colcon_yamllaunch.language.vocabulary import actions
 from launch_examples import EXAMPLES
 import pytest

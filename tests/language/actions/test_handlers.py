@@ -11,16 +11,13 @@ from colcon_yamllaunch.language.actions import handlers
 from colcon_yamllaunch.language.actions.component_actions import (
     COMPONENT_HANDLERS,
 )
-from colcon_yamllaunch.language.actions.handlers import HANDLERS
-from colcon_yamllaunch.language.actions.handlers import PASSIVE
+from colcon_yamllaunch.language.actions.handlers import HANDLERS, PASSIVE
 from colcon_yamllaunch.language.actions.substitution_makers import MAKERS
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.walk import Walk
-from colcon_yamllaunch.language.policies.check import check
-from colcon_yamllaunch.language.policies.check import find_declarations
+from colcon_yamllaunch.language.policies.check import check, find_declarations
 from colcon_yamllaunch.language.policies.evaluate import evaluate
-from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
-from colcon_yamllaunch.language.vocabulary.actions import COMPONENTS
+from colcon_yamllaunch.language.vocabulary.actions import ACTIONS, COMPONENTS
 from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
 from launch_examples import EXAMPLES
 import pytest

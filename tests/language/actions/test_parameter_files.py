@@ -7,9 +7,11 @@ import json
 import os
 import re
 
-from colcon_yamllaunch.language.actions.parameter_files import parameters_of
-from colcon_yamllaunch.language.actions.parameter_files import read_sections
-from colcon_yamllaunch.language.actions.parameter_files import Section
+from colcon_yamllaunch.language.actions.parameter_files import (
+    parameters_of,
+    read_sections,
+    Section,
+)
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.vocabulary.parameter import to_json
 from colcon_yamllaunch.plan.plan import Process

@@ -8,8 +8,7 @@ import os
 import resource
 import signal
 
-from colcon_yamllaunch.language.actions import expressions
-from colcon_yamllaunch.language.actions import substitution_makers
+from colcon_yamllaunch.language.actions import expressions, substitution_makers
 from colcon_yamllaunch.language.policies.check import check
 import pytest
 from support.time_limits import within

@@ -9,12 +9,9 @@ import re
 
 from colcon_yamllaunch.language.policies.check import check
 from colcon_yamllaunch.language.policies.evaluate import evaluate
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.plan.plan import Component, Process, Timer
 import pytest
-from support.language_fixtures import Launcher
-from support.language_fixtures import Marked
+from support.language_fixtures import Launcher, Marked
 
 PAGE = Path(__file__).parents[3] / 'docs' / 'components.md'
 EXAMPLES = re.findall(

@@ -10,10 +10,8 @@ from typing import Any
 
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.evaluation.walk import Walk
-from colcon_yamllaunch.language.policies.check import check
-from colcon_yamllaunch.language.policies.check import find_declarations
-from colcon_yamllaunch.language.policies.evaluate import evaluate
-from colcon_yamllaunch.language.policies.evaluate import Evaluation
+from colcon_yamllaunch.language.policies.check import check, find_declarations
+from colcon_yamllaunch.language.policies.evaluate import evaluate, Evaluation
 from colcon_yamllaunch.language.python_files import exposed_actions
 from colcon_yamllaunch.language.python_files.python_visit import (
     NotTakenOverError,

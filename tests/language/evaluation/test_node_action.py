@@ -3,9 +3,11 @@
 
 """The command line of a ROS node, in the order of ROS 2."""
 
-from colcon_yamllaunch.language.actions.scope_actions import join_namespace
-from colcon_yamllaunch.language.actions.scope_actions import namespace_problem
-from colcon_yamllaunch.language.actions.scope_actions import node_name_problem
+from colcon_yamllaunch.language.actions.scope_actions import (
+    join_namespace,
+    namespace_problem,
+    node_name_problem,
+)
 from colcon_yamllaunch.plan.plan import ParameterFile
 import pytest
 

@@ -3,9 +3,7 @@
 
 """Environment variables, messages, shutdowns, timers and loops."""
 
-from colcon_yamllaunch.plan.plan import Message
-from colcon_yamllaunch.plan.plan import Shutdown
-from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.plan.plan import Message, Shutdown, Timer
 import pytest
 
 

@@ -3,8 +3,7 @@
 
 """What a launch file may say of any process."""
 
-from colcon_yamllaunch.plan.plan import OUTPUT_MODES
-from colcon_yamllaunch.plan.plan import ParameterFile
+from colcon_yamllaunch.plan.plan import OUTPUT_MODES, ParameterFile
 import pytest
 from support.language_fixtures import Marked
 

@@ -9,8 +9,7 @@ from colcon_yamllaunch.language.evaluation.findings import Checked
 from colcon_yamllaunch.language.policies.check import check
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 import pytest
-from support.language_fixtures import Launcher
-from support.language_fixtures import Marked
+from support.language_fixtures import Launcher, Marked
 
 
 def checked(

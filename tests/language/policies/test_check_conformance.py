@@ -13,8 +13,7 @@ from colcon_yamllaunch.verb.workspace_session import LaunchPackages
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 import pytest
 
-from tests.conformance.case import CASES
-from tests.conformance.case import expected
+from tests.conformance.case import CASES, expected
 from tests.conformance.prefix import install_packages
 
 CASES_FOLDER = Path(__file__).parents[2] / 'conformance' / 'cases'

@@ -3,8 +3,10 @@
 
 """The expressions that a check may compute."""
 
-from colcon_yamllaunch.language.actions.expressions import compute
-from colcon_yamllaunch.language.actions.expressions import ExpressionError
+from colcon_yamllaunch.language.actions.expressions import (
+    compute,
+    ExpressionError,
+)
 import pytest
 
 

@@ -10,28 +10,31 @@ Whatever is in a launch file, the user gets diagnostics and no traceback.
 import json
 from pathlib import Path
 
-from colcon_yamllaunch.language.policies.check import check
-from colcon_yamllaunch.language.policies.check import find_declarations
+from colcon_yamllaunch.language.policies.check import check, find_declarations
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
-from colcon_yamllaunch.language.reports import as_github
-from colcon_yamllaunch.language.reports import as_json
-from colcon_yamllaunch.language.reports import as_sarif
-from colcon_yamllaunch.language.reports import as_text
-from colcon_yamllaunch.language.reports import show_arguments
-from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.syntax.diagnostics import render
-from colcon_yamllaunch.language.syntax.text import parse_template
-from colcon_yamllaunch.language.syntax.text import split_command_line
-from colcon_yamllaunch.language.syntax.text import TemplateSyntaxError
-from colcon_yamllaunch.language.syntax.text import UnclosedQuoteError
-from colcon_yamllaunch.language.vocabulary.actions import Action
-from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
-from colcon_yamllaunch.language.vocabulary.actions import Attribute
-from colcon_yamllaunch.language.vocabulary.actions import items_of
-from colcon_yamllaunch.language.vocabulary.actions import Type
+from colcon_yamllaunch.language.reports import (
+    as_github,
+    as_json,
+    as_sarif,
+    as_text,
+    show_arguments,
+)
+from colcon_yamllaunch.language.syntax.diagnostics import LaunchError, render
+from colcon_yamllaunch.language.syntax.text import (
+    parse_template,
+    split_command_line,
+    TemplateSyntaxError,
+    UnclosedQuoteError,
+)
+from colcon_yamllaunch.language.vocabulary.actions import (
+    Action,
+    ACTIONS,
+    Attribute,
+    items_of,
+    Type,
+)
 from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
-from hypothesis import assume
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from support.language_fixtures import Launcher
 import yaml

@@ -3,8 +3,7 @@
 
 """Plans in which stands what only a launch may find out."""
 
-from colcon_yamllaunch.language.policies.evaluate import evaluate
-from colcon_yamllaunch.language.policies.evaluate import Evaluation
+from colcon_yamllaunch.language.policies.evaluate import evaluate, Evaluation
 import pytest
 from support.language_fixtures import Launcher
 

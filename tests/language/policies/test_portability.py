@@ -4,8 +4,7 @@
 """What ROS 2's own launcher does not accept."""
 
 import pytest
-from support.language_fixtures import Launcher
-from support.language_fixtures import Marked
+from support.language_fixtures import Launcher, Marked
 
 from tests.language.policies.test_check import checked
 

@@ -9,13 +9,14 @@ from textwrap import dedent
 from colcon_yamllaunch.language.evaluation.findings import DeclaredArgument
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.evaluation.walk import MAXIMUM_INCLUDE_DEPTH
-from colcon_yamllaunch.language.policies.check import Declarations
-from colcon_yamllaunch.language.policies.check import find_declarations
+from colcon_yamllaunch.language.policies.check import (
+    Declarations,
+    find_declarations,
+)
 from colcon_yamllaunch.language.reports import show_arguments
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 import pytest
-from support.language_fixtures import Launcher
-from support.language_fixtures import LOG_FOLDER
+from support.language_fixtures import Launcher, LOG_FOLDER
 
 
 def find(launcher: Launcher, text: str, **arguments: str) -> Declarations:

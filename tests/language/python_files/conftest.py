@@ -7,16 +7,15 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from colcon_yamllaunch.language.evaluation.findings import Checked
-from colcon_yamllaunch.language.policies.check import check
-from colcon_yamllaunch.language.policies.check import Declarations
-from colcon_yamllaunch.language.policies.check import find_declarations
-from colcon_yamllaunch.language.policies.evaluate import evaluate
-from colcon_yamllaunch.language.policies.evaluate import Evaluation
+from colcon_yamllaunch.language.policies.check import (
+    check,
+    Declarations,
+    find_declarations,
+)
+from colcon_yamllaunch.language.policies.evaluate import evaluate, Evaluation
 import pytest
 from support.language_fixtures import Launcher
-from support.played_host import Message
-from support.played_host import Play
-from support.played_host import PlayedHost
+from support.played_host import Message, Play, PlayedHost
 
 #: Includes the launch file in Python.
 INCLUDE = 'launch: [include: {file: robot.launch.py}]\n'

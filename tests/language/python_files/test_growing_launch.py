@@ -4,18 +4,17 @@
 """What the host answers while the plan runs becomes more of the plan."""
 
 from colcon_yamllaunch.language.python_files.python_visit import GrowingLaunch
-from colcon_yamllaunch.plan.plan import ChangeState
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import EventHandler
-from colcon_yamllaunch.plan.plan import Growth
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.plan.plan import (
+    ChangeState,
+    Component,
+    EventHandler,
+    Growth,
+    Plan,
+    Process,
+    Timer,
+)
 from colcon_yamllaunch.plan.position import Position
-from support.played_host import Message
-from support.played_host import Play
-from support.played_host import position
-from support.played_host import process
+from support.played_host import Message, Play, position, process
 
 from tests.language.python_files.conftest import Played
 

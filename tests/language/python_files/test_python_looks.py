@@ -8,17 +8,14 @@ from dataclasses import replace
 from colcon_yamllaunch.language.evaluation.findings import DeclaredArgument
 from colcon_yamllaunch.language.evaluation.launch_worker import NoWorkerError
 from colcon_yamllaunch.language.policies.check import find_declarations
-from colcon_yamllaunch.language.python_files.python_visit import named_packages
 from colcon_yamllaunch.language.python_files.python_visit import (
+    named_packages,
     written_arguments,
 )
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.plan.position import Position
 import pytest
-from support.played_host import Message
-from support.played_host import Play
-from support.played_host import position
-from support.played_host import process
+from support.played_host import Message, Play, position, process
 
 from tests.language.python_files.conftest import Played
 

@@ -3,31 +3,29 @@
 
 """Launch files in Python become a part of the plan."""
 
-from colcon_yamllaunch.language.evaluation.launch_worker import NoWorkerError
-from colcon_yamllaunch.language.evaluation.launch_worker import WorkerError
 from colcon_yamllaunch.language.evaluation.launch_worker import (
+    NoWorkerError,
+    WorkerError,
     WorkerTimeoutError,
 )
 from colcon_yamllaunch.language.syntax.diagnostics import render
-from colcon_yamllaunch.plan.plan import Block
-from colcon_yamllaunch.plan.plan import ChangeState
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Condition
-from colcon_yamllaunch.plan.plan import ParameterFile
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import SetParameter
-from colcon_yamllaunch.plan.plan import Shutdown
-from colcon_yamllaunch.plan.plan import SignalProcess
-from colcon_yamllaunch.plan.plan import Timer
-from colcon_yamllaunch.plan.plan import WorkerCall
+from colcon_yamllaunch.plan.plan import (
+    Block,
+    ChangeState,
+    Component,
+    Condition,
+    ParameterFile,
+    Process,
+    SetParameter,
+    Shutdown,
+    SignalProcess,
+    Timer,
+    WorkerCall,
+)
 from colcon_yamllaunch.plan.position import Position
 import pytest
 from support.language_fixtures import Launcher
-from support.played_host import Message
-from support.played_host import Play
-from support.played_host import PlayedHost
-from support.played_host import position
-from support.played_host import process
+from support.played_host import Message, Play, PlayedHost, position, process
 
 from tests.language.python_files.conftest import Played
 

@@ -6,11 +6,13 @@
 import shlex
 import time
 
-from colcon_yamllaunch.language.syntax.text import parse_template
-from colcon_yamllaunch.language.syntax.text import split_command_line
-from colcon_yamllaunch.language.syntax.text import Substitution
-from colcon_yamllaunch.language.syntax.text import Template
-from colcon_yamllaunch.language.syntax.text import UnclosedQuoteError
+from colcon_yamllaunch.language.syntax.text import (
+    parse_template,
+    split_command_line,
+    Substitution,
+    Template,
+    UnclosedQuoteError,
+)
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest

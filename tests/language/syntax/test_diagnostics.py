@@ -3,14 +3,14 @@
 
 """How problems are shown, and what is suggested."""
 
-from colcon_yamllaunch.common.suggestions import did_you_mean
-from colcon_yamllaunch.common.suggestions import listing
-from colcon_yamllaunch.common.suggestions import nearest
-from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
-from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.syntax.diagnostics import MAXIMUM_INCLUDES
-from colcon_yamllaunch.language.syntax.diagnostics import MAXIMUM_LINE_WIDTH
-from colcon_yamllaunch.language.syntax.diagnostics import render
+from colcon_yamllaunch.common.suggestions import did_you_mean, listing, nearest
+from colcon_yamllaunch.language.syntax.diagnostics import (
+    Diagnostic,
+    LaunchError,
+    MAXIMUM_INCLUDES,
+    MAXIMUM_LINE_WIDTH,
+    render,
+)
 from colcon_yamllaunch.plan.position import Position
 import pytest
 

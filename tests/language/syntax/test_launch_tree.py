@@ -7,8 +7,7 @@ from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.launch_tree import read_launch_file
 from colcon_yamllaunch.language.syntax.source_text import Source
 import pytest
-from support.language_fixtures import Marked
-from support.language_fixtures import source
+from support.language_fixtures import Marked, source
 
 
 def read(text):

@@ -7,8 +7,10 @@ import codecs
 import os
 
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.syntax.source_text import MAXIMUM_FILE_SIZE
-from colcon_yamllaunch.language.syntax.source_text import read_source
+from colcon_yamllaunch.language.syntax.source_text import (
+    MAXIMUM_FILE_SIZE,
+    read_source,
+)
 import pytest
 
 TEXT = 'launch: [] # é 漢\n'

@@ -9,8 +9,7 @@ from colcon_yamllaunch.language.syntax.yaml_reader import read_yaml
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
-from support.language_fixtures import Marked
-from support.language_fixtures import source
+from support.language_fixtures import Marked, source
 import yaml
 
 

@@ -3,12 +3,14 @@
 
 """The grammar of substitutions (ROS 2's `launch/frontend/grammar.lark`)."""
 
-from colcon_yamllaunch.language.syntax.text import MAXIMUM_DEPTH
-from colcon_yamllaunch.language.syntax.text import parse_template
-from colcon_yamllaunch.language.syntax.text import Substitution
-from colcon_yamllaunch.language.syntax.text import Template
-from colcon_yamllaunch.language.syntax.text import TemplateSyntaxError
-from colcon_yamllaunch.language.syntax.text import unescape
+from colcon_yamllaunch.language.syntax.text import (
+    MAXIMUM_DEPTH,
+    parse_template,
+    Substitution,
+    Template,
+    TemplateSyntaxError,
+    unescape,
+)
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest

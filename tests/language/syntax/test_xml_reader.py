@@ -4,10 +4,11 @@
 """Where elements and attributes stand, and what malformed XML is told."""
 
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.syntax.source_text import read_source
-from colcon_yamllaunch.language.syntax.source_text import Source
-from colcon_yamllaunch.language.syntax.xml_reader import MAXIMUM_ELEMENT_DEPTH
-from colcon_yamllaunch.language.syntax.xml_reader import read_xml
+from colcon_yamllaunch.language.syntax.source_text import read_source, Source
+from colcon_yamllaunch.language.syntax.xml_reader import (
+    MAXIMUM_ELEMENT_DEPTH,
+    read_xml,
+)
 import pytest
 from support.language_fixtures import Marked
 

@@ -9,10 +9,12 @@ from xml.sax.saxutils import quoteattr
 
 from colcon_yamllaunch.language.policies.evaluate import evaluate
 from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import ParameterFile
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.plan.plan import (
+    Component,
+    ParameterFile,
+    Process,
+    Timer,
+)
 from colcon_yamllaunch.plan.position import Position
 import pytest
 import yaml

@@ -6,8 +6,7 @@
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.yaml_reader import read_yaml
 import pytest
-from support.language_fixtures import Marked
-from support.language_fixtures import source
+from support.language_fixtures import Marked, source
 
 MISTAKES = {
     'first item of a list deeper than the next': (

@@ -4,16 +4,17 @@
 """YAML 1.1, with the position of every value."""
 
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.syntax.yaml_reader import Mapping
-from colcon_yamllaunch.language.syntax.yaml_reader import MAXIMUM_DEPTH
-from colcon_yamllaunch.language.syntax.yaml_reader import read_yaml
-from colcon_yamllaunch.language.syntax.yaml_reader import Scalar
-from colcon_yamllaunch.language.syntax.yaml_reader import Sequence
+from colcon_yamllaunch.language.syntax.yaml_reader import (
+    Mapping,
+    MAXIMUM_DEPTH,
+    read_yaml,
+    Scalar,
+    Sequence,
+)
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
-from support.language_fixtures import Marked
-from support.language_fixtures import source
+from support.language_fixtures import Marked, source
 import yaml
 
 

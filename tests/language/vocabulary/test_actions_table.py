@@ -6,24 +6,27 @@
 from collections.abc import Iterator
 import re
 
-from colcon_yamllaunch.language.actions.scope_actions import join_namespace
-from colcon_yamllaunch.language.actions.scope_actions import namespace_problem
-from colcon_yamllaunch.language.actions.scope_actions import node_name_problem
+from colcon_yamllaunch.language.actions.scope_actions import (
+    join_namespace,
+    namespace_problem,
+    node_name_problem,
+)
 from colcon_yamllaunch.language.syntax.launch_tree import read_launch_file
-from colcon_yamllaunch.language.vocabulary.actions import Action
-from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
-from colcon_yamllaunch.language.vocabulary.actions import Attribute
-from colcon_yamllaunch.language.vocabulary.actions import items_of
-from colcon_yamllaunch.language.vocabulary.actions import PARAMETER
-from colcon_yamllaunch.language.vocabulary.actions import RELEASES
-from colcon_yamllaunch.language.vocabulary.actions import Type
+from colcon_yamllaunch.language.vocabulary.actions import (
+    Action,
+    ACTIONS,
+    Attribute,
+    items_of,
+    PARAMETER,
+    RELEASES,
+    Type,
+)
 from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
 from hypothesis import given
 from hypothesis import strategies as st
 from launch_examples import EXAMPLES
 import pytest
-from support.language_fixtures import Launcher
-from support.language_fixtures import source
+from support.language_fixtures import Launcher, source
 
 DEFAULTS = [
     pytest.param(action, attribute, id=f'{action.name}-{attribute.name}')

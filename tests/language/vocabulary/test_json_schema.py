@@ -9,17 +9,20 @@ from typing import Any
 
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.launch_tree import read_launch_file
-from colcon_yamllaunch.language.vocabulary.actions import Action
-from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
-from colcon_yamllaunch.language.vocabulary.actions import ALIASES
-from colcon_yamllaunch.language.vocabulary.actions import Type
-from colcon_yamllaunch.language.vocabulary.json_schema import json_schema
-from colcon_yamllaunch.language.vocabulary.json_schema import schema_text
+from colcon_yamllaunch.language.vocabulary.actions import (
+    Action,
+    ACTIONS,
+    ALIASES,
+    Type,
+)
+from colcon_yamllaunch.language.vocabulary.json_schema import (
+    json_schema,
+    schema_text,
+)
 from jsonschema import Draft7Validator
 from launch_examples import EXAMPLES
 import pytest
-from support.language_fixtures import Launcher
-from support.language_fixtures import source
+from support.language_fixtures import Launcher, source
 import yaml
 
 CONFORMANCE = Path(__file__).parents[2] / 'conformance'

@@ -5,12 +5,14 @@
 
 import math
 
-from colcon_yamllaunch.language.vocabulary.parameter import coerce
-from colcon_yamllaunch.language.vocabulary.parameter import infer
-from colcon_yamllaunch.language.vocabulary.parameter import Parameter
-from colcon_yamllaunch.language.vocabulary.parameter import parameter_file
-from colcon_yamllaunch.language.vocabulary.parameter import ParameterTypeError
-from colcon_yamllaunch.language.vocabulary.parameter import to_yaml
+from colcon_yamllaunch.language.vocabulary.parameter import (
+    coerce,
+    infer,
+    Parameter,
+    parameter_file,
+    ParameterTypeError,
+    to_yaml,
+)
 from colcon_yamllaunch.plan.position import Position
 from hypothesis import given
 from hypothesis import strategies as st

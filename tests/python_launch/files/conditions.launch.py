@@ -3,21 +3,26 @@
 
 """Conditions on processes, groups, arguments and includes."""
 
-from launch import Condition
-from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
-from launch.actions import ExecuteProcess
-from launch.actions import GroupAction
-from launch.actions import IncludeLaunchDescription
-from launch.actions import LogInfo
-from launch.actions import SetLaunchConfiguration
-from launch.conditions import IfCondition
-from launch.conditions import LaunchConfigurationEquals
-from launch.conditions import LaunchConfigurationNotEquals
-from launch.conditions import UnlessCondition
-from launch.substitutions import LaunchConfiguration
-from launch.substitutions import PythonExpression
-from launch.substitutions import ThisLaunchFileDir
+from launch import Condition, LaunchDescription
+from launch.actions import (
+    DeclareLaunchArgument,
+    ExecuteProcess,
+    GroupAction,
+    IncludeLaunchDescription,
+    LogInfo,
+    SetLaunchConfiguration,
+)
+from launch.conditions import (
+    IfCondition,
+    LaunchConfigurationEquals,
+    LaunchConfigurationNotEquals,
+    UnlessCondition,
+)
+from launch.substitutions import (
+    LaunchConfiguration,
+    PythonExpression,
+    ThisLaunchFileDir,
+)
 from launch_ros.actions import Node
 
 

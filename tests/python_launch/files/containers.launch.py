@@ -4,17 +4,16 @@
 """Component containers, and what they are to load."""
 
 from launch import LaunchDescription
-from launch.actions import ExecuteProcess
-from launch.actions import GroupAction
-from launch.actions import Shutdown
+from launch.actions import ExecuteProcess, GroupAction, Shutdown
 from launch.conditions import IfCondition
-from launch.substitutions import LaunchConfiguration
-from launch.substitutions import PathJoinSubstitution
-from launch_ros.actions import ComposableNodeContainer
-from launch_ros.actions import LoadComposableNodes
-from launch_ros.actions import PushRosNamespace
-from launch_ros.actions import SetParameter
-from launch_ros.actions import SetRemap
+from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch_ros.actions import (
+    ComposableNodeContainer,
+    LoadComposableNodes,
+    PushRosNamespace,
+    SetParameter,
+    SetRemap,
+)
 from launch_ros.descriptions import ComposableNode
 from launch_ros.substitutions import FindPackageShare
 

@@ -4,19 +4,19 @@
 """Handlers for the start and the end of processes."""
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
-from launch.actions import ExecuteProcess
-from launch.actions import GroupAction
-from launch.actions import LogInfo
-from launch.actions import RegisterEventHandler
-from launch.actions import SetLaunchConfiguration
-from launch.actions import TimerAction
-from launch.actions import UnregisterEventHandler
-from launch.event_handlers import OnProcessExit
-from launch.event_handlers import OnProcessStart
+from launch.actions import (
+    DeclareLaunchArgument,
+    ExecuteProcess,
+    GroupAction,
+    LogInfo,
+    RegisterEventHandler,
+    SetLaunchConfiguration,
+    TimerAction,
+    UnregisterEventHandler,
+)
+from launch.event_handlers import OnProcessExit, OnProcessStart
 from launch.substitutions import LaunchConfiguration
-from launch_ros.actions import Node
-from launch_ros.actions import PushRosNamespace
+from launch_ros.actions import Node, PushRosNamespace
 
 
 def ended(event, context):

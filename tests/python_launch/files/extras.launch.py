@@ -4,14 +4,10 @@
 """Actions, conditions and substitutions of another package."""
 
 from launch import LaunchDescription
-from launch.actions import ExecuteProcess
-from launch.actions import GroupAction
+from launch.actions import ExecuteProcess, GroupAction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import PushRosNamespace
-from robot_extras import CameraPair
-from robot_extras import Guarded
-from robot_extras import IsLong
-from robot_extras import Shout
+from robot_extras import CameraPair, Guarded, IsLong, Shout
 
 
 def generate_launch_description():

@@ -6,12 +6,16 @@
 from pathlib import Path
 
 from launch import LaunchDescription
-from launch.actions import ExecuteProcess
-from launch.actions import GroupAction
-from launch.actions import IncludeLaunchDescription
-from launch.actions import SetEnvironmentVariable
-from launch.launch_description_sources import AnyLaunchDescriptionSource
-from launch.launch_description_sources import FrontendLaunchDescriptionSource
+from launch.actions import (
+    ExecuteProcess,
+    GroupAction,
+    IncludeLaunchDescription,
+    SetEnvironmentVariable,
+)
+from launch.launch_description_sources import (
+    AnyLaunchDescriptionSource,
+    FrontendLaunchDescriptionSource,
+)
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import PushRosNamespace
 from launch_xml.launch_description_sources import XMLLaunchDescriptionSource

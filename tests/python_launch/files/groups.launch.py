@@ -4,20 +4,22 @@
 """What groups keep in, let out and let in: configurations, environment."""
 
 from launch import LaunchDescription
-from launch.actions import AppendEnvironmentVariable
-from launch.actions import DeclareLaunchArgument
-from launch.actions import ExecuteProcess
-from launch.actions import GroupAction
-from launch.actions import PopEnvironment
-from launch.actions import PopLaunchConfigurations
-from launch.actions import PushEnvironment
-from launch.actions import PushLaunchConfigurations
-from launch.actions import ResetEnvironment
-from launch.actions import ResetLaunchConfigurations
-from launch.actions import SetEnvironmentVariable
-from launch.actions import SetLaunchConfiguration
-from launch.actions import UnsetEnvironmentVariable
-from launch.actions import UnsetLaunchConfiguration
+from launch.actions import (
+    AppendEnvironmentVariable,
+    DeclareLaunchArgument,
+    ExecuteProcess,
+    GroupAction,
+    PopEnvironment,
+    PopLaunchConfigurations,
+    PushEnvironment,
+    PushLaunchConfigurations,
+    ResetEnvironment,
+    ResetLaunchConfigurations,
+    SetEnvironmentVariable,
+    SetLaunchConfiguration,
+    UnsetEnvironmentVariable,
+    UnsetLaunchConfiguration,
+)
 from launch.substitutions import LaunchConfiguration
 
 

@@ -4,15 +4,10 @@
 """Lifecycle nodes, the transitions asked for, and those waited for."""
 
 from launch import LaunchDescription
-from launch.actions import EmitEvent
-from launch.actions import LogInfo
-from launch.actions import RegisterEventHandler
-from launch.actions import Shutdown
+from launch.actions import EmitEvent, LogInfo, RegisterEventHandler, Shutdown
 from launch.event_handlers import OnProcessStart
 from launch.events import matches_action
-from launch_ros.actions import LifecycleNode
-from launch_ros.actions import LifecycleTransition
-from launch_ros.actions import Node
+from launch_ros.actions import LifecycleNode, LifecycleTransition, Node
 from launch_ros.event_handlers import OnStateTransition
 from launch_ros.events.lifecycle import ChangeState
 from lifecycle_msgs.msg import Transition

@@ -5,9 +5,11 @@
 
 from launch import LaunchDescription
 from launch.actions import SetLaunchConfiguration
-from launch.substitutions import EnvironmentVariable
-from launch.substitutions import LaunchConfiguration
-from launch.substitutions import ThisLaunchFileDir
+from launch.substitutions import (
+    EnvironmentVariable,
+    LaunchConfiguration,
+    ThisLaunchFileDir,
+)
 from launch_ros.actions import Node
 
 

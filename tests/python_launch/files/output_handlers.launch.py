@@ -4,13 +4,14 @@
 """Handlers for what processes write, and for actions that are complete."""
 
 from launch import LaunchDescription
-from launch.actions import ExecuteProcess
-from launch.actions import LogInfo
-from launch.actions import OpaqueFunction
-from launch.actions import RegisterEventHandler
-from launch.actions import Shutdown
-from launch.event_handlers import OnExecutionComplete
-from launch.event_handlers import OnProcessIO
+from launch.actions import (
+    ExecuteProcess,
+    LogInfo,
+    OpaqueFunction,
+    RegisterEventHandler,
+    Shutdown,
+)
+from launch.event_handlers import OnExecutionComplete, OnProcessIO
 
 SEEN = []
 

@@ -4,10 +4,8 @@
 """Where the output of processes goes, and what launch files say."""
 
 from launch import LaunchDescription
-from launch.actions import ExecuteProcess
-from launch.actions import LogInfo
-from launch.substitutions import EnvironmentVariable
-from launch.substitutions import LaunchConfiguration
+from launch.actions import ExecuteProcess, LogInfo
+from launch.substitutions import EnvironmentVariable, LaunchConfiguration
 
 
 def speak(word, **more):

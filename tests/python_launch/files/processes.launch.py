@@ -4,11 +4,9 @@
 """Programs that are no nodes, with all that may be said of them."""
 
 from launch import LaunchDescription
-from launch.actions import ExecuteLocal
-from launch.actions import ExecuteProcess
+from launch.actions import ExecuteLocal, ExecuteProcess
 from launch.descriptions import Executable
-from launch.substitutions import EnvironmentVariable
-from launch.substitutions import ThisLaunchFileDir
+from launch.substitutions import EnvironmentVariable, ThisLaunchFileDir
 
 
 def generate_launch_description():

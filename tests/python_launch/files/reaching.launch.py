@@ -8,10 +8,12 @@ from pathlib import Path
 from launch import LaunchDescription
 from launch.actions import IncludeLaunchDescription
 from launch.launch_description_sources import AnyLaunchDescriptionSource
-from launch_ros.actions import PushRosNamespace
-from launch_ros.actions import SetParameter
-from launch_ros.actions import SetParametersFromFile
-from launch_ros.actions import SetRemap
+from launch_ros.actions import (
+    PushRosNamespace,
+    SetParameter,
+    SetParametersFromFile,
+    SetRemap,
+)
 
 HERE = Path(__file__).parent
 

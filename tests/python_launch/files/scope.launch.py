@@ -4,16 +4,15 @@
 """What ROS 2's own actions set for the nodes behind them."""
 
 from launch import LaunchDescription
-from launch.actions import ExecuteProcess
-from launch.actions import GroupAction
-from launch.actions import SetEnvironmentVariable
-from launch.substitutions import LaunchConfiguration
-from launch.substitutions import PathJoinSubstitution
-from launch_ros.actions import Node
-from launch_ros.actions import PushRosNamespace
-from launch_ros.actions import SetParameter
-from launch_ros.actions import SetParametersFromFile
-from launch_ros.actions import SetRemap
+from launch.actions import ExecuteProcess, GroupAction, SetEnvironmentVariable
+from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch_ros.actions import (
+    Node,
+    PushRosNamespace,
+    SetParameter,
+    SetParametersFromFile,
+    SetRemap,
+)
 from launch_ros.substitutions import FindPackageShare
 
 

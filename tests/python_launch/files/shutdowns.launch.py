@@ -3,17 +3,16 @@
 
 """What happens at the end of a launch, and events of one's own."""
 
-from launch import Event
-from launch import EventHandler
-from launch import LaunchDescription
-from launch.actions import EmitEvent
-from launch.actions import ExecuteProcess
-from launch.actions import LogInfo
-from launch.actions import OpaqueFunction
-from launch.actions import RegisterEventHandler
-from launch.actions import Shutdown
-from launch.event_handlers import OnProcessExit
-from launch.event_handlers import OnShutdown
+from launch import Event, EventHandler, LaunchDescription
+from launch.actions import (
+    EmitEvent,
+    ExecuteProcess,
+    LogInfo,
+    OpaqueFunction,
+    RegisterEventHandler,
+    Shutdown,
+)
+from launch.event_handlers import OnProcessExit, OnShutdown
 from launch.substitutions import LocalSubstitution
 
 

@@ -6,14 +6,10 @@
 import signal
 
 from launch import LaunchDescription
-from launch.actions import EmitEvent
-from launch.actions import ExecuteProcess
-from launch.actions import RegisterEventHandler
-from launch.event_handlers import OnProcessExit
-from launch.event_handlers import OnProcessIO
+from launch.actions import EmitEvent, ExecuteProcess, RegisterEventHandler
+from launch.event_handlers import OnProcessExit, OnProcessIO
 from launch.events import matches_action
-from launch.events.process import ShutdownProcess
-from launch.events.process import SignalProcess
+from launch.events.process import ShutdownProcess, SignalProcess
 
 
 def generate_launch_description():

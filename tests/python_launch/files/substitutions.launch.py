@@ -4,31 +4,37 @@
 """Each substitution of ROS 2, in the command line of one process."""
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
-from launch.actions import ExecuteProcess
-from launch.actions import SetEnvironmentVariable
-from launch.actions import SetLaunchConfiguration
-from launch.substitutions import AndSubstitution
-from launch.substitutions import AnonName
-from launch.substitutions import Command
-from launch.substitutions import EnvironmentVariable
-from launch.substitutions import EqualsSubstitution
-from launch.substitutions import FindExecutable
-from launch.substitutions import IfElseSubstitution
-from launch.substitutions import LaunchConfiguration
-from launch.substitutions import NotEqualsSubstitution
-from launch.substitutions import NotSubstitution
-from launch.substitutions import OrSubstitution
-from launch.substitutions import PathJoinSubstitution
-from launch.substitutions import PythonExpression
-from launch.substitutions import TextSubstitution
-from launch.substitutions import ThisLaunchFile
-from launch.substitutions import ThisLaunchFileDir
+from launch.actions import (
+    DeclareLaunchArgument,
+    ExecuteProcess,
+    SetEnvironmentVariable,
+    SetLaunchConfiguration,
+)
+from launch.substitutions import (
+    AndSubstitution,
+    AnonName,
+    Command,
+    EnvironmentVariable,
+    EqualsSubstitution,
+    FindExecutable,
+    IfElseSubstitution,
+    LaunchConfiguration,
+    NotEqualsSubstitution,
+    NotSubstitution,
+    OrSubstitution,
+    PathJoinSubstitution,
+    PythonExpression,
+    TextSubstitution,
+    ThisLaunchFile,
+    ThisLaunchFileDir,
+)
 from launch_ros.actions import SetParameter
-from launch_ros.substitutions import ExecutableInPackage
-from launch_ros.substitutions import FindPackagePrefix
-from launch_ros.substitutions import FindPackageShare
-from launch_ros.substitutions import Parameter
+from launch_ros.substitutions import (
+    ExecutableInPackage,
+    FindPackagePrefix,
+    FindPackageShare,
+    Parameter,
+)
 
 
 def generate_launch_description():

@@ -4,14 +4,16 @@
 """Timers, and what they find when their time has come."""
 
 from launch import LaunchDescription
-from launch.actions import EmitEvent
-from launch.actions import ExecuteProcess
-from launch.actions import GroupAction
-from launch.actions import LogInfo
-from launch.actions import OpaqueFunction
-from launch.actions import SetEnvironmentVariable
-from launch.actions import SetLaunchConfiguration
-from launch.actions import TimerAction
+from launch.actions import (
+    EmitEvent,
+    ExecuteProcess,
+    GroupAction,
+    LogInfo,
+    OpaqueFunction,
+    SetEnvironmentVariable,
+    SetLaunchConfiguration,
+    TimerAction,
+)
 from launch.events import Shutdown
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import RosTimer

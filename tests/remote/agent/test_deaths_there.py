@@ -9,10 +9,7 @@ import subprocess
 import sys
 
 import pytest
-from support.linked_part import DEADLINE
-from support.linked_part import LinkedPart
-from support.linked_part import PlainMachine
-from support.linked_part import process
+from support.linked_part import DEADLINE, LinkedPart, PlainMachine, process
 from support.time_limits import within
 
 #: Ignores what it may, and has a child in another session.

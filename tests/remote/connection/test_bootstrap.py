@@ -11,9 +11,11 @@ import tempfile
 
 from colcon_yamllaunch.common.process_scan import variable_of
 from colcon_yamllaunch.remote.connection import bootstrap
-from colcon_yamllaunch.remote.connection.bootstrap import Bootstrap
-from colcon_yamllaunch.remote.connection.bootstrap import MAXIMUM_NOISE
-from colcon_yamllaunch.remote.connection.bootstrap import ProgramArchive
+from colcon_yamllaunch.remote.connection.bootstrap import (
+    Bootstrap,
+    MAXIMUM_NOISE,
+    ProgramArchive,
+)
 from colcon_yamllaunch.remote.connection.connection_errors import ConnectError
 from colcon_yamllaunch.remote.connection.machine_connection import (
     MachineConnection,
@@ -21,9 +23,7 @@ from colcon_yamllaunch.remote.connection.machine_connection import (
 from colcon_yamllaunch.remote.deployment.deployment import Machine
 import pytest
 from support.hostile import with_mounts
-from support.linked_part import LinkedPart
-from support.linked_part import PlainMachine
-from support.linked_part import process
+from support.linked_part import LinkedPart, PlainMachine, process
 
 ARCHIVE = ProgramArchive({'a.py': ''})
 SHELLS = ['sh', 'dash', 'bash', 'fish', 'csh', 'tcsh', 'zsh', 'busybox']

@@ -10,9 +10,11 @@ import subprocess
 import sys
 import zlib
 
-from colcon_yamllaunch.remote.connection.bootstrap import imported_files
-from colcon_yamllaunch.remote.connection.bootstrap import program_archive
-from colcon_yamllaunch.remote.connection.bootstrap import program_files
+from colcon_yamllaunch.remote.connection.bootstrap import (
+    imported_files,
+    program_archive,
+    program_files,
+)
 from support.sources import PACKAGE
 
 #: Bytes that a slow link takes some seconds for, once.

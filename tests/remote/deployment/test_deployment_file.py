@@ -6,14 +6,14 @@
 import pickle
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.syntax.diagnostics import render
+from colcon_yamllaunch.language.syntax.diagnostics import LaunchError, render
 from colcon_yamllaunch.language.syntax.source_text import Source
-from colcon_yamllaunch.remote.deployment.deployment import Deployment
-from colcon_yamllaunch.remote.deployment.deployment import Machine
-from colcon_yamllaunch.remote.deployment.deployment_file import deployed_on
-from colcon_yamllaunch.remote.deployment.deployment_file import deployment_of
-from colcon_yamllaunch.remote.deployment.deployment_file import read_deployment
+from colcon_yamllaunch.remote.deployment.deployment import Deployment, Machine
+from colcon_yamllaunch.remote.deployment.deployment_file import (
+    deployed_on,
+    deployment_of,
+    read_deployment,
+)
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest

@@ -3,23 +3,29 @@
 
 """What of a plan runs where."""
 
-from colcon_yamllaunch.plan.plan import Block
-from colcon_yamllaunch.plan.plan import ChangeState
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Message
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import Shutdown
-from colcon_yamllaunch.plan.plan import SignalProcess
-from colcon_yamllaunch.plan.plan import Timer
-from colcon_yamllaunch.plan.plan import WorkerCall
+from colcon_yamllaunch.plan.plan import (
+    Block,
+    ChangeState,
+    Component,
+    Message,
+    Plan,
+    Process,
+    Shutdown,
+    SignalProcess,
+    Timer,
+    WorkerCall,
+)
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.remote.deployment.deployment import Deployment
-from colcon_yamllaunch.remote.deployment.deployment import Machine
-from colcon_yamllaunch.remote.deployment.deployment import Rule
-from colcon_yamllaunch.remote.deployment.placement import place
-from colcon_yamllaunch.remote.deployment.placement import Placer
-from colcon_yamllaunch.remote.deployment.placement import rules_in_vain
+from colcon_yamllaunch.remote.deployment.deployment import (
+    Deployment,
+    Machine,
+    Rule,
+)
+from colcon_yamllaunch.remote.deployment.placement import (
+    place,
+    Placer,
+    rules_in_vain,
+)
 import pytest
 
 AT = Position('a.yaml', 1, 1)

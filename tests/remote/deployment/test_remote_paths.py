@@ -5,17 +5,21 @@
 
 import json
 
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import ParameterFile
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import SetParameter
-from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.plan.plan import (
+    Component,
+    ParameterFile,
+    Plan,
+    Process,
+    SetParameter,
+    Timer,
+)
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.remote.deployment.remote_paths import is_of_system
-from colcon_yamllaunch.remote.deployment.remote_paths import paths_in
-from colcon_yamllaunch.remote.deployment.remote_paths import RemotePaths
-from colcon_yamllaunch.remote.deployment.remote_paths import sent_variables
+from colcon_yamllaunch.remote.deployment.remote_paths import (
+    is_of_system,
+    paths_in,
+    RemotePaths,
+    sent_variables,
+)
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest

@@ -12,8 +12,7 @@ import sys
 import time
 
 import pytest
-from support.deployer import Deployer
-from support.deployer import HERE
+from support.deployer import Deployer, HERE
 from support.hostile import with_mounts
 from support.sshd import Sshd
 from support.time_limits import within

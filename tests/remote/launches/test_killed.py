@@ -8,11 +8,8 @@ import signal
 import time
 
 import pytest
-from support.deployer import DEADLINE
-from support.deployer import Deployer
-from support.deployer import HERE
-from support.marked_processes import command_of
-from support.marked_processes import descendants
+from support.deployer import DEADLINE, Deployer, HERE
+from support.marked_processes import command_of, descendants
 from support.sshd import Sshd
 from support.user import Launch
 

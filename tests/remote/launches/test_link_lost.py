@@ -7,8 +7,7 @@ import re
 import sys
 
 import pytest
-from support.deployer import Deployer
-from support.deployer import HERE
+from support.deployer import Deployer, HERE
 from support.sshd import Sshd
 from support.time_limits import within
 

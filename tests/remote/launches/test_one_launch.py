@@ -9,10 +9,8 @@ from pathlib import Path
 import re
 
 import pytest
-from support.deployer import Deployer
-from support.deployer import HERE
-from support.sshd import skip_without_sshd
-from support.sshd import Sshd
+from support.deployer import Deployer, HERE
+from support.sshd import skip_without_sshd, Sshd
 from support.user import Launch
 
 # one launch, seen from all sides

@@ -11,8 +11,7 @@ import shlex
 import signal
 
 import pytest
-from support.deployer import Deployer
-from support.deployer import HERE
+from support.deployer import Deployer, HERE
 from support.namespaces import NamespaceMachine
 from support.slurm import Slurm
 from support.user import BLOCKING

@@ -7,15 +7,16 @@ from pathlib import Path
 import sys
 
 import pytest
-from support.deployer import Deployer
-from support.deployer import HERE
-from support.sshd import ASKING
-from support.sshd import IMPOSTOR
-from support.sshd import LOCKED
-from support.sshd import OFF
-from support.sshd import PASSPHRASE
-from support.sshd import Sshd
-from support.sshd import STRANGER
+from support.deployer import Deployer, HERE
+from support.sshd import (
+    ASKING,
+    IMPOSTOR,
+    LOCKED,
+    OFF,
+    PASSPHRASE,
+    Sshd,
+    STRANGER,
+)
 
 #: A Python that passes for an old one, for a program that follows `-c`.
 OLD = """\

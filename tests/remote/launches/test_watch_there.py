@@ -3,13 +3,11 @@
 
 """What a change of the launch file does on another machine."""
 
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 import re
 import shlex
 
-from support.deployer import Deployer
-from support.deployer import HERE
+from support.deployer import Deployer, HERE
 from support.sshd import Sshd
 
 Words = Sequence[str]

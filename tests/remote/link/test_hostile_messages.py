@@ -14,9 +14,11 @@ from colcon_yamllaunch.engine.commands import Describe
 from colcon_yamllaunch.engine.event_codec import FROM_MACHINES
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.state import to_json
-from colcon_yamllaunch.remote.connection.machine_connection import Facts
-from colcon_yamllaunch.remote.connection.machine_connection import read_message
-from colcon_yamllaunch.remote.connection.machine_connection import StartedPart
+from colcon_yamllaunch.remote.connection.machine_connection import (
+    Facts,
+    read_message,
+    StartedPart,
+)
 from colcon_yamllaunch.remote.deployment.deployment import Machine
 from colcon_yamllaunch.remote.machine_link import MachineLink
 from colcon_yamllaunch.remote.part_protocol import PartSettings
@@ -24,8 +26,7 @@ from colcon_yamllaunch.remote.remote_part import RemotePart
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
-from support.played_machine import plan
-from support.played_machine import PlayedLaunch
+from support.played_machine import plan, PlayedLaunch
 
 LABEL = 'arm│driver'
 FACTS = Facts('', '/', None, False, 0.0)

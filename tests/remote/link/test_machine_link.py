@@ -9,24 +9,16 @@ import signal
 import time
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.control.client import LaunchEndedError
-from colcon_yamllaunch.control.client import running_launches
-from colcon_yamllaunch.engine.commands import Describe
-from colcon_yamllaunch.engine.commands import Kill
-from colcon_yamllaunch.engine.commands import Restart
-from colcon_yamllaunch.engine.commands import Shutdown
+from colcon_yamllaunch.control.client import LaunchEndedError, running_launches
+from colcon_yamllaunch.engine.commands import Describe, Kill, Restart, Shutdown
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan_json import plan_to_json
 from colcon_yamllaunch.remote import machine_link
-from colcon_yamllaunch.remote.connection import bootstrap
-from colcon_yamllaunch.remote.connection import connect_process
+from colcon_yamllaunch.remote.connection import bootstrap, connect_process
 from colcon_yamllaunch.remote.connection.connection_errors import ConnectError
-from colcon_yamllaunch.remote.part_protocol import LINK_LOST
-from colcon_yamllaunch.remote.part_protocol import Measure
+from colcon_yamllaunch.remote.part_protocol import LINK_LOST, Measure
 import pytest
-from support.linked_part import LinkedPart
-from support.linked_part import PlainMachine
-from support.linked_part import process
+from support.linked_part import LinkedPart, PlainMachine, process
 from support.marked_processes import command_of
 from support.time_limits import within
 

@@ -3,8 +3,7 @@
 
 """Links through ssh, Slurm and namespaces, and what can happen to these."""
 
-from collections.abc import Iterator
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 import os
 import subprocess
 import time
@@ -15,12 +14,9 @@ from colcon_yamllaunch.remote.connection.machine_connection import (
 )
 from colcon_yamllaunch.remote.deployment.deployment import Machine
 import pytest
-from support.linked_part import DEADLINE
-from support.linked_part import LinkedPart
-from support.linked_part import process
+from support.linked_part import DEADLINE, LinkedPart, process
 from support.namespaces import NamespaceMachine
-from support.slurm import PROCESSORS
-from support.slurm import Slurm
+from support.slurm import PROCESSORS, Slurm
 from support.sshd import Sshd
 from support.time_limits import within
 

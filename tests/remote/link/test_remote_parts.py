@@ -6,26 +6,23 @@ import signal
 import termios
 
 from colcon_yamllaunch.common.errors import RefusedError
-from colcon_yamllaunch.engine import commands
-from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine import commands, events
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.engine.state import from_json
-from colcon_yamllaunch.engine.state import to_json
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.engine.state import from_json, to_json
+from colcon_yamllaunch.plan.plan import Component, Plan, Timer
 from colcon_yamllaunch.plan.plan_json import plan_from_json
 from colcon_yamllaunch.remote.deployment.placement import Placed
 from colcon_yamllaunch.remote.part_protocol import LINK_LOST
 from colcon_yamllaunch.remote.remote_part import END_TIMEOUT
-from colcon_yamllaunch.remote.remote_parts import MEASURING
-from colcon_yamllaunch.remote.remote_parts import RemoteParts
+from colcon_yamllaunch.remote.remote_parts import MEASURING, RemoteParts
 import pytest
-from support.played_machine import plan
-from support.played_machine import PlayedLaunch
-from support.played_machine import PlayedLink
-from support.played_machine import POSITION
-from support.played_machine import process
+from support.played_machine import (
+    plan,
+    PlayedLaunch,
+    PlayedLink,
+    POSITION,
+    process,
+)
 
 LABEL = 'arm│driver'
 DRIVER = process(LABEL, name='driver-1', node_name='/driver')

@@ -8,13 +8,15 @@ import subprocess
 import time
 
 import pytest
-from support.sshd import ASKING
-from support.sshd import IMPOSTOR
-from support.sshd import LOCKED
-from support.sshd import MACHINES
-from support.sshd import OFF
-from support.sshd import Sshd
-from support.sshd import STRANGER
+from support.sshd import (
+    ASKING,
+    IMPOSTOR,
+    LOCKED,
+    MACHINES,
+    OFF,
+    Sshd,
+    STRANGER,
+)
 
 #: Seconds that a held link is looked at.
 LOOKED_AT = 0.5

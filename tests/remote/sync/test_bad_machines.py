@@ -7,16 +7,13 @@ from collections.abc import Iterator
 import json
 import os
 import shutil
-from typing import Any
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.remote.sync.code_sync import Synced
 import pytest
-from support.developer import Developer
-from support.developer import MachineHere
-from support.hostile import Mounts
-from support.hostile import REMOUNT
+from support.developer import Developer, MachineHere
+from support.hostile import Mounts, REMOUNT
 
 pytestmark = [pytest.mark.full, pytest.mark.hostile]
 

@@ -13,8 +13,7 @@ import time
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.remote.sync.code_sync import Synced
 import pytest
-from support.developer import Developer
-from support.developer import QUIET
+from support.developer import Developer, QUIET
 from support.file_clock import let_files_settle
 from support.install_space import InstallSpace
 

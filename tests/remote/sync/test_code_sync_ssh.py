@@ -21,8 +21,7 @@ from colcon_yamllaunch.remote.deployment.deployment import Machine
 from colcon_yamllaunch.remote.sync.code_sync import Synced
 import pytest
 from support.developer import Developer
-from support.marked_processes import command_of
-from support.marked_processes import descendants
+from support.marked_processes import command_of, descendants
 from support.sshd import Sshd
 from support.time_limits import within
 

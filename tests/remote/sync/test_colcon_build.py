@@ -8,8 +8,7 @@ from pathlib import Path
 import sys
 
 from colcon_yamllaunch.remote.sync.build import colcon_python
-from colcon_yamllaunch.remote.sync.code_sync import build_words
-from colcon_yamllaunch.remote.sync.code_sync import remote_path
+from colcon_yamllaunch.remote.sync.code_sync import build_words, remote_path
 import pytest
 
 SETTINGS = {

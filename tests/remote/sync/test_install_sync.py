@@ -10,8 +10,7 @@ import subprocess
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.remote.sync import inspection
 from colcon_yamllaunch.remote.sync.code_sync import Synced
-from colcon_yamllaunch.remote.sync.inspection import check_system
-from colcon_yamllaunch.remote.sync.inspection import system
+from colcon_yamllaunch.remote.sync.inspection import check_system, system
 import pytest
 from support.developer import Developer
 from support.manifest import manifest

@@ -9,9 +9,11 @@ from typing import Any
 
 from colcon_yamllaunch.common.fingerprint import Fingerprint
 from colcon_yamllaunch.remote.sync.inspection import read_contents
-from colcon_yamllaunch.workspace.freshness.build_record import Record
-from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
-from colcon_yamllaunch.workspace.freshness.build_record import write_record
+from colcon_yamllaunch.workspace.freshness.build_record import (
+    Record,
+    RECORD_NAME,
+    write_record,
+)
 import pytest
 
 

@@ -10,25 +10,28 @@ from typing import Any
 from colcon_yamllaunch.control.resource_usage import Usage
 from colcon_yamllaunch.control.subscription import Missed
 from colcon_yamllaunch.engine.description import Branch
-from colcon_yamllaunch.engine.events import Ended
-from colcon_yamllaunch.engine.events import Exited
+from colcon_yamllaunch.engine.events import Ended, Exited
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.observers.log_levels import Level
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.terminal.full_screen.launch_model import HISTORY
-from colcon_yamllaunch.terminal.full_screen.launch_model import LaunchModel
-from colcon_yamllaunch.terminal.full_screen.launch_model import level_of_event
-from colcon_yamllaunch.terminal.full_screen.launch_model import sentence_of
-from colcon_yamllaunch.terminal.full_screen.launch_model import SENTENCES
+from colcon_yamllaunch.terminal.full_screen.launch_model import (
+    HISTORY,
+    LaunchModel,
+    level_of_event,
+    sentence_of,
+    SENTENCES,
+)
 from colcon_yamllaunch.terminal.full_screen.screen_texts import curve
 import pytest
-from support.shown_launch import component
-from support.shown_launch import exited
-from support.shown_launch import happened
-from support.shown_launch import process
-from support.shown_launch import ShownLaunch
-from support.shown_launch import wrote
+from support.shown_launch import (
+    component,
+    exited,
+    happened,
+    process,
+    ShownLaunch,
+    wrote,
+)
 
 SIGNAL = 'died by SIGSEGV (segmentation fault), core dumped'
 

@@ -3,37 +3,32 @@
 
 """The full screen, typed at as a user does, without a launch."""
 
-from collections.abc import Awaitable
-from collections.abc import Callable
-from collections.abc import Iterator
+from collections.abc import Awaitable, Callable, Iterator
 from contextlib import contextmanager
 import re
 from typing import Any
 
 from colcon_yamllaunch.control.subscription import Missed
-from colcon_yamllaunch.engine.commands import Debug
-from colcon_yamllaunch.engine.commands import Kill
-from colcon_yamllaunch.engine.commands import Restart
-from colcon_yamllaunch.engine.commands import Stop
-from colcon_yamllaunch.engine.commands import Watch
+from colcon_yamllaunch.engine.commands import Debug, Kill, Restart, Stop, Watch
 from colcon_yamllaunch.engine.description import Branch
 from colcon_yamllaunch.engine.events import Watched
-from colcon_yamllaunch.terminal.full_screen.launch_screen import LaunchApp
-from colcon_yamllaunch.terminal.full_screen.launch_screen import LaunchScreen
+from colcon_yamllaunch.terminal.full_screen.launch_screen import (
+    LaunchApp,
+    LaunchScreen,
+)
 from colcon_yamllaunch.terminal.full_screen.widgets import PartList
-from colcon_yamllaunch.terminal.keymap import ON_ALL
-from colcon_yamllaunch.terminal.keymap import ON_ONE
+from colcon_yamllaunch.terminal.keymap import ON_ALL, ON_ONE
 from rich.style import Style
-from support.shown_launch import component
-from support.shown_launch import exited
-from support.shown_launch import happened
-from support.shown_launch import process
-from support.shown_launch import ShownLaunch
-from support.shown_launch import state_of
-from support.shown_launch import wrote
-from support.shown_screen import Around
-from support.shown_screen import run_app
-from support.shown_screen import Shown
+from support.shown_launch import (
+    component,
+    exited,
+    happened,
+    process,
+    ShownLaunch,
+    state_of,
+    wrote,
+)
+from support.shown_screen import Around, run_app, Shown
 
 
 def play(

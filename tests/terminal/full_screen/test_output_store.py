@@ -7,10 +7,12 @@ from collections.abc import Iterable
 
 from colcon_yamllaunch.control.subscription import Wrote
 from colcon_yamllaunch.observers.log_levels import Level
-from colcon_yamllaunch.terminal.full_screen.output_store import Line
-from colcon_yamllaunch.terminal.full_screen.output_store import LONGEST_LINE
-from colcon_yamllaunch.terminal.full_screen.output_store import OutputStore
-from colcon_yamllaunch.terminal.full_screen.output_store import OutputView
+from colcon_yamllaunch.terminal.full_screen.output_store import (
+    Line,
+    LONGEST_LINE,
+    OutputStore,
+    OutputView,
+)
 from colcon_yamllaunch.terminal.full_screen.widgets import RowIndex
 from colcon_yamllaunch.terminal.line_filter import Filtering
 from support.shown_launch import wrote

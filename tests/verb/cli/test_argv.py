@@ -3,27 +3,29 @@
 
 """Which words of `colcon run` are ours, read by colcon's own parser."""
 
-from collections.abc import Callable
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 import os
 from pathlib import Path
 from typing import Any
 
 from colcon_core import location
 from colcon_core.argument_parser import SuppressUsageOutput
-from colcon_core.command import add_parser_arguments
-from colcon_core.command import add_parsers_without_arguments
-from colcon_core.command import create_parser
-from colcon_core.command import create_subparser
+from colcon_core.command import (
+    add_parser_arguments,
+    add_parsers_without_arguments,
+    create_parser,
+    create_subparser,
+)
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.verb import argv
 from colcon_yamllaunch.verb.argv import rewritten
-from colcon_yamllaunch.verb.command_line import parse_run_options
-from colcon_yamllaunch.verb.command_line import program_index
+from colcon_yamllaunch.verb.command_line import (
+    parse_run_options,
+    program_index,
+)
 from colcon_yamllaunch.verb.options import RunOptions
 from colcon_yamllaunch.verb.run import RunVerb
-from hypothesis import example
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 import pytest
 

@@ -5,8 +5,10 @@
 
 from argparse import Namespace
 
-from colcon_yamllaunch.verb.command_line import split_line
-from colcon_yamllaunch.verb.command_line import written_for_argparse
+from colcon_yamllaunch.verb.command_line import (
+    split_line,
+    written_for_argparse,
+)
 from colcon_yamllaunch.verb.options import LaunchOptions
 from hypothesis import given
 from hypothesis import strategies as st

@@ -7,11 +7,13 @@ import io
 import os
 
 from colcon_yamllaunch.common.errors import OutputError
-from colcon_yamllaunch.verb.messages import ForgivingOutput
-from colcon_yamllaunch.verb.messages import report_errors
-from colcon_yamllaunch.verb.messages import say
-from colcon_yamllaunch.verb.messages import show
-from colcon_yamllaunch.verb.messages import show_bytes
+from colcon_yamllaunch.verb.messages import (
+    ForgivingOutput,
+    report_errors,
+    say,
+    show,
+    show_bytes,
+)
 import pytest
 
 pytestmark = pytest.mark.hostile

@@ -5,17 +5,18 @@
 
 from pathlib import Path
 import re
-from typing import Any
-from typing import get_args
+from typing import Any, get_args
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.verb.command_line import refuse_unknown
 from colcon_yamllaunch.verb.completing import COMPLETERS
-from colcon_yamllaunch.verb.options import Completer
-from colcon_yamllaunch.verb.options import LaunchOptions
-from colcon_yamllaunch.verb.options import Option
-from colcon_yamllaunch.verb.options import OPTIONS
-from colcon_yamllaunch.verb.options import Verb
+from colcon_yamllaunch.verb.options import (
+    Completer,
+    LaunchOptions,
+    Option,
+    OPTIONS,
+    Verb,
+)
 import pytest
 from support.command_lines import launch_options as parsed
 from support.user import User

@@ -6,8 +6,7 @@
 import subprocess
 
 import pytest
-from support.user import DEADLINE
-from support.user import User
+from support.user import DEADLINE, User
 
 #: Runs a command with a stream of its own closed.
 CLOSED = 'exec "$@" {closed}'

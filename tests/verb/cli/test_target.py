@@ -6,9 +6,11 @@
 from pathlib import Path
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.verb.target import find_workspace
-from colcon_yamllaunch.verb.target import path_target
-from colcon_yamllaunch.verb.target import WORKSPACE
+from colcon_yamllaunch.verb.target import (
+    find_workspace,
+    path_target,
+    WORKSPACE,
+)
 from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 from colcon_yamllaunch.workspace.packages.workspace_root import UntrustedError

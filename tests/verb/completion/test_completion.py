@@ -11,8 +11,7 @@ import time
 import colcon_yamllaunch
 from colcon_yamllaunch.observers.log_store import INDEX_NAME
 import pytest
-from support.completion import complete
-from support.completion import imported
+from support.completion import complete, imported
 from support.user import User
 
 ARGUMENTS = """\

@@ -10,10 +10,8 @@ import signal
 import time
 
 import pytest
-from support.hostile import REMOUNT
-from support.hostile import with_mounts
-from support.user import DEADLINE
-from support.user import User
+from support.hostile import REMOUNT, with_mounts
+from support.user import DEADLINE, User
 
 pytestmark = pytest.mark.hostile
 

@@ -10,9 +10,7 @@ import signal
 import time
 
 import pytest
-from support.user import DEADLINE
-from support.user import Launch
-from support.user import User
+from support.user import DEADLINE, Launch, User
 
 BUILD = """\
 cmake_minimum_required(VERSION 3.16)

@@ -11,8 +11,7 @@ import subprocess
 import xml.etree.ElementTree as ET
 
 import pytest
-from support.user import DEADLINE
-from support.user import User
+from support.user import DEADLINE, User
 import yaml
 
 IDENTITY = '[user]\nname = Ada <Ö> & Co\nemail = ada@example.com\n'

@@ -12,8 +12,7 @@ import subprocess
 import time
 
 import pytest
-from support.user import built
-from support.user import User
+from support.user import built, User
 
 BROKEN = 'launch:\n  - nod: {pkg: {name}, exec: x}\n'
 

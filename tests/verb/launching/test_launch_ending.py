@@ -9,8 +9,7 @@ import time
 from xml.etree import ElementTree
 
 import pytest
-from support.user import BLOCKING
-from support.user import User
+from support.user import BLOCKING, User
 
 TALKER = """\
 launch:

@@ -6,12 +6,10 @@
 import json
 import subprocess
 
-from colcon_yamllaunch.plan.plan import EventHandler
-from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import EventHandler, Plan
 from colcon_yamllaunch.plan.plan_json import plan_to_json
 from colcon_yamllaunch.plan.position import Position
-from support.user import built
-from support.user import User
+from support.user import built, User
 
 SAY = """\
 launch:

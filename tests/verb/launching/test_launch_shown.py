@@ -3,8 +3,7 @@
 
 """What a launch shows: on a terminal, in a pipe, quietly, at length."""
 
-from collections.abc import Callable
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 import fcntl
 import os
 from pathlib import Path
@@ -18,9 +17,7 @@ import termios
 import time
 
 import pytest
-from support.user import built
-from support.user import DEADLINE
-from support.user import User
+from support.user import built, DEADLINE, User
 
 TITLE = '\x1b[22;0t\x1b]2;a.yaml - colcon launch\x07'
 RESTORED = '\x1b[23;0t'

@@ -6,8 +6,7 @@
 from pathlib import Path
 
 import pytest
-from support.user import built
-from support.user import User
+from support.user import built, User
 
 ECHO = """\
 launch:

@@ -8,8 +8,7 @@ from pathlib import Path
 import re
 
 import pytest
-from support.user import built
-from support.user import User
+from support.user import built, User
 
 USES_BOTH = """\
 launch:

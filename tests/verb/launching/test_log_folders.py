@@ -7,16 +7,12 @@ from pathlib import Path
 from types import SimpleNamespace
 
 from colcon_yamllaunch.observers import log_store
-from colcon_yamllaunch.observers.log_files import LogFile
-from colcon_yamllaunch.observers.log_files import Quota
-from colcon_yamllaunch.observers.log_store import INDEX_NAME
-from colcon_yamllaunch.observers.log_store import LogStore
+from colcon_yamllaunch.observers.log_files import LogFile, Quota
+from colcon_yamllaunch.observers.log_store import INDEX_NAME, LogStore
 from colcon_yamllaunch.verb.environment_variables import KEPT_LOG_FOLDERS
-from colcon_yamllaunch.verb.log_folders import locked
-from colcon_yamllaunch.verb.log_folders import log_store_of
+from colcon_yamllaunch.verb.log_folders import locked, log_store_of
 import pytest
-from support.hostile import needs_other_user
-from support.hostile import OTHER_USER
+from support.hostile import needs_other_user, OTHER_USER
 
 Make = Callable[..., Path]
 #: The launch that begins.

@@ -5,11 +5,13 @@
 
 from pathlib import Path
 
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import ParameterFile
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import SetParameter
+from colcon_yamllaunch.plan.plan import (
+    Component,
+    ParameterFile,
+    Plan,
+    Process,
+    SetParameter,
+)
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.verb.machine_paths import packages_of
 from colcon_yamllaunch.workspace.packages.package import Package

@@ -10,13 +10,13 @@ from types import SimpleNamespace
 from typing import ClassVar
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import WorkerCall
+from colcon_yamllaunch.plan.plan import Plan, Process, WorkerCall
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.remote.deployment.deployment import Deployment
-from colcon_yamllaunch.remote.deployment.deployment import Machine
-from colcon_yamllaunch.remote.deployment.deployment import Rule
+from colcon_yamllaunch.remote.deployment.deployment import (
+    Deployment,
+    Machine,
+    Rule,
+)
 from colcon_yamllaunch.verb import machines
 from colcon_yamllaunch.verb.context import GiveUpError
 from colcon_yamllaunch.verb.machines import Machines

@@ -9,8 +9,7 @@ import signal
 import time
 
 import pytest
-from support.user import built
-from support.user import User
+from support.user import built, User
 
 
 def pids(output: str) -> list[int]:

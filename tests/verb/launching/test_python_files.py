@@ -13,9 +13,7 @@ import time
 
 from colcon_yamllaunch.common.process_scan import read_process
 import pytest
-from support.user import built
-from support.user import DEADLINE
-from support.user import User
+from support.user import built, DEADLINE, User
 
 #: Stands for each Python of the environment. As the host, it says what stands
 #: in a launch file, line by line.

@@ -11,8 +11,7 @@ import signal
 import time
 
 import pytest
-from support.user import Launch
-from support.user import User
+from support.user import Launch, User
 
 #: Seconds; a loaded machine needs some.
 DEADLINE = 60

@@ -4,8 +4,7 @@
 """Launch files that name more packages once others are built."""
 
 from colcon_yamllaunch.verb.prepare import MAXIMUM_ROUNDS
-from support.user import built
-from support.user import User
+from support.user import built, User
 
 # each package installs the name of the next one
 CMAKE = """cmake_minimum_required(VERSION 3.10)

@@ -3,8 +3,7 @@
 
 """`colcon run`, from a user's side."""
 
-from collections.abc import Callable
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 import json
 from pathlib import Path
 import re
@@ -14,9 +13,7 @@ import sys
 
 import pytest
 from support.terminal import Terminal
-from support.user import built
-from support.user import DEADLINE
-from support.user import User
+from support.user import built, DEADLINE, User
 
 CMAKE = """\
 cmake_minimum_required(VERSION 3.16)

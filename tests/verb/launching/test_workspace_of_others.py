@@ -8,8 +8,7 @@ from pathlib import Path
 import subprocess
 
 import pytest
-from support.hostile import needs_other_user
-from support.hostile import OTHER_USER
+from support.hostile import needs_other_user, OTHER_USER
 from support.user import User
 
 pytestmark = [pytest.mark.hostile, needs_other_user]

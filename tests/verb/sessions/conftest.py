@@ -3,8 +3,7 @@
 
 """A user's further terminals, and nobody else's launches."""
 
-from collections.abc import Callable
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 import os
 import signal
 

@@ -8,27 +8,26 @@ from dataclasses import replace
 from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.control.client import ControlError
-from colcon_yamllaunch.control.client import LaunchEndedError
-from colcon_yamllaunch.engine.commands import ChangeState
-from colcon_yamllaunch.engine.commands import PartCommand
-from colcon_yamllaunch.engine.state import About
-from colcon_yamllaunch.engine.state import ComponentState
-from colcon_yamllaunch.engine.state import LaunchState
-from colcon_yamllaunch.engine.state import Part
-from colcon_yamllaunch.engine.state import ProcessState
-from colcon_yamllaunch.verb import attaching
-from colcon_yamllaunch.verb import controlling
-from colcon_yamllaunch.verb import process_candidates
-from colcon_yamllaunch.verb import reading_logs
+from colcon_yamllaunch.control.client import ControlError, LaunchEndedError
+from colcon_yamllaunch.engine.commands import ChangeState, PartCommand
+from colcon_yamllaunch.engine.state import (
+    About,
+    ComponentState,
+    LaunchState,
+    Part,
+    ProcessState,
+)
+from colcon_yamllaunch.verb import (
+    attaching,
+    controlling,
+    process_candidates,
+    reading_logs,
+)
 from colcon_yamllaunch.verb.candidates import Cursor
-from colcon_yamllaunch.verb.options import Completer
-from colcon_yamllaunch.verb.options import LaunchOptions
+from colcon_yamllaunch.verb.options import Completer, LaunchOptions
 from colcon_yamllaunch.verb.selecting import Candidate
 import pytest
-from support.launch_states import component_state
-from support.launch_states import launch_state
-from support.launch_states import process_state
+from support.launch_states import component_state, launch_state, process_state
 
 
 def process(label: str, **more: Any) -> ProcessState:

@@ -13,8 +13,7 @@ import time
 
 import pytest
 from support.terminal import Terminal
-from support.user import Launch
-from support.user import User
+from support.user import Launch, User
 
 TICKING = """\
 launch:

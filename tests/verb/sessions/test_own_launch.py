@@ -13,11 +13,9 @@ import time
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.control.client import running_launches
 from colcon_yamllaunch.engine.commands import Shutdown
-from colcon_yamllaunch.verb.full_screen import MISSING
-from colcon_yamllaunch.verb.full_screen import need_screen
+from colcon_yamllaunch.verb.full_screen import MISSING, need_screen
 import pytest
-from support.terminal import DEADLINE
-from support.terminal import Terminal
+from support.terminal import DEADLINE, Terminal
 from support.user import User
 
 TWO = """\

@@ -5,8 +5,7 @@
 
 from pathlib import Path
 
-from colcon_yamllaunch.verb.reading_logs import LINES
-from colcon_yamllaunch.verb.reading_logs import LogReader
+from colcon_yamllaunch.verb.reading_logs import LINES, LogReader
 import pytest
 
 Capture = pytest.CaptureFixture[bytes]

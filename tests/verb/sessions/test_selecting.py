@@ -4,18 +4,18 @@
 """Which of several running launches is meant."""
 
 from pathlib import Path
-from typing import Any
-from typing import cast
+from typing import Any, cast
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.engine.state import About
-from colcon_yamllaunch.verb.selecting import Candidate
-from colcon_yamllaunch.verb.selecting import choose_launch
-from colcon_yamllaunch.verb.selecting import is_selected
-from colcon_yamllaunch.verb.selecting import nearest_first
+from colcon_yamllaunch.verb.selecting import (
+    Candidate,
+    choose_launch,
+    is_selected,
+    nearest_first,
+)
 import pytest
-from support.launch_states import launch_state
-from support.launch_states import process_state
+from support.launch_states import launch_state, process_state
 
 
 def launch(pid: int, file: str, folder: str, *labels: str) -> Candidate:

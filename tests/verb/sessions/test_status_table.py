@@ -7,16 +7,16 @@ from dataclasses import replace
 import re
 from typing import Any
 
-from colcon_yamllaunch.common.table import duration
-from colcon_yamllaunch.common.table import size
+from colcon_yamllaunch.common.table import duration, size
 from colcon_yamllaunch.control.resource_usage import Usage
-from colcon_yamllaunch.engine.state import ComponentState
-from colcon_yamllaunch.engine.state import LaunchState
-from colcon_yamllaunch.engine.state import ProcessState
+from colcon_yamllaunch.engine.state import (
+    ComponentState,
+    LaunchState,
+    ProcessState,
+)
 from colcon_yamllaunch.verb.status_table import table
 import pytest
-from support.launch_states import component_state
-from support.launch_states import launch_state
+from support.launch_states import component_state, launch_state
 from support.launch_states import process_state as process
 
 

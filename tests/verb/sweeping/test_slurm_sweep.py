@@ -3,8 +3,7 @@
 
 """`colcon sweep --on slurm:…`, with a real Slurm of one node."""
 
-from collections.abc import Callable
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 import csv
 from pathlib import Path
 import signal
@@ -12,9 +11,7 @@ import time
 
 import pytest
 from support.slurm import Slurm
-from support.user import DEADLINE
-from support.user import Launch
-from support.user import User
+from support.user import DEADLINE, Launch, User
 
 SIM = """\
 launch:

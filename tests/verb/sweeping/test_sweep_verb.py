@@ -15,9 +15,7 @@ import time
 from colcon_yamllaunch.sweep.isolation import reason_for_no_network
 import pytest
 from support.terminal import Terminal
-from support.user import BLOCKING
-from support.user import Launch
-from support.user import User
+from support.user import BLOCKING, Launch, User
 from support.waiting import wait_until
 
 SIM = """\

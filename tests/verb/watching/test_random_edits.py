@@ -26,10 +26,8 @@ from typing import Any
 import pytest
 from support.random_editor import Editor
 from support.ros_parts import source_for
-from support.user import DEADLINE
-from support.user import User
-from support.watched import launch_processes
-from support.watched import Watched
+from support.user import DEADLINE, User
+from support.watched import launch_processes, Watched
 
 pytestmark = pytest.mark.full
 

@@ -14,10 +14,8 @@ from colcon_yamllaunch.verb.watch_launch import prepare_again
 from colcon_yamllaunch.watch.worker import Failed
 import pytest
 from support.manifest import manifest
-from support.waiting import is_running
-from support.waiting import wait_until
-from support.watched import make_flow
-from support.watched import Watched
+from support.waiting import is_running, wait_until
+from support.watched import make_flow, Watched
 
 BROKEN, MENDED = "printt('talk says three", "print('talk says two"
 MORE_OF_IT = '- executable: {cmd: sleep 999, name: further}\n'

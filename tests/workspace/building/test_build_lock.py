@@ -14,9 +14,11 @@ import time
 
 from colcon_yamllaunch.common.errors import WorkspaceError
 from colcon_yamllaunch.common.process_scan import is_suspended
-from colcon_yamllaunch.workspace.building.build_lock import is_locked
-from colcon_yamllaunch.workspace.building.build_lock import LOCK_NAME
-from colcon_yamllaunch.workspace.building.build_lock import WorkspaceLock
+from colcon_yamllaunch.workspace.building.build_lock import (
+    is_locked,
+    LOCK_NAME,
+    WorkspaceLock,
+)
 import pytest
 from support.file_clock import let_files_settle
 

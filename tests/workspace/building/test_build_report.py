@@ -6,13 +6,17 @@
 import os
 import time
 
-from colcon_yamllaunch.workspace.building.build_report import after_build
-from colcon_yamllaunch.workspace.building.build_report import after_failure
-from colcon_yamllaunch.workspace.building.build_report import before_build
-from colcon_yamllaunch.workspace.building.build_report import explanation
-from colcon_yamllaunch.workspace.freshness.build_record import BuildMode
-from colcon_yamllaunch.workspace.freshness.build_record import Decision
-from colcon_yamllaunch.workspace.freshness.build_record import Reason
+from colcon_yamllaunch.workspace.building.build_report import (
+    after_build,
+    after_failure,
+    before_build,
+    explanation,
+)
+from colcon_yamllaunch.workspace.freshness.build_record import (
+    BuildMode,
+    Decision,
+    Reason,
+)
 import pytest
 
 

@@ -6,10 +6,10 @@ import subprocess
 
 from colcon_yamllaunch.workspace.building.build_processes import (
     BUILD_ID_VARIABLE,
+    BuildProcesses,
+    end_orphans,
+    mark,
 )
-from colcon_yamllaunch.workspace.building.build_processes import BuildProcesses
-from colcon_yamllaunch.workspace.building.build_processes import end_orphans
-from colcon_yamllaunch.workspace.building.build_processes import mark
 import pytest
 
 

@@ -9,13 +9,17 @@ from pathlib import Path
 
 from colcon_yamllaunch.common import fingerprint
 from colcon_yamllaunch.workspace.colcon import colcon_cache
-from colcon_yamllaunch.workspace.colcon.colcon_cache import cache_key
-from colcon_yamllaunch.workspace.colcon.colcon_cache import CachedColcon
+from colcon_yamllaunch.workspace.colcon.colcon_cache import (
+    cache_key,
+    CachedColcon,
+)
 from colcon_yamllaunch.workspace.packages.package import Package
-from colcon_yamllaunch.workspace.packages.package_index import IGNORED
-from colcon_yamllaunch.workspace.packages.package_index import PACKAGE
-from colcon_yamllaunch.workspace.packages.package_index import PackageIndex
-from colcon_yamllaunch.workspace.packages.package_index import PLAIN
+from colcon_yamllaunch.workspace.packages.package_index import (
+    IGNORED,
+    PACKAGE,
+    PackageIndex,
+    PLAIN,
+)
 import pytest
 from support.file_clock import let_files_settle
 from support.manifest import manifest

@@ -4,8 +4,7 @@
 import asyncio
 from collections import OrderedDict
 
-from colcon_core.shell import get_command_environment
-from colcon_core.shell import get_shell_extensions
+from colcon_core.shell import get_command_environment, get_shell_extensions
 from colcon_yamllaunch.workspace.colcon.colcon_adapter import (
     remember_command_environment,
 )

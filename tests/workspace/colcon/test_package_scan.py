@@ -6,8 +6,10 @@
 import json
 from pathlib import Path
 
-from colcon_yamllaunch.workspace.colcon.colcon_cache import CACHE_NAME
-from colcon_yamllaunch.workspace.colcon.colcon_cache import CACHE_VERSION
+from colcon_yamllaunch.workspace.colcon.colcon_cache import (
+    CACHE_NAME,
+    CACHE_VERSION,
+)
 from colcon_yamllaunch.workspace.colcon.package_scan import scan_packages
 import pytest
 

@@ -6,9 +6,11 @@
 from pathlib import Path
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.workspace.create.added_node import add_node
-from colcon_yamllaunch.workspace.create.added_node import AddedNode
-from colcon_yamllaunch.workspace.create.added_node import edits
+from colcon_yamllaunch.workspace.create.added_node import (
+    add_node,
+    AddedNode,
+    edits,
+)
 from colcon_yamllaunch.workspace.packages.package import Package
 import pytest
 

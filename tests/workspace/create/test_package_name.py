@@ -4,12 +4,14 @@
 """Names that packages and nodes may have."""
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.workspace.create.new_package import advised_name
-from colcon_yamllaunch.workspace.create.new_package import check_node_name
-from colcon_yamllaunch.workspace.create.new_package import check_package_name
-from colcon_yamllaunch.workspace.create.new_package import class_name
-from colcon_yamllaunch.workspace.create.new_package import default_node_name
-from colcon_yamllaunch.workspace.create.new_package import dislikes
+from colcon_yamllaunch.workspace.create.new_package import (
+    advised_name,
+    check_node_name,
+    check_package_name,
+    class_name,
+    default_node_name,
+    dislikes,
+)
 import pytest
 
 

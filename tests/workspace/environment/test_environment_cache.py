@@ -13,18 +13,13 @@ import time
 from colcon_yamllaunch.common.errors import WorkspaceError
 from colcon_yamllaunch.workspace.environment.environment_cache import (
     cached_environment,
-)
-from colcon_yamllaunch.workspace.environment.environment_cache import (
     FOLDER_NAME,
-)
-from colcon_yamllaunch.workspace.environment.environment_cache import (
     MAXIMUM_RECORDS,
 )
 from colcon_yamllaunch.workspace.environment.sourcing import source
 import pytest
 from support.file_clock import let_files_settle
-from support.install_space import in_bash
-from support.install_space import InstallSpace
+from support.install_space import in_bash, InstallSpace
 
 pytestmark = pytest.mark.full
 

@@ -12,13 +12,11 @@ import tempfile
 from colcon_yamllaunch.workspace.environment.environment_cache import (
     cached_environment,
 )
-from hypothesis import given
-from hypothesis import settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 import pytest
 from support.file_clock import let_files_settle
-from support.install_space import in_bash
-from support.install_space import InstallSpace
+from support.install_space import in_bash, InstallSpace
 
 pytestmark = pytest.mark.full
 

@@ -6,8 +6,10 @@
 import os
 
 from colcon_yamllaunch.workspace.environment.hooks import missing_packages
-from colcon_yamllaunch.workspace.environment.sourcing import Environment
-from colcon_yamllaunch.workspace.environment.sourcing import source
+from colcon_yamllaunch.workspace.environment.sourcing import (
+    Environment,
+    source,
+)
 import pytest
 from support.install_space import InstallSpace
 

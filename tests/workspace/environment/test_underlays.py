@@ -3,10 +3,12 @@
 
 """The underlays that a workspace is built on top of."""
 
-from colcon_yamllaunch.workspace.environment.sourcing import build_environment
-from colcon_yamllaunch.workspace.environment.sourcing import chained_underlays
-from colcon_yamllaunch.workspace.environment.sourcing import Environment
-from colcon_yamllaunch.workspace.environment.sourcing import sourced_underlays
+from colcon_yamllaunch.workspace.environment.sourcing import (
+    build_environment,
+    chained_underlays,
+    Environment,
+    sourced_underlays,
+)
 import pytest
 
 

@@ -3,9 +3,11 @@
 
 """What is said of packages that another one is built on."""
 
-from colcon_yamllaunch.workspace.freshness.build_record import build_of
-from colcon_yamllaunch.workspace.freshness.build_record import BuildContext
-from colcon_yamllaunch.workspace.freshness.build_record import context_changes
+from colcon_yamllaunch.workspace.freshness.build_record import (
+    build_of,
+    BuildContext,
+    context_changes,
+)
 
 FIRST = build_of('1', '1', '1')
 SECOND = build_of('1', '1', '2')

@@ -7,8 +7,8 @@ import struct
 import subprocess
 
 from colcon_yamllaunch.workspace.freshness.build_inputs import BuildInputs
-from colcon_yamllaunch.workspace.freshness.build_record import BuildMode
 from colcon_yamllaunch.workspace.freshness.build_record import (
+    BuildMode,
     relevant_environment,
 )
 from colcon_yamllaunch.workspace.packages.build_files import only_installs

@@ -4,8 +4,10 @@
 """A README changes no build, unless a CMake file may take it in."""
 
 from colcon_yamllaunch.workspace.freshness.build_products import ARGUMENTS
-from colcon_yamllaunch.workspace.packages.build_files import is_document
-from colcon_yamllaunch.workspace.packages.build_files import may_be_meant
+from colcon_yamllaunch.workspace.packages.build_files import (
+    is_document,
+    may_be_meant,
+)
 import pytest
 from support.package_builds import PackageBuilds
 

@@ -18,11 +18,7 @@ import shutil
 import subprocess
 import time
 
-from hypothesis import event
-from hypothesis import example
-from hypothesis import given
-from hypothesis import HealthCheck
-from hypothesis import settings
+from hypothesis import event, example, given, HealthCheck, settings
 from hypothesis import strategies as st
 import pytest
 from support.manifest import manifest

@@ -6,11 +6,11 @@
 from pathlib import Path
 
 from colcon_yamllaunch.common.errors import WorkspaceError
-from colcon_yamllaunch.workspace.freshness.build_products import Products
 from colcon_yamllaunch.workspace.freshness.build_products import (
+    Products,
     relocated_packages,
+    remove_builds,
 )
-from colcon_yamllaunch.workspace.freshness.build_products import remove_builds
 from colcon_yamllaunch.workspace.packages.package import Package
 import pytest
 

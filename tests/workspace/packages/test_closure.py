@@ -6,10 +6,12 @@
 from pathlib import Path
 
 from colcon_yamllaunch.common.errors import WorkspaceError
-from colcon_yamllaunch.workspace.packages.package import build_closure
-from colcon_yamllaunch.workspace.packages.package import closure
-from colcon_yamllaunch.workspace.packages.package import index
-from colcon_yamllaunch.workspace.packages.package import Package
+from colcon_yamllaunch.workspace.packages.package import (
+    build_closure,
+    closure,
+    index,
+    Package,
+)
 import pytest
 
 

@@ -8,8 +8,10 @@ from pathlib import Path
 
 from colcon_yamllaunch.workspace.packages import python_modules
 from colcon_yamllaunch.workspace.packages.package import Package
-from colcon_yamllaunch.workspace.packages.python_modules import ExposedNames
-from colcon_yamllaunch.workspace.packages.python_modules import python_folders
+from colcon_yamllaunch.workspace.packages.python_modules import (
+    ExposedNames,
+    python_folders,
+)
 import pytest
 
 GROUP = 'launch.frontend.launch_extension'

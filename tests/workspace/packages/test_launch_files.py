@@ -6,9 +6,9 @@
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.workspace.packages.launch_files import (
     choose_launch_file,
+    find_launch_files,
+    likely_ones,
 )
-from colcon_yamllaunch.workspace.packages.launch_files import find_launch_files
-from colcon_yamllaunch.workspace.packages.launch_files import likely_ones
 import pytest
 
 FILES = (

@@ -3,9 +3,11 @@
 
 """Manifests that colcon passes over."""
 
-from colcon_yamllaunch.workspace.packages.package import broken_manifests
-from colcon_yamllaunch.workspace.packages.package import invalid_manifest
-from colcon_yamllaunch.workspace.packages.package import Package
+from colcon_yamllaunch.workspace.packages.package import (
+    broken_manifests,
+    invalid_manifest,
+    Package,
+)
 
 BAD_MAIL = '<package format="3"><name>my_pkg</name></package>'
 

@@ -8,19 +8,15 @@ from pathlib import Path
 from colcon_yamllaunch.common.suggestions import nearest_first
 from colcon_yamllaunch.workspace.packages.missing_files import (
     certainly_unknown_executable,
-)
-from colcon_yamllaunch.workspace.packages.missing_files import (
     missing_executable,
-)
-from colcon_yamllaunch.workspace.packages.missing_files import missing_plugin
-from colcon_yamllaunch.workspace.packages.missing_files import not_installed
-from colcon_yamllaunch.workspace.packages.missing_files import (
+    missing_plugin,
+    not_installed,
     unknown_executable,
+    unknown_plugin,
 )
-from colcon_yamllaunch.workspace.packages.missing_files import unknown_plugin
 from colcon_yamllaunch.workspace.packages.package import Package
-from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 from colcon_yamllaunch.workspace.packages.package_locator import (
+    PackageLocator,
     read_component_index,
 )
 from hypothesis import given

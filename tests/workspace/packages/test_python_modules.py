@@ -6,11 +6,9 @@
 from pathlib import Path
 
 from colcon_yamllaunch.workspace.packages.package import Package
-from colcon_yamllaunch.workspace.packages.python_modules import certain_imports
 from colcon_yamllaunch.workspace.packages.python_modules import (
+    certain_imports,
     undeclared_imports,
-)
-from colcon_yamllaunch.workspace.packages.python_modules import (
     undeclared_owner,
 )
 

@@ -5,8 +5,10 @@
 
 from pathlib import Path
 
-from colcon_yamllaunch.workspace.packages.build_files import source_plugins
-from colcon_yamllaunch.workspace.packages.build_files import source_programs
+from colcon_yamllaunch.workspace.packages.build_files import (
+    source_plugins,
+    source_programs,
+)
 import pytest
 
 

@@ -8,13 +8,14 @@ import os
 from pathlib import Path
 
 from colcon_yamllaunch.verb.environment_variables import TRUSTED
-from colcon_yamllaunch.workspace.packages.workspace_root import find_root
-from colcon_yamllaunch.workspace.packages.workspace_root import TRUST
-from colcon_yamllaunch.workspace.packages.workspace_root import Trust
-from colcon_yamllaunch.workspace.packages.workspace_root import UntrustedError
+from colcon_yamllaunch.workspace.packages.workspace_root import (
+    find_root,
+    TRUST,
+    Trust,
+    UntrustedError,
+)
 import pytest
-from support.hostile import needs_other_user
-from support.hostile import OTHER_USER
+from support.hostile import needs_other_user, OTHER_USER
 
 pytestmark = [pytest.mark.hostile, needs_other_user]
 

@@ -8,11 +8,11 @@ from pathlib import Path
 
 from colcon_yamllaunch.verb.target import find_workspace
 from colcon_yamllaunch.workspace.packages import workspace_root
-from colcon_yamllaunch.workspace.packages.workspace_root import find_root
 from colcon_yamllaunch.workspace.packages.workspace_root import (
+    find_root,
     has_package_below,
+    is_package,
 )
-from colcon_yamllaunch.workspace.packages.workspace_root import is_package
 import pytest
 
 

@@ -4,11 +4,12 @@
 """An arm, which other launch files include."""
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
-from launch.actions import SetLaunchConfiguration
-from launch.substitutions import LaunchConfiguration
-from launch.substitutions import ThisLaunchFile
-from launch.substitutions import ThisLaunchFileDir
+from launch.actions import DeclareLaunchArgument, SetLaunchConfiguration
+from launch.substitutions import (
+    LaunchConfiguration,
+    ThisLaunchFile,
+    ThisLaunchFileDir,
+)
 from launch_ros.actions import Node
 
 

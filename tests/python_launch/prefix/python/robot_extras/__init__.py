@@ -4,14 +4,14 @@
 """Actions and substitutions as packages beside ROS 2's own bring them."""
 
 from launch.action import Action
-from launch.actions import ExecuteProcess
-from launch.actions import LogInfo
+from launch.actions import ExecuteProcess, LogInfo
 from launch.condition import Condition
-from launch.frontend import expose_action
-from launch.frontend import expose_substitution
+from launch.frontend import expose_action, expose_substitution
 from launch.substitution import Substitution
-from launch.utilities import normalize_to_list_of_substitutions
-from launch.utilities import perform_substitutions
+from launch.utilities import (
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+)
 from launch_ros.actions import Node
 
 
