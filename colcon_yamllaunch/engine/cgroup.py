@@ -23,8 +23,12 @@ from functools import cached_property
 import os
 import re
 import time
+from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.process_scan import cgroup_of
+
+if TYPE_CHECKING:
+    from threading import Thread
 
 #: The environment variable that, set to 0, keeps a launch from having one.
 CGROUP_VARIABLE = 'COLCON_LAUNCH_CGROUP'
@@ -46,6 +50,9 @@ _INTERVAL = 0.002
 # moves of nobody keep it so: for half a second.
 _READY_FOR = 0.004
 _VAIN_MOVES = 125
+
+# makes a move to where we are, which must have ended before any other
+_early_move: 'Thread | None' = None
 
 
 class LaunchCgroup:
@@ -178,6 +185,8 @@ class LaunchCgroup:
         return False
 
     def _enter(self, number: int) -> bool:
+        if _early_move is not None:
+            _early_move.join()
         # whoever moved the launcher elsewhere meant its processes, too
         if not self._is_inside and cgroup_of('self') != self._path:
             return False
@@ -198,6 +207,29 @@ class LaunchCgroup:
             # Linux before 5.14 cannot do it
             with suppress(OSError):
                 _write(f'{folder}/cgroup.kill', b'1')
+
+
+def make_ready() -> None:
+    """
+    Make the kernel ready for moves that this process is about to make.
+
+    It takes 10 ms (see :meth:`LaunchCgroup.entered`), so a thread waits for
+    it, and the first move waits for the thread.
+    """
+    global _early_move
+    # the guard, which imports this module, has no use for it
+    from threading import Thread
+
+    _early_move = Thread(target=_move_home)
+    _early_move.start()
+
+
+def _move_home() -> None:
+    path = cgroup_of('self')
+    folder = None if path is None else _mounted(path)
+    if folder is not None:
+        with suppress(OSError):
+            _move_to(folder)
 
 
 def expect_moves() -> bool:

@@ -11,6 +11,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 
 import colcon_yamllaunch
@@ -90,6 +91,26 @@ def test_what_is_started_is_born_in_the_group_of_its_process(made):
     assert process.wait() == -signal.SIGKILL
     group.remove()
     assert not Path(folder).parent.exists()
+
+
+@needs_control_group
+def test_the_move_that_makes_ready_does_not_take_a_process_back(
+    made, monkeypatch
+):
+    group, move = made(), cgroup._move_to
+
+    def move_late(folder):
+        # the thread is slow, and the launch fast
+        if threading.current_thread() is not threading.main_thread():
+            time.sleep(0.2)
+        move(folder)
+
+    monkeypatch.setattr(cgroup, '_early_move', None)
+    monkeypatch.setattr(cgroup, '_move_to', move_late)
+    cgroup.make_ready()
+    with group.entered(0):
+        time.sleep(0.3)
+        assert cgroup_of('self').endswith(f'{group._name}/0')
 
 
 @needs_control_group
