@@ -87,17 +87,6 @@ class Keyboard:
             # it is gone
             return
 
-    def read(self) -> tuple[bytes, bool]:
-        """
-        Return the keys that were typed, and whether the escape key was.
-
-        What follows the escape key is dropped.
-
-        :raises OSError: when the terminal is gone
-        """
-        keys, escape, _ = self.keys().partition(ESCAPE)
-        return keys, bool(escape)
-
     def keys(self) -> bytes:
         """
         Return what was typed, or nothing; it does not wait for more.
@@ -247,19 +236,11 @@ _BY_END = {
     'H': 'home',
     'F': 'end',
 }
-_BY_NUMBER = {
-    '1': 'home',
-    '3': 'delete',
-    '4': 'end',
-    '7': 'home',
-    '8': 'end',
-}
+_BY_NUMBER = {'1': 'home', '3': 'delete', '4': 'end', '7': 'home', '8': 'end'}
 _CONTROLS = {
-    '\r': 'enter',
-    '\n': 'enter',
+    **dict.fromkeys('\r\n', 'enter'),
+    **dict.fromkeys('\x7f\x08', 'backspace'),
     '\t': 'tab',
-    '\x7f': 'backspace',
-    '\x08': 'backspace',
 }
 
 
@@ -280,12 +261,9 @@ class KeyDecoder:
         """Whether an Esc may be the start of more."""
         return self._text.startswith('\x1b')
 
-    def feed(self, data: bytes) -> None:
-        """Add bytes, whose keys :meth:`pressed` returns."""
+    def feed(self, data: bytes) -> Iterator[str]:
+        """Iterate over the keys up to the end of some more bytes."""
         self._text += self._decoder.decode(data)
-
-    def pressed(self) -> Iterator[str]:
-        """Return all keys so far."""
         while self._text:
             size, key = self._first(self._text)
             if not size:
@@ -299,7 +277,7 @@ class KeyDecoder:
         if self.is_waiting:
             self._text = self._text[1:]
             yield 'esc'
-            yield from self.pressed()
+            yield from self.feed(b'')
 
     def _first(self, text: str) -> tuple[int, str]:
         """Return the first key and its characters, 0 for none yet."""

@@ -134,12 +134,7 @@ def _switched(state: LaunchState) -> Command[Any]:
 
 #: For all of them.
 FOR_ALL = (
-    Key(
-        '/',
-        'search',
-        'show lines with a text only, as it is typed',
-        names='slash',
-    ),
+    Key('/', 'search', 'show lines with a text only, as it is typed'),
     Key(
         'L',
         'level',
@@ -161,7 +156,7 @@ FOR_ALL = (
     ),
     Key('w', 'watch', 'switch --watch off, or on again', command=_switched),
     Key('E', 'errors', 'show the errors of the last build that failed'),
-    Key('?', 'help', 'show what the keys do', names='question_mark'),
+    Key('?', 'help', 'show what the keys do'),
 )
 
 #: Further keys of the full screen, for what the cursor is on.
@@ -178,13 +173,7 @@ SCREEN_ONE = (
 #: Further keys of the full screen, for all.
 SCREEN_ALL = (
     Key('p', 'plan', 'show the plan as a tree, or the list'),
-    Key(
-        ':',
-        'find',
-        'go to a process by a part of its name',
-        short='',
-        names='colon',
-    ),
+    Key(':', 'find', 'go to a process by a part of its name', short=''),
     Key(
         '1…9 0',
         'go',
@@ -200,46 +189,23 @@ SCREEN_ALL = (
 #: All keys of the full screen.
 ON_ONE, ON_ALL = (*FOR_ONE, *SCREEN_ONE), (*FOR_ALL, *SCREEN_ALL)
 
-#: Further keys of the status block.
-_CHOOSE = (
-    Key('1 … Z', 'choose', 'choose the process with this key', short=''),
-    Key(
-        ':',
-        'find',
-        'choose one by a part of its name; Tab completes it',
-        short='',
-    ),
+#: A further key of the status block.
+QUIT = Key(
+    'q',
+    'quit',
+    'stop the launch, as Ctrl-C does; once more hurries',
+    short='stop',
 )
-_CLEAR = Key(
-    'Esc', 'clear', 'choose none; without one chosen, show all again', short=''
-)
-_GENERAL = (
-    Key(
-        'Enter',
-        'break',
-        'end a line, to tell what comes from what was',
-        short='',
-    ),
-    Key(
-        'q',
-        'quit',
-        'stop the launch, as Ctrl-C does; once more hurries',
-        short='stop',
-    ),
-    Key(
-        ESCAPE_NAME,
-        'detach',
-        'go back from the process that is typed at',
-        short='',
-    ),
-)
-#: The keys of the status block without one chosen, by name.
-BLOCK_ALL = {key.name: key for key in (*FOR_ALL, *_GENERAL)}
-#: The help of the status block.
+#: The keys of the status block, with what they do.
 BLOCK_HELP = (
-    *((key.key, key.text) for key in _CHOOSE),
+    ('1 … Z', 'choose the process with this key'),
+    (':', 'choose one by a part of its name; Tab completes it'),
     *((key.key, f'then {key.text}') for key in FOR_ONE),
-    *((key.key, key.text) for key in (_CLEAR, *FOR_ALL, *_GENERAL)),
+    ('Esc', 'choose none; without one chosen, show all again'),
+    *((key.key, key.text) for key in FOR_ALL),
+    ('Enter', 'end a line, to tell what comes from what was'),
+    (QUIT.key, QUIT.text),
+    (ESCAPE_NAME, 'go back from the process that is typed at'),
 )
 
 

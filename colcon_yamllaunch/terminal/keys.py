@@ -3,8 +3,9 @@
 
 """The keys that are typed at the status block, and lines of input."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.control.process_names import ProcessNames
@@ -44,10 +45,10 @@ _BACK = frozenset(('esc', 'q', 'E', '?', 'enter', ' '))
 _ON = frozenset(('?', 'enter', ' '))
 #: The conditions in which nothing can be stopped.
 DOWN = frozenset(('ended', 'stopped', 'failed'))
-# the keys in the hint while no process is chosen
+# the keys in the hint while no process is chosen, the most important first
 _IN_HINT = (
-    *('help', 'search', 'level', 'times', 'mute_all'),
-    *('errors', 'watch', 'quit'),
+    *(_FOR_ALL[key] for key in ('?', '/', 'L', 't', 'M', 'E', 'w')),
+    keymap.QUIT,
 )
 #: Bytes that a line has at most; a terminal passes on no longer one
 #: (N_TTY_BUF_SIZE of Linux, with the line end).
@@ -70,20 +71,16 @@ class InputLine:
         self.text = ''
         #: How many characters of that are before the cursor.
         self.cursor = 0
-        self._history = list(history)
+        #: Lines from before, the oldest first.
+        self.history = list(history)
         # which line of the history is shown, and what was typed before
-        self._index = len(self._history)
+        self._index = len(self.history)
         self._draft = ''
         self._killed = ''
 
-    @property
-    def history(self) -> tuple[str, ...]:
-        """Lines from before, the oldest first."""
-        return tuple(self._history)
-
-    def press(self, key: str) -> bool:
+    def press(self, key: str) -> None:
         """
-        Handle a key, and return whether it edits the line.
+        Edit the line as a key does; other keys do nothing.
 
         The caller handles Enter and the keys that end the typing.
         """
@@ -102,9 +99,6 @@ class InputLine:
         elif key == 'ctrl-y':
             for character in self._killed:
                 self._insert(character)
-        else:
-            return False
-        return True
 
     def set(self, text: str) -> None:
         """Replace the text, and put the cursor at its end."""
@@ -114,7 +108,7 @@ class InputLine:
     def enter(self, *, remember: bool = True) -> str:
         """Return what was typed, and begin a new line."""
         text = self.text
-        history = self._history
+        history = self.history
         if remember and text.strip() and history[-1:] != [text]:
             history.append(text)
             del history[:-REMEMBERED]
@@ -139,26 +133,34 @@ class InputLine:
         self.cursor = start
 
     def _recall(self, index: int) -> None:
-        if not 0 <= index <= len(self._history):
-            return
-        if self._index == len(self._history):
-            self._draft = self.text
-        self._index = index
-        is_past = index < len(self._history)
-        self.set(self._history[index] if is_past else self._draft)
+        last = len(self.history)
+        if 0 <= index <= last:
+            if self._index == last:
+                self._draft = self.text
+            self._index = index
+            self.set(self._draft if index == last else self.history[index])
 
 
-def _left(text: str, place: int) -> int:
-    place = max(0, place - 1)
-    while place > 0 and not width(text[place]):
-        place -= 1
+def _next(text: str, place: int, step: int) -> int:
+    """Return the place before or after a character with its accents."""
+    place = max(0, min(place + step, len(text)))
+    while 0 < place < len(text) and not width(text[place]):
+        place += step
     return place
 
 
-def _right(text: str, place: int) -> int:
-    place = min(len(text), place + 1)
-    while place < len(text) and not width(text[place]):
-        place += 1
+def _past_word(
+    text: str, place: int, step: int, is_in_word: Callable[[str], bool]
+) -> int:
+    """Return the other end of a word, and of what separates it from here."""
+    # the character before the place is the one to the left of the cursor
+    before = min(step, 0)
+    for is_wanted in (False, True):
+        while (
+            0 <= place + before < len(text)
+            and is_in_word(text[place + before]) == is_wanted
+        ):
+            place += step
     return place
 
 
@@ -170,31 +172,14 @@ def _end(text: str, place: int) -> int:  # noqa: ARG001
     return len(text)
 
 
-def _word_left(text: str, place: int) -> int:
-    while place > 0 and not text[place - 1].isalnum():
-        place -= 1
-    while place > 0 and text[place - 1].isalnum():
-        place -= 1
-    return place
-
-
-def _word_right(text: str, place: int) -> int:
-    while place < len(text) and not text[place].isalnum():
-        place += 1
-    while place < len(text) and text[place].isalnum():
-        place += 1
-    return place
-
-
-def _blank_left(text: str, place: int) -> int:
-    while place > 0 and text[place - 1].isspace():
-        place -= 1
-    while place > 0 and not text[place - 1].isspace():
-        place -= 1
-    return place
-
-
-_MOVES = {
+_left, _right = partial(_next, step=-1), partial(_next, step=1)
+_word_left = partial(_past_word, step=-1, is_in_word=str.isalnum)
+_word_right = partial(_past_word, step=1, is_in_word=str.isalnum)
+_blank_left = partial(
+    _past_word, step=-1, is_in_word=lambda character: not character.isspace()
+)
+_Move = Callable[[str, int], int]
+_MOVES: Mapping[str, _Move] = {
     'left': _left,
     'ctrl-b': _left,
     'right': _right,
@@ -209,7 +194,7 @@ _MOVES = {
     'ctrl-right': _word_right,
 }
 # up to which place, and whether Ctrl-Y brings it back
-_DELETIONS = {
+_DELETIONS: Mapping[str, tuple[_Move, bool]] = {
     'backspace': (_left, False),
     'delete': (_right, False),
     'ctrl-d': (_right, False),
@@ -240,8 +225,7 @@ class Keys:
         self._pages: list[tuple[str, ...]] = []
         # what is being typed, if anything but what a process gets
         self._prompt = ''
-        self._line = InputLine()
-        self._searches: tuple[str, ...] = ()
+        self._line = self._search_line = InputLine()
         self._search_before = ''
         #: The process that has the keyboard, if one has.
         self.attached: str | None = None
@@ -271,10 +255,9 @@ class Keys:
                     yield Press('detach', label)
                 continue
             # where a key is the last one, those after it go elsewhere
-            self._decoder.feed(data[:1])
-            data = data[1:]
-            for key in self._decoder.pressed():
+            for key in self._decoder.feed(data[:1]):
                 yield from self._press(key)
+            data = data[1:]
 
     def settle(self) -> Iterator[Press | Typed]:
         """Handle an Esc that nothing followed, as :meth:`feed` does."""
@@ -327,27 +310,23 @@ class Keys:
         if self._prompt == '/':
             # which is seen in the line that it is typed in
             filtering = replace(filtering, search='')
-        view = View(
+        line, prompt = self._line, self._prompt
+        is_hidden = False
+        if self.attached is not None and not self._is_raw:
+            line = self._input_line(self.attached)
+            prompt = f'{self.attached}> '
+            is_hidden = self._is_secret
+        text = '*' * len(line.text) if is_hidden else line.text
+        return View(
             live=live,
             chosen=self.attached or self._chosen or self._meant(),
             filtering=filtering,
             hint=self._hint(),
-            note=self._note,
-            overlay=self._pages[0] if self._pages else (),
-        )
-        line, prompt = self._line, self._prompt
-        if self.attached is not None and not self._is_raw:
-            line = self._input_line(self.attached)
-            prompt = f'{self.attached}> '
-        if not prompt:
-            return view
-        is_hidden = self.attached is not None and self._is_secret
-        text = '*' * len(line.text) if is_hidden else line.text
-        return replace(
-            view,
-            prompt=prompt,
+            prompt=prompt or None,
             typed=text.replace('\t', ' '),
             cursor=line.cursor,
+            note=self._note,
+            overlay=self._pages[0] if self._pages else (),
         )
 
     def _hint(self) -> str:
@@ -377,8 +356,8 @@ class Keys:
         left_out = keymap.without_effect(self._model.state, None)
         words = [
             f'{key.key} {key.word}'
-            for name in _IN_HINT
-            if name not in left_out and (key := keymap.BLOCK_ALL[name])
+            for key in _IN_HINT
+            if key.name not in left_out
         ]
         keys = self._process_keys()
         if keys:
@@ -423,10 +402,8 @@ class Keys:
                 return
         if self.attached is not None:
             yield from self._press_in_input(self.attached, key)
-        elif self._prompt == '/':
-            self._press_in_search(key)
-        elif self._prompt == ':':
-            self._press_in_name(key)
+        elif self._prompt:
+            self._press_in_prompt(key)
         elif self._chosen is not None:
             yield from self._press_for_one(self._chosen, key)
         else:
@@ -474,8 +451,9 @@ class Keys:
         """Ask for a text that lines have (`/`), or for a name (`:`)."""
         self._prompt = prompt
         self._search_before = self.filtering.search
-        self._line = InputLine(self._searches if prompt == '/' else ())
+        self._line = InputLine()
         if prompt == '/':
+            self._line = self._search_line
             self._search('')
 
     def _search(self, text: str) -> None:
@@ -511,37 +489,32 @@ class Keys:
 
     # what is typed
 
-    def _press_in_search(self, key: str) -> None:
-        if key == 'enter':
-            self._line.enter()
-            self._searches = self._line.history
-            self._prompt = ''
-        elif key in ('esc', 'ctrl-g'):
-            self._prompt = ''
-            self._search(self._search_before)
-        elif key == 'backspace' and not self._line.text:
-            self._prompt = ''
-        else:
-            self._line.press(key)
-            self._search(self._line.text)
-
-    def _press_in_name(self, key: str) -> None:
+    def _press_in_prompt(self, key: str) -> None:
+        line, is_search = self._line, self._prompt == '/'
         matches = self._matches()
-        if key == 'enter':
-            self._prompt = ''
-            if not matches:
-                self._note = f"no process is called '{self._line.text}'"
-            elif self._line.text:
-                self._chosen = matches[0]
-        elif key in ('esc', 'ctrl-g') or (
-            key == 'backspace' and not self._line.text
+        is_dropped = key in ('esc', 'ctrl-g')
+        if (
+            key == 'enter'
+            or is_dropped
+            or (key == 'backspace' and not line.text)
         ):
             self._prompt = ''
-        elif key == 'tab':
+            text = line.enter(remember=key == 'enter')
+            if is_search and is_dropped:
+                self._search(self._search_before)
+            elif not is_search and key == 'enter':
+                if not matches:
+                    self._note = f"no process is called '{text}'"
+                elif text:
+                    self._chosen = matches[0]
+            return
+        if key == 'tab' and not is_search:
             if matches:
-                self._line.set(matches[0])
+                line.set(matches[0])
         else:
-            self._line.press(key)
+            line.press(key)
+        if is_search:
+            self._search(line.text)
 
     def _meant(self) -> str | None:
         """Return the process that the typed name means."""
@@ -606,14 +579,10 @@ def matching(text: str, names: Mapping[str, Iterable[str]]) -> list[str]:
     :param names: The names of each, by label, in the order of the plan
     """
     wanted = text.lower()
-    ranks: list[tuple[int, str]] = []
+    ranks = {}
     for label, called in names.items():
-        lower = [name.lower() for name in called]
-        if wanted in lower:
-            ranks.append((0, label))
-        elif any(name.startswith(wanted) for name in lower):
-            ranks.append((1, label))
-        elif any(wanted in name for name in lower):
-            ranks.append((2, label))
-    ranks.sort(key=lambda rank: rank[0])
-    return [label for _, label in ranks]
+        fits = [n.lower() for n in called if wanted in n.lower()]
+        if fits:
+            begins = any(name.startswith(wanted) for name in fits)
+            ranks[label] = (wanted not in fits, not begins)
+    return sorted(ranks, key=ranks.__getitem__)

@@ -183,11 +183,7 @@ class LineFilter:
         data = event.data
         if b'\r' in data or key in self._live:
             data = self._without_changes(key, process, data)
-        filtering = self.filtering
-        if not filtering.has(process.label):
-            return ()
-        if filtering.search or filtering.level > Level.DEBUG:
-            data = self._matching(key, process, data)
+        data = self._filtered(key, process, data)
         if not data:
             return ()
         if _has_many_lines(data):
@@ -215,7 +211,7 @@ class LineFilter:
         changing = [
             events.Output(process, key[1], data)
             for key, (process, data) in self._live.items()
-            if self._is_shown(key, process, data)
+            if self._filtered(key, process, data)
         ]
         yield from changing[-MAXIMUM_LIVE:]
         if self._repeated is not None:
@@ -225,7 +221,8 @@ class LineFilter:
         """Return the counted line, as something else is shown next."""
         if self._repeated is not None:
             yield self._counted(self._repeated)
-        self._forget_last()
+        self._last = self._repeated = None
+        self._count = 0
 
     def end(self, label: str | None = None) -> Iterator[events.Output]:
         """
@@ -265,15 +262,14 @@ class LineFilter:
             self._live.pop(key, None)
         return b'\n'.join((*lines, last))
 
-    def _is_shown(self, key: _Key, process: Process, data: bytes) -> bool:
-        filtering = self.filtering
-        if filtering.search or filtering.level > Level.DEBUG:
-            data = self._matching(key, process, data)
-        return bool(data) and filtering.has(process.label)
-
-    def _matching(self, key: _Key, process: Process, data: bytes) -> bytes:
-        matches = self.filtering.matches
+    def _filtered(self, key: _Key, process: Process, data: bytes) -> bytes:
+        """Return the lines that the filter lets through."""
         least = self.filtering.level
+        if not self.filtering.has(process.label):
+            return b''
+        if not self.filtering.search and least == Level.DEBUG:
+            return data
+        matches = self.filtering.matches
         may_match = matches(bare(data))
         if least == Level.DEBUG and not may_match:
             return b''
@@ -349,10 +345,6 @@ class LineFilter:
                 sign = b'%s%s%s%s' % (_RESET, _DIM, sign, _RESET)
             line = b'%s %s\n' % (line.rstrip(b'\n'), sign)
         return events.Output(repeated.process, repeated.stream, line)
-
-    def _forget_last(self) -> None:
-        self._last = self._repeated = None
-        self._count = 0
 
     def _coloured(self, process: Process, data: bytes) -> bytes:
         """Colour the lines that have a level of WARN or more."""

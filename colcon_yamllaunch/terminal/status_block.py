@@ -4,7 +4,7 @@
 """The lines of the status block."""
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 import math
 import re
 
@@ -36,9 +36,6 @@ FEW_PROCESSES, NAMED_LINES = 10, 2
 #: Cells of the end of a line that may still change that are always seen: of a
 #: count, or of what is behind a bar.
 _LIVE_END = 10
-
-#: What is shown of a process, and the cells that it takes.
-_Chip = tuple[str, int]
 
 _COLOUR = re.compile(COLOUR)
 _GAP = '  '
@@ -185,7 +182,7 @@ def next_second(due: float, now: float) -> float:
 
 def _block(lines: Iterable[str], style: Style) -> Block:
     if style.ascii:
-        lines = map(_as_ascii, lines)
+        lines = (line.translate(_ASCII) for line in lines)
     return Block(tuple(cut(line, max(2, style.columns - 1)) for line in lines))
 
 
@@ -223,11 +220,7 @@ def _processes(
                 high = middle - 1
         if high == most:
             break
-    return best or [cut(_GAP.join(text for text, _ in rest), columns)]
-
-
-def _measured(text: str) -> _Chip:
-    return text, width(text)
+    return best or [cut(_GAP.join(rest), columns)]
 
 
 def _rank(part: Part, model: StatusModel, view: View) -> tuple[bool, int, int]:
@@ -240,7 +233,7 @@ def _rank(part: Part, model: StatusModel, view: View) -> tuple[bool, int, int]:
     return part.label != view.chosen, rank, -part.turn
 
 
-def _chip(part: Part, model: StatusModel, view: View, style: Style) -> _Chip:
+def _chip(part: Part, model: StatusModel, view: View, style: Style) -> str:
     """Return what is shown of one process."""
     row = model.row(part)
     label, look = part.label, row.look
@@ -254,7 +247,7 @@ def _chip(part: Part, model: StatusModel, view: View, style: Style) -> _Chip:
         failure = ''
     words = [
         (row.key, BOLD),
-        (look.plain_sign if style.ascii else look.sign, look.colour),
+        (look.sign, look.colour),
         (text, text_colour),
         (row.restarts, RED if part.failure else YELLOW),
         (row.cpu, YELLOW),
@@ -264,41 +257,37 @@ def _chip(part: Part, model: StatusModel, view: View, style: Style) -> _Chip:
     words = [(word, colour) for word, colour in words if word]
     plain = ' '.join(word for word, _ in words)
     if label != view.chosen:
-        painted = ' '.join(_painted(word, c, style) for word, c in words)
-        return painted, width(plain)
-    if style.color:
-        return _painted(plain, REVERSE, style), width(plain)
-    return _measured(f'>{plain}<')
+        return ' '.join(_painted(word, c, style) for word, c in words)
+    return _painted(plain, REVERSE, style) if style.color else f'>{plain}<'
 
 
 def _rest(
     parts: Iterable[Part], style: Style, *, has_words: bool
-) -> list[_Chip]:
+) -> list[str]:
     """Return the numbers of processes that are not named, by state."""
     counts = Counter(part.condition for part in parts)
     chips = []
     for condition, look in LOOKS.items():
         if counts[condition]:
-            sign = look.plain_sign if style.ascii else look.sign
-            sign = _painted(sign, look.colour, style)
+            sign = _painted(look.sign, look.colour, style)
             word = f' {condition}' if has_words else ''
-            chips.append(_measured(f'{sign} {counts[condition]}{word}'))
+            chips.append(f'{sign} {counts[condition]}{word}')
     return chips
 
 
-def _packed(
-    chips: Sequence[_Chip], columns: int, gap: str = _GAP
-) -> list[str]:
+def _packed(chips: Iterable[str], columns: int, gap: str = _GAP) -> list[str]:
+    """Return lines with as many chips as fit into each."""
     lines: list[str] = []
-    line: list[str] = []
     room = 0
-    for chip, cells in chips:
-        if line and room < cells + len(gap):
-            lines.append(gap.join(line))
-            line = []
-        room = (room - cells - len(gap)) if line else columns - cells
-        line.append(chip if cells <= columns else cut(chip, columns))
-    return [*lines, gap.join(line)] if line else lines
+    for chip in chips:
+        cells = width(chip)
+        if lines and cells + len(gap) <= room:
+            lines[-1] += gap + chip
+            room -= cells + len(gap)
+        else:
+            lines.append(cut(chip, columns))
+            room = columns - cells
+    return lines
 
 
 # results, notes and hints
@@ -311,7 +300,7 @@ def _last_lines(
     if not (summary or hint) or room < 1:
         return []
     # whole words of it, which the summary does not push out
-    hint = _packed([_measured(w) for w in hint.split(_GAP)], columns)[0]
+    hint = _packed(hint.split(_GAP), columns)[0]
     if summary and hint and width(summary) + len(_SPACE + hint) > columns:
         if room > 1:
             return [cut(summary, columns), _painted(hint, DIM, style)]
@@ -327,11 +316,9 @@ def _answer_lines(
     colour = ''
     if view.note:
         colour = YELLOW
-        words = [_measured(word) for word in one_line(view.note).split()]
-        lines = _packed(words, columns, ' ')
+        lines = _packed(one_line(view.note).split(), columns, ' ')
     elif view.hint and (view.chosen is not None or view.prompt is not None):
-        chips = map(_measured, one_line(view.hint).split(_GAP))
-        lines = _packed(list(chips), columns)
+        lines = _packed(one_line(view.hint).split(_GAP), columns)
     else:
         return []
     if len(lines) > count:
@@ -414,16 +401,8 @@ def _painted(text: str, colour: str, style: Style) -> str:
     return f'{colour}{text}{_RESET}' if colour and style.color else text
 
 
-def _as_ascii(line: str) -> str:
-    for before, after in _ASCII:
-        line = line.replace(before, after)
-    return line
-
-
-_ASCII = (
-    ('…', '~'),
-    ('×', 'x'),
-    *((look.sign, look.plain_sign) for look in LOOKS.values()),
+_ASCII = str.maketrans(
+    {'…': '~', '×': 'x', **{k.sign: k.plain_sign for k in LOOKS.values()}}
 )
 
 

@@ -24,7 +24,7 @@ from colcon_yamllaunch.engine.loop import caught, received, STOPPING
 from colcon_yamllaunch.engine.state import ComponentState, Part
 from colcon_yamllaunch.engine.terminals import with_terminals
 from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.terminal.keyboard import ESCAPE_NAME, Keyboard
+from colcon_yamllaunch.terminal.keyboard import ESCAPE, ESCAPE_NAME, Keyboard
 from colcon_yamllaunch.verb.messages import say, show, show_bytes
 from colcon_yamllaunch.verb.selecting import Candidate
 
@@ -149,12 +149,12 @@ class _Conversation:
     def _is_left(self) -> bool:
         """Pass on keys, and tell whether there will be no more."""
         try:
-            keys, escape = self._keyboard.read()
+            keys, escape, _ = self._keyboard.keys().partition(ESCAPE)
         except OSError:
             return True
         if keys:
             self._launch.send({'keys': protocol.text_of(keys)})
-        return escape
+        return bool(escape)
 
     def _show_output(self) -> str | None:
         """Show what was sent; return how the process ended for good."""

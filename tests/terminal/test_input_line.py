@@ -22,7 +22,7 @@ KEYS = st.one_of(
 def typed(text, *keys):
     line = InputLine()
     for key in (*text, *keys):
-        assert line.press(key)
+        line.press(key)
     return line
 
 
@@ -60,7 +60,7 @@ def test_combining_accent_is_deleted_with_its_letter():
 
 def test_up_and_down_recall_history():
     line = InputLine(['first', 'second'])
-    assert line.press('d')
+    line.press('d')
     for key, text in (
         ('up', 'second'),
         ('up', 'first'),
@@ -69,11 +69,11 @@ def test_up_and_down_recall_history():
         ('down', 'd'),
         ('down', 'd'),
     ):
-        assert line.press(key)
+        line.press(key)
         assert line.text == text
     assert line.enter() == 'd'
     assert (line.text, line.cursor) == ('', 0)
-    assert line.history == ('first', 'second', 'd')
+    assert line.history == ['first', 'second', 'd']
 
 
 def test_blank_repeated_and_secret_lines_are_not_remembered():
@@ -81,7 +81,7 @@ def test_blank_repeated_and_secret_lines_are_not_remembered():
     for text, remember in (('a', True), ('  ', True), ('secret', False)):
         line.set(text)
         line.enter(remember=remember)
-    assert line.history == ('a',)
+    assert line.history == ['a']
     for number in range(REMEMBERED + 5):
         line.set(str(number))
         line.enter()
@@ -90,9 +90,8 @@ def test_blank_repeated_and_secret_lines_are_not_remembered():
 
 
 def test_other_keys_do_not_edit():
-    line = InputLine()
-    assert not line.press('esc')
-    assert not line.press('ctrl-]')
+    line = typed('one', 'esc', 'ctrl-]')
+    assert (line.text, line.cursor) == ('one', 3)
 
 
 def test_line_length_is_limited_in_bytes():
@@ -108,7 +107,7 @@ def test_line_length_is_limited_in_bytes():
 def test_random_keys_keep_cursor_in_line(keys):
     line = InputLine(['a line', 'wörter und 漢字'])
     for key in keys:
-        assert line.press(key)
+        line.press(key)
         assert 0 <= line.cursor <= len(line.text)
     text = line.text
     assert line.enter() == text

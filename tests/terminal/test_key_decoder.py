@@ -20,8 +20,7 @@ def keys_of(*pieces):
     decoder = KeyDecoder()
     keys = []
     for piece in pieces:
-        decoder.feed(piece)
-        keys += decoder.pressed()
+        keys += decoder.feed(piece)
     return decoder, keys
 
 

@@ -164,6 +164,10 @@ class LaunchScreen(Screen[None]):
             due = max(loop.time(), self._drawn + DRAWN_EVERY)
             loop.call_at(due, self._draw)
 
+    # the cursor, the focus, and whether the output follows are all shown
+    on_part_list_moved = on_descendant_focus = changed
+    on_output_pane_followed = changed
+
     # -- keys
 
     def action_press(self, name: str, pressed: str) -> None:
@@ -324,18 +328,6 @@ class LaunchScreen(Screen[None]):
                 self.changed()
 
         self.set_timer(SHOWN_FOR, forget)
-        self.changed()
-
-    def on_part_list_moved(self) -> None:
-        """Show what the cursor is on."""
-        self.changed()
-
-    def on_descendant_focus(self) -> None:
-        """Show the keys of the pane that has the focus."""
-        self.changed()
-
-    def on_output_pane_followed(self) -> None:
-        """Show whether the end is in sight."""
         self.changed()
 
     @property

@@ -380,9 +380,8 @@ class RowIndex:
     """The rows of lines, where a long line takes several."""
 
     def __init__(self) -> None:
-        # for each line the rows up to it, with those of lines that are gone
+        # for each line the rows up to its end
         self._ends: list[int] = []
-        self._gone = 0
 
     def __len__(self) -> int:
         return len(self._ends)
@@ -390,35 +389,32 @@ class RowIndex:
     @property
     def rows(self) -> int:
         """The rows of all lines."""
-        return self._ends[-1] - self._gone if self._ends else 0
+        return self.first_row(len(self._ends))
 
     def add(self, rows: int) -> None:
         """Add the rows of the next line."""
-        self._ends.append(self._gone + self.rows + rows)
+        self._ends.append(self.rows + rows)
 
     def alter(self, line: int, rows: int) -> None:
         """Change how many rows a line has."""
-        more = rows - (self._ends[line] - self._gone - self.first_row(line))
+        more = self.first_row(line) + rows - self._ends[line]
         if more:
             for number in range(line, len(self._ends)):
                 self._ends[number] += more
 
     def drop(self, lines: int) -> int:
         """Remove the first lines, and return how many rows they had."""
-        if not lines or not self._ends:
-            return 0
-        before = self._gone
-        self._gone = self._ends[min(lines, len(self._ends)) - 1]
-        del self._ends[:lines]
-        return self._gone - before
+        gone = self.first_row(min(lines, len(self._ends)))
+        self._ends = [end - gone for end in self._ends[lines:]]
+        return gone
 
     def first_row(self, line: int) -> int:
         """Return the number of the first row that a line is shown in."""
-        return (self._ends[line - 1] if line else self._gone) - self._gone
+        return self._ends[line - 1] if line else 0
 
     def at(self, row: int) -> tuple[int, int]:
         """Return the line of a row, and which of its rows that is."""
-        line = bisect_right(self._ends, row + self._gone)
+        line = bisect_right(self._ends, row)
         return line, row - self.first_row(line)
 
 
