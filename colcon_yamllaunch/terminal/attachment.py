@@ -32,19 +32,17 @@ class Attachment:
 
     def __init__(self, screen: Screen, label: str | None) -> None:
         self._screen = screen
-        self._engine: Engine | None = None
         self._wanted = label
         self._attached: str | None = None
         self._started: dict[str, events.Started] = {}
 
     def connect(self, engine: Engine) -> None:
         """Use an engine, before it runs."""
-        self._engine = engine
+        self._engine: Engine = engine
 
     def close(self) -> None:
         """Disconnect."""
         self._end()
-        self._engine = None
 
     def shows(self, label: str) -> bool:
         """Return whether the output of a process is shown as it comes."""
@@ -69,8 +67,7 @@ class Attachment:
         """Connect a process, and return whether that is possible."""
         engine, started = self._engine, self._started.get(label)
         if (
-            engine is None
-            or started is None
+            started is None
             or not engine.terminals.has_keyboard(label)
             or not self._begin(label)
         ):
@@ -85,7 +82,7 @@ class Attachment:
         self._wanted = None
         self._end()
         started = self._started.get(label)
-        if started is not None and self._engine is not None:
+        if started is not None:
             self._engine.emit(events.Detached(started.process))
 
     def _attach_started(self, label: str) -> None:
@@ -94,7 +91,7 @@ class Attachment:
 
     def _end(self) -> None:
         label, self._attached = self._attached, None
-        if label is not None and self._engine is not None:
+        if label is not None:
             self._release()
             self._engine.terminals.remove_sink(label, self._show)
             # what is shown next may be of another one, or the shell's
@@ -143,12 +140,12 @@ class KeysAttachment(Attachment):
 
     def type(self, keys: bytes) -> None:
         """Send what was typed to the process."""
-        if self._attached is not None and self._engine is not None:
+        if self._attached is not None:
             self._engine.terminals.type(self._attached, keys)
 
     def read_modes(self) -> None:
         """Read whether the process takes lines or keys now."""
-        if self._attached is None or self._engine is None:
+        if self._attached is None:
             return
         local = self._engine.terminals.input_modes(self._attached)
         if local is not None:
@@ -237,7 +234,6 @@ class LocalAttachment(Attachment):
 
     def _typed(self, data: bytes) -> None:
         """Pass on what was typed; nothing is the end of the terminal."""
-        assert self._engine is not None
         keys, escape, _ = data.partition(ESCAPE)
         self._engine.terminals.type(self._label, keys)
         if escape or not data:

@@ -160,12 +160,11 @@ class WatchedKeyboard(Keyboard):
     ) -> None:
         super().__init__(descriptor, takes_keys=takes_keys)
         self._typed = typed
-        self._loop: Loop | None = None
         self._has_had_keys = False
 
     def connect(self, loop: Loop) -> None:
         """Use the loop of a launch, before it runs."""
-        self._loop = loop
+        self._loop: Loop = loop
 
     @property
     def has_keys(self) -> bool:
@@ -184,7 +183,7 @@ class WatchedKeyboard(Keyboard):
         :param keeps_early: Whether to keep what was typed before the first
           time, as it is for a process
         """
-        if self._loop is None or not self.grab():
+        if not self.grab():
             return None
         if self.takes_keys:
             if not self._has_had_keys and not keeps_early:
@@ -196,7 +195,7 @@ class WatchedKeyboard(Keyboard):
 
     def release(self) -> None:
         """Stop reading keys, and restore the modes of the terminal."""
-        if self.modes is not None and self._loop is not None:
+        if self.modes is not None:
             self._loop.remove(self.descriptor)
         super().release()
 

@@ -103,10 +103,11 @@ class TerminalSession:
         self._descriptor = display.writer.descriptor
         self._screen = screen
         self._show = show
-        self._color, self._is_plain = display.color, display.is_ascii
-        self._environment = display.environment
+        self._display = display
         self._filter = LineFilter(
-            color=self._color, is_ascii=self._is_plain, form_of=self._form_of
+            color=display.color,
+            is_ascii=display.is_ascii,
+            form_of=self._form_of,
         )
         self._keys = keys.Keys(self.model)
         self._attachment = KeysAttachment(
@@ -376,7 +377,7 @@ class TerminalSession:
 
     def _form_of(self, process: Process) -> str | None:
         variables = dict(process.environment)
-        return variables.get(FORMAT, self._environment.get(FORMAT))
+        return variables.get(FORMAT, self._display.environment.get(FORMAT))
 
     def _compose(
         self, now: float
@@ -399,8 +400,8 @@ class TerminalSession:
         style = status_block.Style(
             size.columns,
             min(status_block.MAXIMUM_LINES, size.lines // PART),
-            self._color,
-            self._is_plain,
+            self._display.color,
+            self._display.is_ascii,
             size.lines,
         )
         pending, until = self._pending(now)

@@ -70,8 +70,6 @@ def test_a_shell_that_has_it_before_does_not_see_an_end(held):
     assert keyboard.keys() == b''
     os.write(ours, b'x')
     assert keyboard.keys() == b'x'
-    os.write(ours, b'y\x1dz')
-    assert keyboard.read() == (b'y', True)
 
 
 def test_what_is_left_of_a_block_and_a_scroll_region_is_gone():

@@ -264,11 +264,12 @@ class LaunchScreen(Screen[None]):
         """Go to one of the first processes."""
         label = self.model.label_of(digit)
         if label is not None:
-            self._parts.go_to(label)
+            self._parts.go_to(lambda row: row.label == label)
 
     def key_failed(self, _: str) -> None:
         """Go to the next that failed."""
-        if not self._parts.next_of(self.model.failed):
+        failed = self.model.failed
+        if not self._parts.go_to(lambda row: row.label in failed, after=True):
             self.say('nothing has failed')
 
     def key_switch(self, _: str) -> None:
@@ -342,7 +343,8 @@ class LaunchScreen(Screen[None]):
         if asked == 'search' and text != self._filtering.search:
             self._filter(replace(self._filtering, search=text))
         elif asked == 'find' and text:
-            self._parts.find(text)
+            name = text.lower()
+            self._parts.go_to(lambda row: name in (row.label or '').lower())
 
     def _part(self) -> Part | None:
         """Return what the cursor is on; say what to do if it is nothing."""

@@ -94,17 +94,13 @@ class OutputStore:
         self._characters = characters
         self._form = form
         self._kept: defaultdict[str | None, _Kept] = defaultdict(_Kept)
-        self._size = 0
+        #: The characters that are kept.
+        self.size = 0
         self._order = 0
         # the last line, and what it is compared by
         self._last: tuple[Line, bytes] | None = None
         #: Lines whose text changed since :meth:`OutputView.pop_altered`.
         self.altered: dict[Line, None] = {}
-
-    @property
-    def size(self) -> int:
-        """The characters that are kept."""
-        return self._size
 
     def add(self, wrote: Wrote) -> list[Line]:
         """
@@ -219,11 +215,11 @@ class OutputStore:
 
     def _grow(self, kept: _Kept, size: int) -> None:
         kept.size += size
-        self._size += size
+        self.size += size
 
     def _shrink(self) -> None:
         """Drop the oldest lines of the process with the most characters."""
-        while self._size > self._characters:
+        while self.size > self._characters:
             biggest = max(self._kept.values(), key=attrgetter('size'))
             for _ in range((len(biggest.lines) + 1) // 2):
                 self._drop(biggest)

@@ -4,7 +4,7 @@
 """The parts of the full screen: list, output, dialogs and prompt."""
 
 from bisect import bisect_right
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from typing import ClassVar, Literal
 
 from colcon_yamllaunch.common.printable import one_line
@@ -113,18 +113,20 @@ class PartList(Pane):
         self._keep_in_sight()
         self.refresh()
 
-    def go_to(self, label: str) -> bool:
-        """Put the cursor on a process; return whether it is there."""
-        return self._go_to(lambda row: row.label == label)
+    def go_to(
+        self, fits: Callable[[Row], bool], *, after: bool = False
+    ) -> bool:
+        """
+        Put the cursor on the first row that fits; return whether one does.
 
-    def find(self, name: str) -> bool:
-        """Put the cursor on the first row with a part of a name."""
-        part = name.lower()
-        return self._go_to(lambda row: part in (row.label or '').lower())
-
-    def next_of(self, labels: Collection[str]) -> bool:
-        """Put the cursor on the next row with one of some labels."""
-        return self._go_to(lambda row: row.label in labels, self._cursor + 1)
+        :param after: Whether to begin after the row that it is on
+        """
+        start = self._cursor + 1 if after else 0
+        rows = [*self._rows[start:], *self._rows[:start]]
+        found = next((n for n, row in enumerate(rows) if fits(row)), None)
+        if found is not None:
+            self._go((start + found) % len(rows))
+        return found is not None
 
     def on_click(self, event: Click) -> None:
         """Go where the mouse is."""
@@ -155,14 +157,6 @@ class PartList(Pane):
     @property
     def _place(self) -> int:
         return self._cursor
-
-    def _go_to(self, fits: Callable[[Row], bool], start: int = 0) -> bool:
-        """Put the cursor on the first row that fits, if there is one."""
-        rows = [*self._rows[start:], *self._rows[:start]]
-        found = next((n for n, row in enumerate(rows) if fits(row)), None)
-        if found is not None:
-            self._go((start + found) % len(rows))
-        return found is not None
 
     def _go(self, row: int) -> None:
         cursor = max(0, min(row, len(self._rows) - 1))
