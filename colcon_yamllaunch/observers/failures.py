@@ -46,10 +46,14 @@ class Failures:
         self._lines_after += len(event.lines())
         match event:
             case events.Output():
-                self._keep(event)
+                label = event.process.label
+                data = event.data
+                if len(data) < limits.TAIL_BYTES:
+                    data = self._tails.get(label, b'') + data
+                self._tails[label] = data[-limits.TAIL_BYTES :]
                 if event.stream in SHOWN[event.process.output]:
                     self._lines_after = 0
-                    self._shown_at = {event.process.label: 0}
+                    self._shown_at = {label: 0}
             case events.Started():
                 self._tails.pop(event.process.label, None)
             case events.Exited(failed=True, outcome=outcome):
@@ -58,10 +62,8 @@ class Failures:
             case events.StartFailed():
                 self._core_dumps.pop(event.process.label, None)
                 self._shown_at[event.process.label] = self._lines_after
-            case events.TransitionFailed():
-                self._shown_at[event.process.label] = self._lines_after
-            case events.LoadFailed():
-                self._shown_at[event.component.label] = self._lines_after
+            case events.TransitionFailed() | events.LoadFailed():
+                self._shown_at[_owner(event).label] = self._lines_after
             case _:
                 return
 
@@ -131,8 +133,10 @@ class Failures:
     def _description(self, failure: Failure) -> str:
         position = events.shown(_owner(failure).position)
         what = _what_failed(failure)
-        if self._stands_above(failure):
-            what = what.removesuffix(f': {_reason(failure)}')
+        if self._stands_above(failure) and not isinstance(
+            failure, events.Exited
+        ):
+            what = what.removesuffix(f': {failure.reason}')
         return f'{what} (from {position})'
 
     def _stands_above(self, failure: Failure) -> bool:
@@ -160,13 +164,6 @@ class Failures:
         log = self._state.log_files.get(label)
         return None if log is None else Path(log)
 
-    def _keep(self, event: events.Output) -> None:
-        label = event.process.label
-        data = event.data
-        if len(data) < limits.TAIL_BYTES:
-            data = self._tails.get(label, b'') + data
-        self._tails[label] = data[-limits.TAIL_BYTES :]
-
     def _tail(self, label: str) -> list[str]:
         data = self._tails.get(label, b'')
         lines = bare(data).rstrip().split('\n')
@@ -180,10 +177,6 @@ def _owner(failure: Failure) -> Process | Component:
     if isinstance(failure, events.LoadFailed):
         return failure.component
     return failure.process
-
-
-def _reason(failure: Failure) -> str | None:
-    return None if isinstance(failure, events.Exited) else failure.reason
 
 
 def _what_failed(failure: Failure) -> str:

@@ -9,7 +9,8 @@ use, that of Jenkins' xUnit plugin (junit-10.xsd) and that of Apache Ant's
 reports (JUnit.xsd by Windy Road).
 """
 
-from collections.abc import Iterable, Sequence
+from collections import Counter
+from collections.abc import Iterator, Sequence
 import platform
 import re
 import time
@@ -50,18 +51,19 @@ class JUnitReport:
 
     def document(self, seconds: float) -> bytes:
         """Return the report."""
+        cases = [
+            junit_case(name, self._class_name, taken, outcome)
+            for name, taken, outcome in self._cases()
+        ]
         return junit_document(
-            self._name,
-            self._class_name,
-            self._started,
-            seconds,
-            tuple(self._cases()),
+            self._name, self._class_name, self._started, seconds, cases
         )
 
-    def _cases(self) -> Iterable[Element]:
+    def _cases(self) -> Iterator[tuple[str, float, Element | None]]:
+        """Iterate over names, seconds, and why a case did not succeed."""
         if self._ended is None:
             text = 'the launch failed before a process was started'
-            yield self._case('launch', 0.0, _outcome('error', text))
+            yield 'launch', 0.0, junit_outcome('error', text, source='launch')
             return
         failures = {
             None if f.process is None else f.process.label: f
@@ -76,19 +78,16 @@ class JUnitReport:
                 is_process = isinstance(part, ProcessState)
                 what = 'started' if is_process else 'loaded'
                 outcome = junit_outcome('skipped', f'it was never {what}')
-            yield self._case(label, part.run_seconds, outcome)
+            yield label, part.run_seconds, outcome
         if None in failures:
-            yield self._case('launch', 0.0, _failure(failures[None]))
+            yield 'launch', 0.0, _failure(failures[None])
         for verdict in self._ended.verdicts:
             missed = None
             if verdict.failure is not None:
-                missed = _outcome('failure', verdict.failure)
-            yield self._case(verdict.name, verdict.seconds, missed)
-
-    def _case(
-        self, name: str, seconds: float, outcome: Element | None
-    ) -> Element:
-        return junit_case(name, self._class_name, seconds, outcome)
+                missed = junit_outcome(
+                    'failure', verdict.failure, source='launch'
+                )
+            yield verdict.name, verdict.seconds, missed
 
 
 def _failure(report: events.FailureReport) -> Element:
@@ -100,10 +99,6 @@ def _failure(report: events.FailureReport) -> Element:
     if report.log_file is not None:
         lines += ['', f'all of its output: {report.log_file}']
     return junit_outcome('failure', report.text, '\n'.join(lines), 'launch')
-
-
-def _outcome(kind: str, text: str) -> Element:
-    return junit_outcome(kind, text, text, 'launch')
 
 
 def junit_document(
@@ -119,6 +114,7 @@ def junit_document(
     :param class_name: The name under which the cases are grouped
     :param started: When, in seconds since the epoch
     """
+    outcomes = Counter(outcome.tag for case in cases for outcome in case)
     suite = Element(
         'testsuite',
         {
@@ -130,9 +126,9 @@ def junit_document(
             ),
             'hostname': platform.node() or 'localhost',
             'tests': str(len(cases)),
-            'failures': _count(cases, 'failure'),
-            'errors': _count(cases, 'error'),
-            'skipped': _count(cases, 'skipped'),
+            'failures': str(outcomes['failure']),
+            'errors': str(outcomes['error']),
+            'skipped': str(outcomes['skipped']),
             'time': f'{seconds:.3f}',
         },
     )
@@ -169,17 +165,14 @@ def junit_outcome(
     Return why a case did not succeed.
 
     :param kind: `failure`, `error` or `skipped`
+    :param text: More about a failure or an error, by default the message
     :param source: The type of a failure or an error
     """
     element = Element(kind, {'message': _clean(message)})
     if source:
         element.set('type', source)
-        element.text = _clean(text)
+        element.text = _clean(text or message)
     return element
-
-
-def _count(cases: Iterable[Element], kind: str) -> str:
-    return str(sum(case.find(kind) is not None for case in cases))
 
 
 def _clean(text: str) -> str:

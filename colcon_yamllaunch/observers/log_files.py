@@ -95,20 +95,16 @@ class Quota:
     def make_room(self, size: int) -> None:
         """Delete old parts so that files can grow by `size` bytes."""
         self._left -= size
-        if self._left < 0:
-            self._look_at_disk(size)
+        if self._left < 0 and self._allowed is not None:
+            step = size + min(limits.LOG_STEP, self._part)
+            allowed = self._allowed(self.used, self.used + step)
+            self._restrict(min(self._limit, allowed))
+            self._left = step - size
         while self.used + size > self._bound and self._rotated:
             self.used -= self._rotated.popleft().forget_oldest()
             if not self._has_warned:
                 self._has_warned = True
                 self._warn(self._warning())
-
-    def _look_at_disk(self, size: int) -> None:
-        if self._allowed is not None:
-            step = size + min(limits.LOG_STEP, self._part)
-            allowed = self._allowed(self.used, self.used + step)
-            self._restrict(min(self._limit, allowed))
-            self._left = step - size
 
     def _restrict(self, bound: int) -> None:
         self._bound = bound
@@ -236,11 +232,7 @@ class LogFile:
     def _create_again(self) -> None:
         """Open a new file at the path, if that is possible now."""
         try:
-            try:
-                descriptor = _opened(self.path)
-            except FileNotFoundError:
-                self.path.parent.mkdir(parents=True, exist_ok=True)
-                descriptor = _opened(self.path)
+            descriptor = _opened(self.path)
         except OSError:
             return
         os.close(self._descriptor)
@@ -251,16 +243,14 @@ class LogFile:
             self._parts_size += self._size
         else:
             self._quota.used -= self._size
-            self._forget_deleted_parts()
+            if self._parts and not self._part(1).exists():
+                # they were deleted with it
+                self._quota.used -= self._parts_size
+                self._parts.clear()
+                self._parts_size = 0
         self._is_astray = False
         self._size = 0
         self._is_mid_line = False
-
-    def _forget_deleted_parts(self) -> None:
-        if self._parts and not self._part(1).exists():
-            self._quota.used -= self._parts_size
-            self._parts.clear()
-            self._parts_size = 0
 
     def _part(self, number: int) -> Path:
         if not number:
@@ -269,7 +259,12 @@ class LogFile:
 
 
 def _opened(path: Path) -> int:
-    return os.open(path, _FLAGS, 0o644)
+    """Open a log file; its folder is made when it is missing."""
+    try:
+        return os.open(path, _FLAGS, 0o644)
+    except FileNotFoundError:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        return os.open(path, _FLAGS, 0o644)
 
 
 def lock_folder(folder: Path, operation: int = fcntl.LOCK_SH) -> int | None:
@@ -331,7 +326,6 @@ class Logs:
             None if store is None else store.allowed,
         )
         self._expect(processes)
-        self._is_tidy = store is None
         self._layout = layout
         self._warn = warn
         self._has_warned = False
@@ -408,7 +402,11 @@ class Logs:
         self._waiting, self._begun = self._begun, {}
         self._write_collected()
         self._renew_lock()
-        return bool(self._unopened or self._waiting) or self._tidy()
+        if self._unopened or self._waiting:
+            return True
+        if self._store is not None and not self._store.tidy():
+            self._store = None
+        return self._store is not None
 
     def close(self) -> None:
         """Write everything, and close all files."""
@@ -458,12 +456,6 @@ class Logs:
         self._common_pending.clear()
         self._event_pending.clear()
 
-    def _tidy(self) -> bool:
-        """Tidy up a bit more; return whether there is more to do."""
-        if self._store is not None and not self._is_tidy:
-            self._is_tidy = not self._store.tidy()
-        return not self._is_tidy
-
     def _renew_lock(self) -> None:
         """Lock the folder again after somebody deleted it."""
         if self._lock is not None:
@@ -499,11 +491,7 @@ class Logs:
     def _open(self, name: str) -> LogFile | None:
         path = self._folder / name
         try:
-            try:
-                return LogFile(path, self._quota)
-            except FileNotFoundError:
-                path.parent.mkdir(parents=True, exist_ok=True)
-                return LogFile(path, self._quota)
+            return LogFile(path, self._quota)
         except OSError as error:
             self._fail(path, error)
             return None
@@ -546,8 +534,8 @@ def folder_names(
             text += number[0]
         text = text.replace('/', '.').lstrip('.')
         base = ''.join(c if c.isprintable() else '_' for c in text)
-        base = _shortened(base) or '_'
-        name = base
+        data = base.encode(errors='replace')[: limits.FOLDER_NAME_BYTES]
+        name = base = data.decode(errors='ignore') or '_'
         count = 1
         while name in taken:
             count += 1
@@ -555,8 +543,3 @@ def folder_names(
         taken.add(name)
         names[label] = name
     return names
-
-
-def _shortened(name: str) -> str:
-    data = name.encode(errors='replace')[: limits.FOLDER_NAME_BYTES]
-    return data.decode(errors='ignore')

@@ -23,24 +23,19 @@ _FIELD = re.compile(r'\{(\w+)\}')
 
 
 class Level(IntEnum):
-    """The severity of a line, with the numbers of rcutils."""
+    """
+    The severity of a line, with the numbers of rcutils.
+
+    Python's logging has two other names.
+    """
 
     DEBUG = 10
     INFO = 20
-    WARN = 30
+    WARN = WARNING = 30
     ERROR = 40
-    FATAL = 50
+    FATAL = CRITICAL = 50
 
 
-_LEVELS = {
-    b'DEBUG': Level.DEBUG,
-    b'INFO': Level.INFO,
-    b'WARN': Level.WARN,
-    b'WARNING': Level.WARN,
-    b'ERROR': Level.ERROR,
-    b'FATAL': Level.FATAL,
-    b'CRITICAL': Level.FATAL,
-}
 #: Bytes at the start of a line that its level is in.
 LEVEL_WITHIN = 4096
 # what a line with a level of WARN or more has, by the letter of it that is the
@@ -73,13 +68,13 @@ def level_of(line: bytes, form: str | None = None) -> Level | None:
         pattern = _pattern(form)
         match = None if pattern is None else pattern.match(line)
     if match is not None:
-        return _LEVELS[match['level']]
+        return Level[match['level'].decode()]
     match = _usual().match(line)
     if match is None:
         return None
     if match['end']:
         return Level.ERROR
-    return _LEVELS[match['level'] or match['first']]
+    return Level[(match['level'] or match['first']).decode()]
 
 
 @cache

@@ -230,7 +230,8 @@ class Screen:
         self._layout = layout
         self._is_mid_line = False
         self._folding = InterruptFolding()
-        self._width = len(events.LAUNCHER)
+        # the characters of a prefix
+        self._width = len(f'[{events.LAUNCHER}] ')
         self._names: dict[str, str] = {}
         self._prefixes: dict[str, bytes] = {}
         #: Returns the prefix of the output of processes, if it has one.
@@ -243,7 +244,11 @@ class Screen:
         if isinstance(event, events.Exited):
             self.end_output(event.process)
         if isinstance(event, events.Output):
-            self._show_output(event)
+            process = event.process
+            if event.stream in SHOWN[process.output]:
+                data = normalised(event.data)
+                data = self._folding.fold(process.label, event.stream, data)
+                self._show_lines(process, event.stream, data)
         elif isinstance(event, events.Said):
             self._show_message(event)
         else:
@@ -287,13 +292,6 @@ class Screen:
         for stream, data in self._folding.rest(process.label):
             self._show_lines(process, stream, data)
 
-    def _show_output(self, event: events.Output) -> None:
-        process = event.process
-        if event.stream in SHOWN[process.output]:
-            data = normalised(event.data)
-            data = self._folding.fold(process.label, event.stream, data)
-            self._show_lines(process, event.stream, data)
-
     def rendered(self, process: Process, data: bytes) -> bytes:
         """Return how lines of a process are shown."""
         data = legible(data, self._terminal)
@@ -329,15 +327,21 @@ class Screen:
 
     def _expect(self, processes: Iterable[Process]) -> None:
         """Make room for the names of processes; others keep their colour."""
-        self._names |= {p.label: self._name(p) for p in processes}
-        longest = max(
-            (len(one_line(n)) for n in self._names.values()), default=0
-        )
-        self._width = max(self._width, min(longest, limits.LABEL_WIDTH))
-        self._prefixes = {
-            label: self._prefix(name, _COLOURS[index % len(_COLOURS)])
-            for index, (label, name) in enumerate(self._names.items())
-        }
+        for process in processes:
+            # with the lines of ROS 2, users want its names
+            is_own = self._layout is None
+            name = process.label if is_own else process.ros_name
+            self._names[process.label] = f'[{one_line(name)}]'
+        longest = max(map(len, self._names.values()), default=0)
+        most = len('[] ') + limits.LABEL_WIDTH
+        self._width = max(self._width, min(longest + 1, most))
+        for index, (label, name) in enumerate(self._names.items()):
+            padding = ' ' * (self._width - len(name)) or ' '
+            if self._color:
+                colour = _COLOURS[index % len(_COLOURS)]
+                name = f'{colour}{name}{_RESET}'
+            prefix = (name + padding).encode(errors='replace')
+            self._prefixes[label] = prefix
 
     def _show_own(
         self, line: str, severity: str, name: str = events.LAUNCHER
@@ -345,7 +349,7 @@ class Screen:
         # ^C stands at the start of the line that it was typed on
         start = '\r' if self._terminal else ''
         line = one_line(line)
-        label = f'[{name}]'.ljust(self._width + 3)
+        label = f'[{name}]'.ljust(self._width)
         if self._layout is not None:
             label = ''
             line = self._layout(name, severity, line)
@@ -373,14 +377,3 @@ class Screen:
         if data:
             self.end_line()
         self._writer.write(key, data)
-
-    def _name(self, process: Process) -> str:
-        # with the lines of ROS 2, users want its names
-        return process.label if self._layout is None else process.ros_name
-
-    def _prefix(self, name: str, colour: str) -> bytes:
-        text = f'[{one_line(name)}]'
-        padding = ' ' * (self._width + 3 - len(text)) or ' '
-        if self._color:
-            text = f'{colour}{text}{_RESET}'
-        return (text + padding).encode(errors='replace')

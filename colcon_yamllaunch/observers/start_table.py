@@ -3,7 +3,8 @@
 
 """The table of started processes, for a terminal."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
+from itertools import takewhile
 import os
 from typing import NamedTuple
 
@@ -47,7 +48,10 @@ class StartTable:
     def __init__(
         self, plan: Plan, size: os.terminal_size, screen: Screen
     ) -> None:
-        self._pending = _started_at_once(plan)
+        entries = takewhile(
+            lambda entry: not isinstance(entry, Shutdown), plan.entries
+        )
+        self._pending = {e.label for e in entries if isinstance(e, Process)}
         self._size = size
         self._screen = screen
         self._started: list[events.Started] = []
@@ -61,11 +65,13 @@ class StartTable:
         if not pending:
             self._screen.handle(event)
             return
-        match event:
-            case events.Started() if event.process.label in pending:
-                self._started.append(event)
-            case _:
-                self._held.append(event)
+        if (
+            isinstance(event, events.Started)
+            and event.process.label in pending
+        ):
+            self._started.append(event)
+        else:
+            self._held.append(event)
         match event:
             case events.Started() | events.StartFailed() | events.Dropped():
                 pending.discard(event.process.label)
@@ -112,31 +118,17 @@ def start_table_lines(
     if not rows or size.columns < limits.TABLE_WIDTH:
         return []
     if len(rows) > size.lines - limits.TABLE_MARGIN:
-        rows = [_merged(group) for group in _by_package(rows)]
+        groups: dict[tuple[str, str], list[Row]] = {}
+        for row in rows:
+            key = row.package, '' if row.package else row.program
+            groups.setdefault(key, []).append(row)
+        rows = [_merged(group) for group in groups.values()]
     shown = [i for i in range(len(_HEADER)) if any(row[i] for row in rows)]
     cells = [[row[i] for i in shown] for row in (_HEADER, *rows)]
     widths = column_widths(cells)
     for _ in range(table_width(widths) - size.columns):
         widths[widths.index(max(widths))] -= 1
     return table_lines(cells, widths, without_middle)
-
-
-def _started_at_once(plan: Plan) -> set[str]:
-    labels = set()
-    for entry in plan.entries:
-        if isinstance(entry, Shutdown):
-            break
-        if isinstance(entry, Process):
-            labels.add(entry.label)
-    return labels
-
-
-def _by_package(rows: Iterable[Row]) -> Iterable[list[Row]]:
-    groups: dict[tuple[str, str], list[Row]] = {}
-    for row in rows:
-        key = row.package, '' if row.package else row.program
-        groups.setdefault(key, []).append(row)
-    return groups.values()
 
 
 def _merged(group: Sequence[Row]) -> Row:

@@ -10,7 +10,7 @@ What follows from changes of files and from builds, as data.
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 import os
-from typing import Literal
+from typing import Literal, TypeAlias
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import one_line
@@ -70,6 +70,10 @@ class Consequence:
     action: Action
     names: tuple[str, ...]
     reason: str
+
+
+#: A consequence without the change.
+_Result: TypeAlias = tuple[Action, tuple[str, ...], str]
 
 
 @dataclass(frozen=True, slots=True)
@@ -233,56 +237,55 @@ class _Index:
         """Return what follows from the change of a file with all its names."""
         # a name in a package says more than the target of a link
         first = next((c for c in changes if self._owner(c)), changes[0])
-        found = dict.fromkeys(self._of_use(first))
+        found = {Consequence(first, *one): None for one in self._of_use(first)}
         for change in changes:
-            found.update(dict.fromkeys(self._of_package(change)))
+            for one in self._of_package(change):
+                found[Consequence(change, *one)] = None
         if not any(one.action in ('replan', 'build') for one in found):
             # after a build, the launch file is evaluated again, too
+            reason = ''
             if self._dependencies.is_plan_broken:
                 reason = 'it may mend the launch file'
-                found[Consequence(first, 'replan', (), reason)] = None
             elif self._dependencies.reads_more:
                 reason = 'a program that the launch file runs may read it'
+            if reason:
                 found[Consequence(first, 'replan', (), reason)] = None
         if not found:
             reason = 'nothing in the launch uses it'
             return [Consequence(first, 'ignore', (), reason)]
         return list(found)
 
-    def _of_use(self, change: Change) -> Iterator[Consequence]:
+    def _of_use(self, change: Change) -> Iterator[_Result]:
         """Iterate over what follows from the plan's use of the file."""
         real = change.real
         is_read = real in self._dependencies.plan_files
         if is_read:
-            yield Consequence(change, 'replan', (), 'the launch file reads it')
-        labels = self._programs.get(real, ())
+            yield 'replan', (), 'the launch file reads it'
+        labels = tuple(self._programs.get(real, ()))
         if labels:
             reason = f'it is the program of {_listed(labels)}'
             if change.kind == 'deleted':
                 # a fresh launch would fail, so the process is not stopped
-                yield Consequence(change, 'replan', (), reason)
+                yield 'replan', (), reason
             else:
-                yield Consequence(change, 'restart', tuple(labels), reason)
+                yield 'restart', labels, reason
         if not self._remote_files.isdisjoint((real, change.path)):
-            reason = 'what runs on another machine names it'
-            yield Consequence(change, 'replan', (), reason)
-        labels = self._named.get(real, ())
+            yield 'replan', (), 'what runs on another machine names it'
+        labels = tuple(self._named.get(real, ()))
         if not labels:
             return
-        reason = f'the plan names it for {_listed(labels)}'
-        yield Consequence(change, 'restart', tuple(labels), reason)
+        yield 'restart', labels, f'the plan names it for {_listed(labels)}'
         if change.kind in ('new', 'deleted') and not is_read:
             # the plan omits a parameter file that does not exist
-            reason = 'whether it is there matters to the plan'
-            yield Consequence(change, 'replan', (), reason)
+            yield 'replan', (), 'whether it is there matters to the plan'
 
-    def _of_package(self, change: Change) -> Iterator[Consequence]:
+    def _of_package(self, change: Change) -> Iterator[_Result]:
         """Iterate over what follows from the packages of the file."""
         package = self._owner(change)
         if package is not None:
             found = [*self._of_source(change, package)]
             yield from found
-            is_built = any(one.action == 'build' for one in found)
+            is_built = any(action == 'build' for action, _, _ in found)
             yield from self._of_machines(change, package, is_built=is_built)
         readers = {
             name
@@ -291,8 +294,7 @@ class _Index:
         }
         if readers:
             names = tuple(sorted(readers))
-            reason = f'{_listed(names)} was built with it'
-            yield Consequence(change, 'build', names, reason)
+            yield 'build', names, f'{_listed(names)} was built with it'
 
     def _owner(self, change: Change) -> PackageDependencies | None:
         """Return the package whose source folder has the file."""
@@ -305,7 +307,7 @@ class _Index:
 
     def _of_source(
         self, change: Change, package: PackageDependencies
-    ) -> Iterator[Consequence]:
+    ) -> Iterator[_Result]:
         name = package.name
         relative = change.path[len(package.path) + 1 :]
         is_live = relative in package.live
@@ -313,26 +315,34 @@ class _Index:
             reason = f'{name} is built from it'
             if is_live:
                 reason = f'{name} has installed a link to it'
-            yield Consequence(change, 'build', (name,), reason)
+            yield 'build', (name,), reason
         is_module = relative in package.modules
-        if is_module and change.kind != 'deleted':
-            if change.kind != 'mode':
-                reason = f'it is a Python module of {name}'
-                yield from self._of_importers(change, 'restart', name, reason)
-        elif is_module or (
-            change.kind in ('new', 'deleted')
-            and relative.endswith(_PYTHON_SUFFIX)
-            and os.path.dirname(relative) in package.module_folders
+        action: Action = 'restart after build'
+        if is_module and change.kind not in ('deleted', 'mode'):
+            action, what = 'restart', 'it is a'
+        elif change.kind in ('new', 'deleted') and (
+            is_module
+            or (
+                relative.endswith(_PYTHON_SUFFIX)
+                and os.path.dirname(relative) in package.module_folders
+            )
         ):
-            is_new = change.kind == 'new'
-            what = 'it is a new' if is_new else 'it was a'
-            reason = f'{what} Python module of {name}'
-            late: Action = 'restart after build'
-            yield from self._of_importers(change, late, name, reason)
+            what = 'it is a new' if change.kind == 'new' else 'it was a'
+        else:
+            return
+        importers = tuple(
+            process.label
+            for process in self._dependencies.processes
+            if process.may_run_python
+            and not process.machine
+            and name in process.packages
+        )
+        if importers:
+            yield action, importers, f'{what} Python module of {name}'
 
     def _of_machines(
         self, change: Change, package: PackageDependencies, *, is_built: bool
-    ) -> Iterator[Consequence]:
+    ) -> Iterator[_Result]:
         """Iterate over what follows for other machines with the package."""
         remote = self._dependencies.remote
         kept = remote.unsynced
@@ -341,28 +351,14 @@ class _Index:
         if sent and not is_built:
             # a machine has copies of the files that are linked here
             reason = f'{package.name} is also on {_listed(sent)}'
-            yield Consequence(change, 'build', (package.name,), reason)
+            yield 'build', (package.name,), reason
         if change.real in self._dependencies.plan_files:
             # launch files are evaluated here
             return
         for machine in machines:
             if machine in kept:
                 reason = f'it is sent nothing ({kept[machine]})'
-                yield Consequence(change, 'keep', (machine,), reason)
-
-    def _of_importers(
-        self, change: Change, action: Action, package: str, reason: str
-    ) -> Iterator[Consequence]:
-        """Iterate over what follows for possible importers of a package."""
-        labels = tuple(
-            process.label
-            for process in self._dependencies.processes
-            if process.may_run_python
-            and not process.machine
-            and package in process.packages
-        )
-        if labels:
-            yield Consequence(change, action, labels, reason)
+                yield 'keep', (machine,), reason
 
 
 def _listed(names: Sequence[str]) -> str:
