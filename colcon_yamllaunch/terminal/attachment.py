@@ -166,7 +166,7 @@ class KeysAttachment(Attachment):
         return True
 
     def _release(self) -> None:
-        self._keys.detach()
+        self._keys.attached = None
 
     def _show(self, stream: events.Stream, data: bytes) -> None:
         self.read_modes()

@@ -91,7 +91,13 @@ class InputLine:
         elif key in _MOVES:
             self.cursor = _MOVES[key](self.text, self.cursor)
         elif key in _DELETIONS:
-            self._delete(key)
+            place, is_kept = _DELETIONS[key]
+            other = place(self.text, self.cursor)
+            start, end = sorted((self.cursor, other))
+            if is_kept and start < end:
+                self._killed = self.text[start:end]
+            self.text = self.text[:start] + self.text[end:]
+            self.cursor = start
         elif key in ('up', 'ctrl-p'):
             self._recall(self._index - 1)
         elif key in ('down', 'ctrl-n'):
@@ -122,15 +128,6 @@ class InputLine:
             before, after = self.text[: self.cursor], self.text[self.cursor :]
             self.text = f'{before}{text}{after}'
             self.cursor += 1
-
-    def _delete(self, key: str) -> None:
-        place, is_kept = _DELETIONS[key]
-        other = place(self.text, self.cursor)
-        start, end = sorted((self.cursor, other))
-        if is_kept and start < end:
-            self._killed = self.text[start:end]
-        self.text = self.text[:start] + self.text[end:]
-        self.cursor = start
 
     def _recall(self, index: int) -> None:
         last = len(self.history)
@@ -251,7 +248,7 @@ class Keys:
                 if keys:
                     yield Typed(keys)
                 if escape:
-                    self.detach()
+                    self.attached = None
                     yield Press('detach', label)
                 continue
             # where a key is the last one, those after it go elsewhere
@@ -279,10 +276,6 @@ class Keys:
         self.attached = label
         self._is_raw = is_raw
         self._is_secret = is_secret
-
-    def detach(self) -> None:
-        """Handle keys here again."""
-        self.attached = None
 
     def show_note(self, note: str) -> None:
         """Show a note until the next key."""
@@ -530,7 +523,7 @@ class Keys:
     def _press_in_input(self, label: str, key: str) -> Iterator[Press | Typed]:
         line = self._input_line(label)
         if key == 'ctrl-]':
-            self.detach()
+            self.attached = None
             yield Press('detach', label)
         elif key == 'enter':
             text = line.enter(remember=not self._is_secret)

@@ -347,14 +347,10 @@ class TerminalSession:
             self._writer.begin(self._compose)
             return
         self._paged = PagedOutput(pager)
+        # no shell is there to go on with it after Ctrl-Z
         self._engine.loop.add_child(
-            pager.pid, lambda _: self._end_pager(), self._pager_suspended
+            pager.pid, lambda _: self._end_pager(), pager.quit
         )
-
-    def _pager_suspended(self) -> None:
-        if self._paged is not None:
-            # Ctrl-Z; no shell is there to go on with it
-            self._paged.pager.quit()
 
     def _end_pager(self) -> None:
         paged, self._paged = self._paged, None

@@ -200,9 +200,26 @@ class LaunchModel(StatusModel):
                 self.view.add(self.store.add(received))
             case subscription.Happened():
                 self._gap = None
-                self._add_event(received.name, received.fields)
+                name, fields = received.name, received.fields
+                self.wants_tree |= name in _PLANNED
+                text = sentence_of(name, fields)
+                if text:
+                    label, time = fields.get('label'), fields.get('time')
+                    self._say(
+                        label if isinstance(label, str) else None,
+                        text,
+                        time if isinstance(time, float) else 0.0,
+                        level_of_event(name, fields),
+                    )
             case subscription.Missed():
-                self._add_gap(received)
+                self.missed_bytes += received.bytes
+                self.wants_tree |= bool(received.events)
+                if self._gap is None:
+                    self._gap_bytes = 0
+                    self._gap = self._say(None, '', 0.0, Level.FATAL)
+                self._gap_bytes += received.bytes
+                text = f'… {size(self._gap_bytes)} not shown …'
+                self.store.alter(self._gap, text)
 
     def add_usage(self, usage: Mapping[int, Usage]) -> None:
         """
@@ -244,15 +261,6 @@ class LaunchModel(StatusModel):
                 state.apply(events.PartChanged(named, 'ended', 'ended'))
         if reason:
             self.say(reason)
-
-    @property
-    def shown_labels(self) -> Collection[str] | None:
-        """The processes whose output is shown; None for all."""
-        filtering = self.view.filtering
-        if not filtering.only and not filtering.muted:
-            return None
-        labels = (process.label for process in self.state.processes)
-        return sorted(filter(filtering.has, labels))
 
     def say(self, text: str) -> None:
         """Add a line about the launch to its output."""
@@ -306,35 +314,12 @@ class LaunchModel(StatusModel):
             self._keys = dict(zip(labels, _DIGITS, strict=False))
             self._labels = {key: label for label, key in self._keys.items()}
 
-    def _add_event(self, name: str, fields: Mapping[str, Any]) -> None:
-        label = fields.get('label')
-        self.wants_tree |= name in _PLANNED
-        text = sentence_of(name, fields)
-        if text:
-            time = fields.get('time')
-            self._say(
-                label if isinstance(label, str) else None,
-                text,
-                time if isinstance(time, float) else 0.0,
-                level_of_event(name, fields),
-            )
-
     def _say(
         self, label: str | None, text: str, time: float, level: Level
     ) -> Line:
         line = self.store.add_note(label, text, time, level)
         self.view.add((line,))
         return line
-
-    def _add_gap(self, missed: subscription.Missed) -> None:
-        self.missed_bytes += missed.bytes
-        self.wants_tree |= bool(missed.events)
-        if self._gap is None:
-            self._gap_bytes = 0
-            self._gap = self._say(None, '', 0.0, Level.FATAL)
-        self._gap_bytes += missed.bytes
-        text = f'… {size(self._gap_bytes)} not shown …'
-        self.store.alter(self._gap, text)
 
     # -- what is received
 
@@ -383,9 +368,13 @@ class LaunchModel(StatusModel):
         Else all is read, so that it is there when somebody wants to see it.
         """
         is_too_much = self.missed_bytes > self._missed_before
+        filtering = self.view.filtering
         wanted = None
-        if self._wanted is not None or is_too_much:
-            wanted = self.shown_labels
+        if (self._wanted is not None or is_too_much) and (
+            filtering.only or filtering.muted
+        ):
+            labels = (process.label for process in self.state.processes)
+            wanted = sorted(filter(filtering.has, labels))
         if wanted == self._wanted:
             return
         if self._wanted is None:
@@ -428,7 +417,10 @@ def sentence_of(name: str, fields: Mapping[str, Any]) -> str:
         if name == 'exited':
             text = _ending(fields)
         elif name == 'checked':
-            text = 'green: all was seen' if fields['passed'] else _red(fields)
+            text = 'green: all was seen'
+            if not fields['passed']:
+                missing = [f"'{t}' was not seen" for t in fields['missing']]
+                text = f'red: {", ".join((*fields["failures"], *missing))}'
         else:
             text = SENTENCES.get(name, '').format_map(fields)
     except (KeyError, TypeError, ValueError):
@@ -468,8 +460,3 @@ def _ending(fields: Mapping[str, Any]) -> str:
     if fields['asked'] and not fields['failed']:
         text = 'stopped'
     return f'{text} after {fields["seconds"]:.1f} s'
-
-
-def _red(fields: Mapping[str, Any]) -> str:
-    missing = [f"'{text}' was not seen" for text in fields['missing']]
-    return f'red: {", ".join((*fields["failures"], *missing))}'

@@ -128,12 +128,12 @@ class LaunchScreen(Screen[None]):
 
     def on_mount(self) -> None:
         """Begin to listen."""
-        self.app.app_resume_signal.subscribe(self, self._resumed)
-        self.model.open(get_running_loop(), self.changed, self._ended)
-
-    def on_unmount(self) -> None:
-        """Close the connection."""
-        self.close()
+        # another program had the terminal
+        loop = get_running_loop()
+        self.app.app_resume_signal.subscribe(
+            self, lambda _: loop.call_later(DRAWN_EVERY, self.app.refresh)
+        )
+        self.model.open(loop, self.changed, self._ended)
 
     def check_action(
         self,
@@ -149,6 +149,8 @@ class LaunchScreen(Screen[None]):
         """Close the connection, and draw no more."""
         self._is_closed = True
         self.model.close()
+
+    on_unmount = close
 
     def on_resize(self, event: Resize) -> None:
         """Show one pane, or both."""
@@ -178,22 +180,22 @@ class LaunchScreen(Screen[None]):
         """
         key = _KEYS[name]
         subject: Any = self.model.state
+        argument: Any = pressed
         if key in keymap.ON_ONE:
-            part = self._part()
+            part = self.model.part(self._parts.label)
             if part is None:
+                self.say('go to a process or component first', 'red')
                 return
             if key.filter and isinstance(part, ComponentState):
                 self.say(keymap.only_its_container_writes(part.label), 'red')
                 return
-            subject = part.label
+            subject, argument = part.label, part
         if key.filter is not None:
             self._filter(key.filter(self._filtering, subject))
         elif key.command is not None:
             self._send(name, key.command(subject))
-        elif key in keymap.ON_ONE:
-            getattr(self, f'key_{name}')(part)
         else:
-            getattr(self, f'key_{name}')(pressed)
+            getattr(self, f'key_{name}')(argument)
 
     def _send(self, name: str, command: commands.Command[Any]) -> None:
         def reply(response: Any) -> None:
@@ -204,7 +206,9 @@ class LaunchScreen(Screen[None]):
             elif isinstance(command, commands.PartCommand):
                 self.say(f'{command.process}: {name} requested')
 
-        if not self._has_ended():
+        if self.model.ending:
+            self.say(self.model.ending, 'red')
+        else:
             self.model.send(self._launch.ask, command, reply)
 
     def after_debug(
@@ -346,19 +350,6 @@ class LaunchScreen(Screen[None]):
             name = text.lower()
             self._parts.go_to(lambda row: name in (row.label or '').lower())
 
-    def _part(self) -> Part | None:
-        """Return what the cursor is on; say what to do if it is nothing."""
-        part = self.model.part(self._parts.label)
-        if part is None:
-            self.say('go to a process or component first', 'red')
-        return part
-
-    def _has_ended(self) -> bool:
-        """Return whether the launch has ended, and say so."""
-        if self.model.ending:
-            self.say(self.model.ending, 'red')
-        return bool(self.model.ending)
-
     def _leave(self, answer: widgets.Leaving | None) -> None:
         if answer == 'leave' or (answer == 'stop' and self.model.ending):
             self.app.exit()
@@ -402,10 +393,6 @@ class LaunchScreen(Screen[None]):
             width = self._lines['short'].size.width
             shown = screen_texts.in_short(model, label, width)
         self._put('short', shown)
-
-    def _resumed(self, _: object) -> None:
-        # another program had the terminal
-        get_running_loop().call_later(DRAWN_EVERY, self.app.refresh)
 
     def _put(self, place: str, text: Text) -> None:
         # all else stays where it is, which need not be found out anew

@@ -7,7 +7,6 @@ from collections.abc import Collection, Sequence
 
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.common.table import duration, size
-from colcon_yamllaunch.control.resource_usage import Usage
 from colcon_yamllaunch.engine.description import Description
 from colcon_yamllaunch.engine.state import ComponentState, ProcessState
 from colcon_yamllaunch.terminal.full_screen.launch_model import LaunchModel
@@ -137,7 +136,11 @@ def in_short(model: LaunchModel, label: str, width: int) -> Text:
         text.append(f'  {one_line(part.plugin)}')
     history = list(model.usage.get(label, ()))
     if history:
-        for name, shown, values in _resources(history):
+        latest = history[-1]
+        for name, shown, values in (
+            ('CPU', f'{latest.cpu:.1%}', [u.cpu for u in history]),
+            ('RAM', size(latest.memory), [float(u.memory) for u in history]),
+        ):
             text.append(f'\n{name} ', 'dim')
             text.append(f'{shown:>10} ')
             room = max(0, width - len(name) - 13)
@@ -162,13 +165,3 @@ def in_full(model: LaunchModel, label: str, description: Description) -> Text:
     for line in tuple(description_lines(description))[1:]:
         text.append(f'\n{one_line(line)}')
     return text
-
-
-def _resources(
-    history: Sequence[Usage],
-) -> list[tuple[str, str, list[float]]]:
-    latest = history[-1]
-    return [
-        ('CPU', f'{latest.cpu:.1%}', [u.cpu for u in history]),
-        ('RAM', size(latest.memory), [float(u.memory) for u in history]),
-    ]

@@ -303,11 +303,6 @@ class OutputPane(Pane):
         return max(1, self.scrollable_content_region.width)
 
     @property
-    def _names(self) -> bool:
-        """Whether lines say whose they are."""
-        return len(self._view.filtering.only) != 1
-
-    @property
     def _place(self) -> int:
         return self.scroll_offset.y
 
@@ -324,7 +319,8 @@ class OutputPane(Pane):
         stamp = label = count = ''
         if self._view.filtering.times and line.time:
             stamp = time_stamp(line.time)
-        if line.label is not None and self._names:
+        is_alone = len(self._view.filtering.only) == 1
+        if line.label is not None and not is_alone:
             label = f'[{one_line(line.label)}] '
         if line.count > 1:
             # in front, as it would not be seen behind a long line
@@ -345,7 +341,9 @@ class OutputPane(Pane):
         stamp, label, count = self._prefix_of(line)
         text.append(stamp, 'dim')
         if line.label is not None:
-            text.append(label, self._style_of(line.label))
+            number = len(self._styles) % len(_LABEL_STYLES)
+            style = self._styles.setdefault(line.label, _LABEL_STYLES[number])
+            text.append(label, style)
         text.append(count, 'bold')
         is_bad = line.level >= Level.WARN
         colour = 'yellow' if line.level < Level.ERROR else 'red'
@@ -361,13 +359,6 @@ class OutputPane(Pane):
                 body.stylize(_FOUND, start, end)
             text.append_text(body)
         return text
-
-    def _style_of(self, label: str) -> str:
-        style = self._styles.get(label)
-        if style is None:
-            style = _LABEL_STYLES[len(self._styles) % len(_LABEL_STYLES)]
-            self._styles[label] = style
-        return style
 
 
 class RowIndex:
@@ -450,9 +441,9 @@ class LeaveQuestion(ModalScreen[Leaving]):
     """The question whether to stop the launch that was started here."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding('s', 'answer("stop")', show=False),
-        Binding('l', 'answer("leave")', show=False),
-        Binding('escape,q', 'answer("stay")', show=False),
+        Binding('s', 'dismiss("stop")', show=False),
+        Binding('l', 'dismiss("leave")', show=False),
+        Binding('escape,q', 'dismiss("stay")', show=False),
         Binding('ctrl+c', 'app.interrupt', show=False),
     ]
 
@@ -469,10 +460,6 @@ class LeaveQuestion(ModalScreen[Leaving]):
                 '     --stop ends it\n'
                 'Esc  stay'
             )
-
-    def action_answer(self, answer: Leaving) -> None:
-        """Close with an answer."""
-        self.dismiss(answer)
 
 
 class Prompt(Input):
