@@ -181,10 +181,7 @@ class Advisor:
         found = self._resolved(program)
         if found is None:
             return None
-        _, interpreter = found
-        prefix = 'gdb -ex run --args'
-        if interpreter is not None:
-            prefix = f'{prefix} {interpreter}'
+        prefix = ' '.join(filter(None, ('gdb -ex run --args', found[1])))
         return (
             f"to see where: --attach {label} --launch-prefix '{prefix}' "
             f'--launch-prefix-filter {os.path.basename(program)}'
@@ -196,7 +193,9 @@ class Advisor:
 
     def _cure(self, program: str, used: str, module: str) -> str:
         """Return how to fix that an interpreter lacks a module."""
-        for other in self._interpreters():
+        paths = (os.path.join(f, 'python3') for f in self._path.split(':'))
+        here = [path for path in paths if os.access(path, os.X_OK)]
+        for other in (*here, sys.executable):
             if other != used and _has_module(_libraries(other), module):
                 # what is installed may be a link to the file that is edited
                 source = os.path.realpath(find_program(program, self._path))
@@ -218,13 +217,6 @@ class Advisor:
         """Return the folders in which an interpreter finds packages."""
         given = split_path(self._environment.get('PYTHONPATH', ''))
         return [*map(Path, given), *_libraries(interpreter)]
-
-    def _interpreters(self) -> Iterator[str]:
-        for folder in self._path.split(':'):
-            candidate = os.path.join(folder, 'python3')
-            if os.access(candidate, os.X_OK):
-                yield candidate
-        yield sys.executable
 
 
 def _program_of(process: Process) -> str:

@@ -125,10 +125,13 @@ class LogStore:
                 yield True
         for folder in self._folders:
             path = self._base / folder.name
-            if folder.size is None and not _is_locked(path):
-                folder.size = _size_of(path)
-                folder.ran = (path / COMMON_LOG).exists()
-                yield True
+            if folder.size is None:
+                lock = lock_folder(path, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                if lock is not None:
+                    os.close(lock)
+                    folder.size = _size_of(path)
+                    folder.ran = (path / COMMON_LOG).exists()
+                    yield True
         if self._index() != index:
             write_json(self._base / INDEX_NAME, self._index())
 
@@ -250,14 +253,6 @@ def _is_ours(folder: Path) -> bool:
         with suppress(OSError):
             if stat.S_ISREG((folder / name).lstat().st_mode):
                 return True
-    return False
-
-
-def _is_locked(folder: Path) -> bool:
-    descriptor = lock_folder(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    if descriptor is None:
-        return True
-    os.close(descriptor)
     return False
 
 

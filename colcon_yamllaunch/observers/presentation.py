@@ -67,7 +67,11 @@ class Display:
         #: The environment, with variables for unbuffered, coloured output.
         self.environment = self.environment_for(environment)
         #: Whether it shows ASCII only.
-        self.is_ascii = _is_ascii(stream, environment)
+        encoding = (getattr(stream, 'encoding', None) or '').lower()
+        terminal = environment.get('TERM', '')
+        self.is_ascii = not encoding.startswith('utf') or terminal.startswith(
+            _ASCII
+        )
         #: Writes to the stream.
         self.writer = _writer(stream, self.descriptor, open_writer)
 
@@ -137,13 +141,6 @@ def is_same_terminal(stream: TextIO | None, descriptor: int) -> bool:
         return False
 
 
-def _is_ascii(stream: TextIO, environment: Mapping[str, str]) -> bool:
-    encoding = (getattr(stream, 'encoding', None) or '').lower()
-    return not encoding.startswith('utf') or environment.get(
-        'TERM', ''
-    ).startswith(_ASCII)
-
-
 def _writer(
     stream: TextIO, descriptor: int, open_writer: Callable[[int], Writer]
 ) -> Writer:
@@ -199,7 +196,16 @@ def present(
     stack: ExitStack,
 ) -> events.Listener:
     """Return the listener that shows the launch."""
-    show = _shown(presentation, screen, plan, display)
+    show: events.Listener = screen.handle
+    if presentation.verbosity == 'quiet':
+        show = _quiet(screen.handle)
+    elif presentation.verbosity == 'verbose':
+        show = _verbose(screen, presentation.describe)
+    elif display.terminal:
+        from colcon_yamllaunch.observers.start_table import StartTable
+
+        size = size_of(display.descriptor)
+        show = StartTable(plan, size, screen).handle
     if presentation.watch and presentation.verbosity != 'verbose':
         show = _without_restarts(show, screen)
     if not display.terminal:
@@ -219,20 +225,6 @@ def present(
         title.handle(event)
 
     return handle
-
-
-def _shown(
-    presentation: Presentation, screen: Screen, plan: Plan, display: Display
-) -> events.Listener:
-    if presentation.verbosity == 'quiet':
-        return _quiet(screen.handle)
-    if presentation.verbosity == 'verbose':
-        return _verbose(screen, presentation.describe)
-    if display.terminal:
-        from colcon_yamllaunch.observers.start_table import StartTable
-
-        return StartTable(plan, size_of(display.descriptor), screen).handle
-    return screen.handle
 
 
 def _without_restarts(

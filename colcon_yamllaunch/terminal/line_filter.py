@@ -166,7 +166,7 @@ class LineFilter:
         self._times_sign = b'x' if is_ascii else '×'.encode()
         self._form_of = form_of
         # lines that processes rewrite in place, the latest last
-        self._live: dict[_Key, tuple[Process, bytes]] = {}
+        self._live: dict[_Key, events.Output] = {}
         # the levels of the last lines
         self._levels: dict[_Key, Level] = {}
         # what was shown last, without times, and how often in a row
@@ -180,10 +180,9 @@ class LineFilter:
         if event.stream not in SHOWN[process.output]:
             return ()
         key = (process.label, event.stream)
-        data = event.data
-        if b'\r' in data or key in self._live:
-            data = self._without_changes(key, process, data)
-        data = self._filtered(key, process, data)
+        if b'\r' in event.data or key in self._live:
+            event = self._without_changes(key, event)
+        data = self._filtered(key, event)
         if not data:
             return ()
         if _has_many_lines(data):
@@ -193,11 +192,7 @@ class LineFilter:
         if data:
             if self._color and may_be_loud(data):
                 data = self._coloured(process, data)
-            shown.append(
-                event
-                if data is event.data
-                else events.Output(process, event.stream, data)
-            )
+            shown.append(_with_data(event, data))
         return shown
 
     @property
@@ -209,9 +204,9 @@ class LineFilter:
     def live(self) -> Iterable[events.Output]:
         """The lines that may still change."""
         changing = [
-            events.Output(process, key[1], data)
-            for key, (process, data) in self._live.items()
-            if self._filtered(key, process, data)
+            event
+            for key, event in self._live.items()
+            if self._filtered(key, event)
         ]
         yield from changing[-MAXIMUM_LIVE:]
         if self._repeated is not None:
@@ -232,38 +227,34 @@ class LineFilter:
         """
         for key in list(self._live):
             if label in (None, key[0]):
-                process, data = self._live.pop(key)
-                whole = events.Output(process, key[1], data + b'\n')
-                yield from self.shown(whole)
+                event = self._live.pop(key)
+                yield from self.shown(_with_data(event, event.data + b'\n'))
         if label is None:
             yield from self.settle()
 
     def _without_changes(
-        self, key: _Key, process: Process, data: bytes
-    ) -> bytes:
+        self, key: _Key, event: events.Output
+    ) -> events.Output:
         """Keep lines that are rewritten in place, and return whole lines."""
-        data = _CARRIAGE_RETURNS.sub(b'\n', data)
-        if b'\r' not in data and key not in self._live:
-            return data
-        *lines, last = data.split(b'\n')
-        lines = [last_state(line) for line in lines]
-        if lines:
-            self._live.pop(key, None)
-        if last.endswith(b'\r'):
+        data = _CARRIAGE_RETURNS.sub(b'\n', event.data)
+        if b'\r' in data or key in self._live:
+            *lines, last = data.split(b'\n')
+            lines = [last_state(line) for line in lines]
             text = last_state(last)
+            goes_on = last.endswith(b'\r') and bool(text)
             # those that are shown keep their places
-            if not text or key not in list(self._live)[-MAXIMUM_LIVE:]:
+            latest = list(self._live)[-MAXIMUM_LIVE:]
+            if lines or (last and not (goes_on and key in latest)):
                 self._live.pop(key, None)
-            if text:
-                self._live[key] = process, text
-            last = b''
-        elif last:
-            last = last_state(last)
-            self._live.pop(key, None)
-        return b'\n'.join((*lines, last))
+            if goes_on:
+                self._live[key] = _with_data(event, text)
+            rest = b'' if last.endswith(b'\r') else text
+            data = b'\n'.join((*lines, rest))
+        return _with_data(event, data)
 
-    def _filtered(self, key: _Key, process: Process, data: bytes) -> bytes:
+    def _filtered(self, key: _Key, event: events.Output) -> bytes:
         """Return the lines that the filter lets through."""
+        process, data = event.process, event.data
         least = self.filtering.level
         if not self.filtering.has(process.label):
             return b''
@@ -297,9 +288,7 @@ class LineFilter:
             text = (key, TIMES.sub(b'', line))
             if text == self._last:
                 self._count += 1
-                self._repeated = events.Output(
-                    event.process, event.stream, line
-                )
+                self._repeated = _with_data(event, line)
                 continue
             if self._repeated is not None:
                 counted = self._counted(self._repeated)
@@ -326,9 +315,7 @@ class LineFilter:
             ended, data = self._compared_by_line(key, event, first)
             if self._last is not None:
                 self._count += count - 1
-                self._repeated = events.Output(
-                    event.process, event.stream, first
-                )
+                self._repeated = _with_data(event, first)
                 return ended, data
             return ended, first * count
         ended = list(self.settle())
@@ -344,7 +331,7 @@ class LineFilter:
             if self._color:
                 sign = b'%s%s%s%s' % (_RESET, _DIM, sign, _RESET)
             line = b'%s %s\n' % (line.rstrip(b'\n'), sign)
-        return events.Output(repeated.process, repeated.stream, line)
+        return _with_data(repeated, line)
 
     def _coloured(self, process: Process, data: bytes) -> bytes:
         """Colour the lines that have a level of WARN or more."""
@@ -358,6 +345,12 @@ class LineFilter:
                 text = line.rstrip(b'\n')
                 lines[index] = colour + text + _RESET + line[len(text) :]
         return b''.join(lines)
+
+
+def _with_data(event: events.Output, data: bytes) -> events.Output:
+    if data is event.data:
+        return event
+    return events.Output(event.process, event.stream, data)
 
 
 def _has_many_lines(data: bytes) -> bool:

@@ -44,8 +44,10 @@ class UntilChecks(ExitConditions):
         self._has_run = False
 
     def begin(self) -> None:
-        """Begin the first check."""
-        self._open()
+        """Begin a check."""
+        self._begun = self._now()
+        self._is_open = True
+        self._failures.clear()
 
     def handle(self, event: events.Event) -> None:
         """Note an event of the launch."""
@@ -71,7 +73,7 @@ class UntilChecks(ExitConditions):
                 # the next check begins once the change is handled
                 self._is_open = False
             case events.Watched(is_final=True, failed=False):
-                self._open()
+                self.begin()
             case _:
                 return
 
@@ -79,7 +81,8 @@ class UntilChecks(ExitConditions):
         """Return when the check ends, on the clock, or None."""
         if not (self._is_open and self._until):
             return None
-        if self._is_decided:
+        has_ended = self._has_run and not self._running
+        if not self._missing or self._failures or has_ended:
             return self._begun
         return None if self._limit is None else self._begun + self._limit
 
@@ -104,33 +107,23 @@ class UntilChecks(ExitConditions):
 
     def verdicts(self) -> tuple[events.Verdict, ...]:
         """Return the last result of each expression, in the order given."""
-        return tuple(
-            events.Verdict(
-                f'--until {text}',
-                self._matches[text][1]
-                if text in self._matches
-                else self._now() - self._begun,
-                None
-                if text in self._matches
-                else f"'{text}' was not seen after the last change (--until)",
+        verdicts = []
+        for text in self._until:
+            seconds, failure = self._now() - self._begun, None
+            if text in self._matches:
+                seconds = self._matches[text][1]
+            else:
+                failure = (
+                    f"'{text}' was not seen after the last change (--until)"
+                )
+            verdicts.append(
+                events.Verdict(f'--until {text}', seconds, failure)
             )
-            for text in self._until
-        )
+        return tuple(verdicts)
 
     @property
     def _missing(self) -> list[str]:
         return [text for text in self._until if text not in self._matches]
-
-    @property
-    def _is_decided(self) -> bool:
-        has_ended = self._has_run and not self._running
-        return not self._missing or bool(self._failures) or has_ended
-
-    def _open(self) -> None:
-        """Begin a check."""
-        self._begun = self._now()
-        self._is_open = True
-        self._failures.clear()
 
     def _forget(self, label: str) -> None:
         """Forget the matches in the output of a process."""

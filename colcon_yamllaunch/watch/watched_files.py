@@ -105,11 +105,7 @@ class WatchedFiles:
         self._folders, self._files = tuple(folders), tuple(files)
         locks = {_git_lock(folder) for folder in self._folders}
         self.git_locks = tuple(sorted(locks - {''}))
-        return self._compare(since)
-
-    def scan(self) -> list[Change]:
-        """Scan all files; return what changed."""
-        return self._compare(None)
+        return self.scan(since)
 
     def changes(self, paths: Iterable[str]) -> list[Change]:
         """
@@ -157,7 +153,7 @@ class WatchedFiles:
             for name in self._single.get(path, ()):
                 yield name, path
 
-    def _compare(self, since: int | None) -> list[Change]:
+    def scan(self, since: int | None = None) -> list[Change]:
         """
         Scan all files; return what changed.
 
@@ -179,14 +175,13 @@ class WatchedFiles:
                 changes.append(change)
         for name in missing:
             gone = self._known.pop(name)
-            if since is None or self._is_wanted(name):
+            if (
+                since is None
+                or name in self._files
+                or any(name.startswith(f + os.sep) for f in self._folders)
+            ):
                 changes.append(Change('deleted', name, gone.real))
         return sorted(changes, key=lambda change: change.path)
-
-    def _is_wanted(self, name: str) -> bool:
-        return name in self._files or any(
-            name.startswith(folder + os.sep) for folder in self._folders
-        )
 
     def _changed(
         self, name: str, real: str, now: Fingerprint | None

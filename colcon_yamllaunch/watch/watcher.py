@@ -288,7 +288,7 @@ class Watcher:
         paths: set[str] = set()
         for lock in self._files.git_locks:
             deadline = self._clock() + GIT_TIMEOUT
-            while self._is_held(lock):
+            while _written(lock) not in (0, self._stale_locks.get(lock)):
                 found = self._collect(QUIET_TIME)
                 if found:
                     paths |= found
@@ -296,9 +296,6 @@ class Watcher:
                 elif self._clock() > deadline:
                     self._stale_locks[lock] = _written(lock)
         return paths
-
-    def _is_held(self, lock: str) -> bool:
-        return _written(lock) not in (0, self._stale_locks.get(lock))
 
     def _scan(self, *, force: bool = False) -> list[Change]:
         """
@@ -478,17 +475,13 @@ def _write(changes: list[Change], seen: int, notes: list[str]) -> None:
         data = data[os.write(sys.stdout.fileno(), data) :]
 
 
-def _import_less() -> None:
-    """Import only the extension module of the library."""
-    spec = importlib.util.find_spec(_LIBRARY)
-    if spec is not None:
-        # the package itself imports asyncio, which takes 4 MiB
-        sys.modules[_LIBRARY] = importlib.util.module_from_spec(spec)
-
-
 def main() -> None:
     """Watch until standard input is closed."""
-    _import_less()
+    spec = importlib.util.find_spec(_LIBRARY)
+    if spec is not None:
+        # only its extension module is imported, as the package itself imports
+        # asyncio, which takes 4 MiB
+        sys.modules[_LIBRARY] = importlib.util.module_from_spec(spec)
     # Ctrl-C is for the launcher
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     with suppress(BrokenPipeError):
