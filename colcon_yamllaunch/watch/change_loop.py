@@ -346,20 +346,25 @@ class ChangeLoop(Participant):
 
     def _missing(self, labels: Collection[str]) -> set[str]:
         """Return the labels whose program or package is not installed."""
-        packages = {
+        missing = {
             package.name
             for package in self._dependencies.packages
             if package.share and not os.path.exists(package.share)
         }
-        return {
+        found = {
             process.label
             for process in self._dependencies.processes
-            if process.label in labels and process.packages & packages
-        } | {
-            process.label
-            for process in self._current.plan.processes()
-            if process.label in labels and not _has_program(process)
+            if process.packages & missing
         }
+        for process in self._current.plan.processes():
+            program = process.argv[0] if process.argv else ''
+            if (
+                isinstance(program, str)
+                and os.path.isabs(program)
+                and not os.path.exists(program)
+            ):
+                found.add(process.label)
+        return found.intersection(labels)
 
     def _ask(self, current: PendingChange) -> None:
         """Prepare the launch again; a running job is cancelled."""
@@ -466,15 +471,22 @@ class ChangeLoop(Participant):
         launch, before = self.launch, self._current
         self._has_failed_job = False
         new = plan_difference(before.plan, prepared.plan, self._labels)
+        why = ''
         is_other = prepared.grown_from != before.grown_from
         if is_other or (prepared.grown_from and not new.is_empty):
-            self._restart_launch(current, 'there are event handlers in Python')
-            return
-        if (
+            # they may have extended the plan and have a state of their own
+            why = 'there are event handlers in Python'
+        elif (
             prepared.deployment != before.deployment
             or not prepared.machines <= before.machines
         ):
-            self._restart_launch(current, 'it runs on other machines now')
+            why = 'it runs on other machines now'
+        if why:
+            self._changes.remove(current)
+            self._restarts_launch = True
+            text = f'the launch begins anew, as {why}'
+            launch.emit(events.Watched(current.line(text, self._clock())))
+            launch.dispatcher.do(commands.Shutdown('it begins anew'))
             return
         if prepared.packages:
             seconds = self._clock() - current.since
@@ -514,8 +526,7 @@ class ChangeLoop(Participant):
         )
         launch.dispatcher.do(commands.Extend(new.new))
         # others are started by timers
-        now = {e.label for e in new.new if isinstance(e, Process)}
-        current.pending |= now
+        current.pending |= {e.label for e in new.new if isinstance(e, Process)}
         self._current = replace(
             prepared, plan=new.plan, machines=before.machines
         )
@@ -581,28 +592,13 @@ class ChangeLoop(Participant):
             in (crashed if built & process.packages else during)
         }
 
-    def _restart_launch(self, current: PendingChange, why: str) -> None:
-        """
-        End the launch to run it again.
-
-        Event handlers may have extended the plan and have a state of their
-        own, which a new plan cannot tell.
-
-        :param why: Why, as a part of a sentence
-        """
-        line = f'the launch begins anew, as {why}'
-        self._changes.remove(current)
-        self._restarts_launch = True
-        self.launch.emit(events.Watched(current.line(line, self._clock())))
-        self.launch.dispatcher.do(commands.Shutdown('it begins anew'))
-
     # what starts and fails
 
     def _started(self, part: Process | Component, *, failed: bool) -> None:
-        now = self._clock()
         self._labels.add(part.label)
         for change in self._changes.started(part.label, failed=failed):
-            self.launch.emit(events.Restarted(part, now - change.since))
+            seconds = self._clock() - change.since
+            self.launch.emit(events.Restarted(part, seconds))
 
     def _crashed(self, event: events.Exited) -> None:
         now = self._clock()
@@ -646,13 +642,6 @@ class ChangeLoop(Participant):
         assert self._watcher is not None
         since = self._current.since_ns
         self._watcher.watch(known.folders(), known.files(), since)
-
-
-def _has_program(process: Process) -> bool:
-    """Return whether the program of a process exists, if it has a path."""
-    program = process.argv[0] if process.argv else ''
-    is_path = isinstance(program, str) and os.path.isabs(program)
-    return not is_path or os.path.exists(str(program))
 
 
 def _parts(entries: Iterable[Entry]) -> list[Process | Component]:

@@ -219,28 +219,17 @@ def find_dependencies(
     remote = remote or RemoteDependencies()
     packages: list[Package] = []
     products: set[str] = set()
-    folders: list[Path] = []
     used: list[PackageDependencies] = []
-    install = os.sep
     if colcon is not None:
         for base in (colcon.build_base, colcon.install_base):
             products |= {str(base), os.path.realpath(base)}
-        install = f'{colcon.install_base}{os.sep}'
         by_name = {p.name: p for p in locator.packages()}
         needed = frozenset(wanted).union(*remote.packages.values())
         packages = [by_name[n] for n in closure(by_name.values(), needed)]
-        folders = [colcon.root, *(package.path for package in packages)]
         for package in packages:
             share = locator.share(package.name) or ''
             used.append(_package(colcon, package, share))
-    finder = _ProcessFinder(
-        plan,
-        packages,
-        environment,
-        install,
-        tuple(f'{os.path.realpath(p)}{os.sep}' for p in folders),
-        remote,
-    )
+    finder = _ProcessFinder(plan, packages, environment, colcon, remote)
     read = [*(file.path for file in evaluation.files), *evaluation.inputs]
     return Dependencies(
         tuple(finder.find()),
@@ -363,8 +352,7 @@ class _ProcessFinder:
 
     :param packages: Those of the workspace that the launch needs
     :param environment: The environment of the processes
-    :param install: The install base, with a separator at its end
-    :param folders: The folders that may have files of the user, each so
+    :param colcon: The colcon of the workspace, None without a workspace
     :param remote: The dependencies of parts on other machines
     """
 
@@ -373,15 +361,21 @@ class _ProcessFinder:
         plan: Plan,
         packages: list[Package],
         environment: Mapping[str, str],
-        install: str,
-        folders: tuple[str, ...],
+        colcon: CachedColcon | None,
         remote: RemoteDependencies,
     ) -> None:
         self._plan = plan
         self._names = frozenset(package.name for package in packages)
         self._environment = environment
-        self._install = install
-        self._folders = folders
+        # the install base, and folders that may have files of the user, all
+        # with a separator at their end
+        self._install = os.sep
+        self._folders: tuple[str, ...] = ()
+        if colcon is not None:
+            self._install = f'{colcon.install_base}{os.sep}'
+            folders = (colcon.root, *(package.path for package in packages))
+            real = map(os.path.realpath, folders)
+            self._folders = tuple(f'{folder}{os.sep}' for folder in real)
         self._remote = remote
         # most processes share files and packages
         self._closure = cache(

@@ -121,41 +121,33 @@ class PendingChange:
         return events.Watched(text, failed=failed, details=self.details)
 
 
-class PendingChanges:
-    """The changes that have not been reported, and the last reported one."""
+class PendingChanges(list[PendingChange]):
+    """The changes that are not reported yet; it also has the last report."""
 
     def __init__(self) -> None:
-        self._changes: list[PendingChange] = []
+        super().__init__()
         self._reported: PendingChange | None = None
         self._reported_at = 0.0
 
     @property
     def with_job(self) -> PendingChange | None:
         """The change that the worker prepares the launch for."""
-        return next((c for c in self._changes if c.has_job), None)
+        return next((change for change in self if change.has_job), None)
 
     @property
     def has_done(self) -> bool:
         """Whether :meth:`pop_done` returns any."""
-        return any(c.is_done for c in self._changes)
+        return any(change.is_done for change in self)
 
     def add(self, change: PendingChange) -> None:
-        """Add a change."""
-        self._changes.append(change)
+        """Add a change; failures do not belong to the last report any more."""
+        self.append(change)
         self._reported = None
-
-    def remove(self, change: PendingChange) -> None:
-        """Remove a change that is reported elsewhere."""
-        self._changes.remove(change)
-
-    def clear(self) -> None:
-        """Remove all changes."""
-        self._changes.clear()
 
     def pop_done(self, now: float) -> list[PendingChange]:
         """Return the changes to report, and remove them."""
-        done = [c for c in self._changes if c.is_done]
-        self._changes = [c for c in self._changes if not c.is_done]
+        done = [change for change in self if change.is_done]
+        self[:] = [change for change in self if not change.is_done]
         if done:
             self._reported, self._reported_at = done[-1], now
         return done
@@ -171,7 +163,7 @@ class PendingChanges:
             last = None
         concerned = [
             change
-            for change in (*self._changes, *([] if last is None else [last]))
+            for change in (*self, *([] if last is None else [last]))
             if label in (*change.restarted, *change.started)
             and label not in (*change.pending, *change.crashed)
         ]
@@ -181,7 +173,7 @@ class PendingChanges:
 
     def lose_worker(self) -> None:
         """Note that there is no worker any more."""
-        for change in self._changes:
+        for change in self:
             change.is_lost = change.is_lost or change.has_job
             change.has_job = False
 
@@ -191,7 +183,7 @@ class PendingChanges:
 
         :return: The changes that have restarted it
         """
-        waiting = [c for c in self._changes if label in c.pending]
+        waiting = [c for c in self if label in c.pending]
         for change in waiting:
             change.pending.discard(label)
             if failed:
@@ -200,12 +192,12 @@ class PendingChanges:
 
     def dropped(self, label: str) -> None:
         """Note that something is not part of the launch any more."""
-        for change in self._changes:
+        for change in self:
             change.pending.discard(label)
 
     def stopped(self, label: str) -> None:
         """Note that the user has stopped something."""
-        for change in self._changes:
+        for change in self:
             if label not in change.stopped:
                 change.pending.discard(label)
                 change.restarted = without(change.restarted, (label,))
