@@ -81,7 +81,7 @@ class Advisor:
         process = event.process
         program = _program_of(process)
         for line in tail:
-            # rclcpp dies of it by SIGABRT
+            # before the signal, as rclcpp dies by SIGABRT in this case
             advice = parameter_advice(line, self._parameters_of(process))
             if advice is not None:
                 return advice
@@ -126,7 +126,7 @@ class Advisor:
             return None
         folder = os.path.dirname(os.path.realpath(program))
         there = self._folders(used)
-        # to ask the interpreter takes as long as the start of a program
+        # ask the interpreter about few modules only, as starting it takes time
         doubtful = [
             module
             for module in modules
@@ -153,7 +153,7 @@ class Advisor:
         self, interpreter: str, folder: str, modules: Sequence[str]
     ) -> str:
         """Return the first module that an interpreter does not find."""
-        # few scripts lack one
+        # imported late, as few scripts lack a module
         import subprocess
 
         try:

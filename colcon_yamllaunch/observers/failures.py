@@ -153,7 +153,7 @@ class Failures:
         is_here = part is None or part.machine is None
         self._core_dumps[label] = None
         if event.outcome.core_dumped and is_here:
-            # few processes crash
+            # imported late, as few processes crash
             from colcon_yamllaunch.engine.debugging import find_core_dump
 
             self._core_dumps[label] = find_core_dump(

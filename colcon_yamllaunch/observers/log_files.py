@@ -113,7 +113,7 @@ class Quota:
         self.share = max(self._part, limits.LOG_PART)
 
     def _warning(self) -> str:
-        # few launches write so much
+        # imported late, as few launches write so much
         from colcon_yamllaunch.common.table import decimal_size
 
         if self._bound == self._limit:
@@ -164,7 +164,7 @@ class LogFile:
           no longer than :data:`.limits.LOG_LINE` is not torn by a rotation
         :raises OSError: when the disk is full, for instance
         """
-        # checked each time, as that takes only a microsecond
+        # this check takes only a microsecond
         if self._is_astray or not os.fstat(self._descriptor).st_nlink:
             self._create_again()
         excess = self._size + len(data) - self._full
@@ -218,7 +218,7 @@ class LogFile:
                 with suppress(FileNotFoundError):
                     os.rename(self._part(number), self._part(number + 1))
         except OSError:
-            # somebody else is at work in the folder
+            # another program changes the folder
             self._postponed = self._size + limits.LOG_PART
             return
         self._parts.appendleft(self._size)
@@ -238,7 +238,7 @@ class LogFile:
         os.close(self._descriptor)
         self._descriptor = descriptor
         if self._is_astray and self._parts:
-            # what came since then went into the part
+            # output since then went into the old part
             self._parts[0] += self._size
             self._parts_size += self._size
         else:
@@ -437,7 +437,7 @@ class Logs:
     def _record_lines(self, event: events.Output) -> None:
         process = event.process
         if process.output in IN_COMMON_LOG and self._common is not None:
-            # with the lines of ROS 2, users want its names
+            # a user who sets a format of ROS 2 expects its names
             plain = self._layout is None
             name = process.label if plain else process.ros_name
             prefix = f'{self._stamp()}[{one_line(name)}] '.encode(

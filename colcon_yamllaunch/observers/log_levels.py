@@ -38,8 +38,8 @@ class Level(IntEnum):
 
 #: Bytes at the start of a line that its level is in.
 LEVEL_WITHIN = 4096
-# what a line with a level of WARN or more has, by the letter of it that is the
-# rarest elsewhere: to look for a letter takes a fortieth of the time
+# words in a line with a level of WARN or more, by their rarest letter: finding
+# no such letter takes a fortieth of the time
 _LOUD_WORDS = {
     b'W': b'WARN',
     b'R': b'ERROR',

@@ -2,13 +2,13 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-The log folders of all launches, which keep to limits together.
+The log folders of all launches, which share limits.
 
-The oldest folders go, those of launches that run never: each launch holds a
-lock on its own. How old a folder is says a number that it gets when it is
-first seen, in a file beside the folders, as its name and times are wrong after
-the clock was set back. That file also has the sizes of the folders, which do
-not change any more once their launches have ended.
+The oldest folders are deleted, but never that of a running launch, which holds
+a lock on it. The age of a folder is a number that it gets when it is first
+seen, as its name and times are wrong after the clock was set back. An index
+file beside the folders has these numbers, and the sizes of folders whose
+launches have ended.
 """
 
 from collections.abc import Iterator
@@ -36,7 +36,7 @@ INDEX_NAME = '.colcon_launch_logs.json'
 
 # as colcon names them, and log_folder_of() where there is no workspace
 _NAME = re.compile(r'launch_(\d{4}-\d\d-\d\d_\d\d-\d\d-\d\d)(?:_(\d+))?')
-# what only we leave in a folder of this name; the second is colcon's own log
+# files that identify a folder as one of ours; the second is colcon's own log
 # of a command that launched nothing
 _OURS = (EVENT_LOG, 'logger_all.log')
 _LINKS = ('latest', 'latest_launch')
@@ -109,8 +109,8 @@ class LogStore:
         others = beside + self._others()
         self._delete_oldest(others + wanted - self.limit)
         others = beside + self._others()
-        # not more than what comes is made room for: it is not for us to
-        # delete what is old because somebody else fills the disk
+        # delete no more than this launch writes: if other programs fill the
+        # disk, old logs need not make room for them
         short = self._shortage() + wanted - used
         self._delete_oldest(min(short, wanted - used))
         room = max(0, -self._shortage())
@@ -148,7 +148,7 @@ class LogStore:
                 case _:
                     unknown.append((age, name))
         last = max((f.number for f in found), default=0)
-        # ours is the latest, whatever the clock says
+        # this launch is the latest, whatever the clock says
         unknown.sort(key=lambda one: (one[1] == self._own, *one))
         for number, (_, name) in enumerate(unknown, last + 1):
             ran = (self._base / name / COMMON_LOG).exists()
@@ -227,7 +227,7 @@ class LogStore:
             return -sys.maxsize
         free = disk.f_bavail * disk.f_frsize
         if self._spare is None:
-            # where the disk is rather full to begin with, half of the rest
+            # on a disk that is almost full already, half of the rest
             spare = disk.f_blocks * disk.f_frsize // limits.SPARE_PART
             self._spare = min(spare, free // 2)
         return self._spare - free

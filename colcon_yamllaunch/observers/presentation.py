@@ -18,7 +18,7 @@ from colcon_yamllaunch.plan.plan import Plan, Process
 
 # the values of TERM of terminals that do no more than print
 _ONLY_PRINT = frozenset((None, '', 'dumb', 'emacs', 'unknown'))
-# those of terminals that have hardly more than ASCII, as a rule
+# the values of TERM of terminals that mostly have no more than ASCII
 _ASCII = ('linux', *(f'vt{digit}' for digit in '12345'))
 # whether the nodes of ROS 2 use colours; unset, they do on a terminal
 _NODES_COLOUR = 'RCUTILS_COLORIZED_OUTPUT'
@@ -29,7 +29,7 @@ _RESTORE_TITLE = b'\x1b[23;0t'
 # the values of TERM of terminals without a window
 _WITHOUT_WINDOW = frozenset((None, '', 'dumb', 'linux', 'vt100', 'unknown'))
 
-# what stands before the title during a change, and after it
+# the signs before the title during a change, and after it
 _UNDER_WAY, _DONE, _FAILED = '…', '✓', '✗'
 
 
@@ -152,7 +152,7 @@ def _writer(
     except BrokenPipeError:
         writer.broken = True
     except OSError as error:
-        # what was shown before, by the build for instance
+        # an error of earlier output, such as that of the build
         writer.error = error
     return writer
 

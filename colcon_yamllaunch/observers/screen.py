@@ -42,7 +42,7 @@ _LINKS = (
     b'During handling of the above exception, another exception occurred:',
     b'The above exception was the direct cause of the following exception:',
 )
-# how a node ends that is asked to; rclpy raises the second
+# exceptions that end a node that was asked to stop; rclpy raises the second
 _ENDS = (
     b'KeyboardInterrupt',
     b'rclpy.executors.ExternalShutdownException',
@@ -190,7 +190,8 @@ def _unescaped(text: str) -> str:
 _RESET = '\x1b[0m'
 _DIM = '\x1b[2m'
 _ALARM = '\x1b[1;31m'
-# red is left for what goes wrong, black and white may be the background
+# without red, which means failure, and black and white, which may be the
+# background
 _COLOURS = tuple(
     f'\x1b[{code}m' for code in (36, 33, 35, 32, 34, 96, 93, 95, 92, 94)
 )
@@ -298,7 +299,7 @@ class Screen:
         if self._colourless:
             data = colourless(data)
         if process.label not in self._prefixes:
-            # it came while the launch ran
+            # the process was added while the launch ran
             self._expect((process,))
         prefix = self._prefixes[process.label]
         if self.stamp is not None:
@@ -328,7 +329,7 @@ class Screen:
     def _expect(self, processes: Iterable[Process]) -> None:
         """Make room for the names of processes; others keep their colour."""
         for process in processes:
-            # with the lines of ROS 2, users want its names
+            # a user who sets a format of ROS 2 expects its names
             is_own = self._layout is None
             name = process.label if is_own else process.ros_name
             self._names[process.label] = f'[{one_line(name)}]'
@@ -346,7 +347,7 @@ class Screen:
     def _show_own(
         self, line: str, severity: str, name: str = events.LAUNCHER
     ) -> None:
-        # ^C stands at the start of the line that it was typed on
+        # overwrite the ^C that the terminal shows at the start of the line
         start = '\r' if self._terminal else ''
         line = one_line(line)
         label = f'[{name}]'.ljust(self._width)

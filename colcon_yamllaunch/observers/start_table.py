@@ -55,7 +55,7 @@ class StartTable:
         self._size = size
         self._screen = screen
         self._started: list[events.Started] = []
-        # what happened meanwhile, and the bytes of output in it
+        # events to show after the table, and their bytes of output
         self._held: list[events.Event] = []
         self._held_bytes = 0
 

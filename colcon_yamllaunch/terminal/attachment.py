@@ -86,7 +86,7 @@ class Attachment:
             self._engine.emit(events.Detached(started.process))
 
     def _attach_started(self, label: str) -> None:
-        """Connect the process that was waited for, as it has started."""
+        """Connect the awaited process, which has started."""
         self.attach(label)
 
     def _end(self) -> None:
@@ -94,7 +94,7 @@ class Attachment:
         if label is not None:
             self._release()
             self._engine.terminals.remove_sink(label, self._show)
-            # what is shown next may be of another one, or the shell's
+            # the next output may come from another process, or the shell
             self._screen.end_line()
 
     def _show(self, stream: events.Stream, data: bytes) -> None:
@@ -156,7 +156,7 @@ class KeysAttachment(Attachment):
             )
 
     def _attach_started(self, label: str) -> None:
-        # without a terminal this time, it is not waited for again
+        # if it has no terminal this time, do not attach its next start
         self._wanted = None
         super()._attach_started(label)
 
@@ -233,7 +233,7 @@ class LocalAttachment(Attachment):
             self._end()
 
     def _typed(self, data: bytes) -> None:
-        """Pass on what was typed; nothing is the end of the terminal."""
+        """Send typed bytes to the process; no bytes mean a hang-up."""
         keys, escape, _ = data.partition(ESCAPE)
         self._engine.terminals.type(self._label, keys)
         if escape or not data:

@@ -79,7 +79,7 @@ class Keyboard:
         """Restore the modes of the terminal."""
         before, self._before = self._before, None
         if before is None or not is_in_foreground(self.descriptor):
-            # the shell that has it now has set it as it wants it
+            # the shell has the terminal now, and has set its own modes
             return
         try:
             termios.tcsetattr(self.descriptor, termios.TCSANOW, before)
@@ -105,8 +105,8 @@ class Keyboard:
         modes[_IFLAG] &= ~_INPUT
         modes[_LFLAG] &= ~_LOCAL
         characters = modes[_CC]
-        # what is read at once without a key is the end of the input for a
-        # shell that has the terminal before the guard of a killed launch
+        # with VMIN 0, a shell that reads before the guard of a killed launch
+        # has restored the modes would take an empty read for the end of file
         characters[termios.VMIN], characters[termios.VTIME] = 1, 0
         characters[termios.VQUIT] = _NONE
         return modes
@@ -135,11 +135,11 @@ def _read(descriptor: int) -> bytes:
 
 
 def is_in_foreground(descriptor: int) -> bool:
-    """Return whether this job has a terminal, and no other one."""
+    """Return whether this job is in the foreground of a terminal."""
     try:
         return os.tcgetpgrp(descriptor) == os.getpgrp()
     except OSError:
-        # it is a terminal, but not ours to control jobs with
+        # it is not the controlling terminal of this job
         return os.isatty(descriptor)
 
 
@@ -226,7 +226,7 @@ _SEQUENCE = re.compile(
 # the start of one
 _UNFINISHED = re.compile(r'\x1b(?:\[[0-?]{0,48}[ -/]{0,8}|O)?\Z')
 
-# of xterm and those that do as it does; rxvt and the console differ in some
+# of xterm and compatible terminals; rxvt and the console differ in some
 _BY_END = {
     'A': 'up',
     'B': 'down',
@@ -272,7 +272,7 @@ class KeyDecoder:
                 yield key
 
     def settle(self) -> Iterator[str]:
-        """Return all keys, as nothing has come for a while."""
+        """Return all keys, as nothing has followed an Esc for a while."""
         if self.is_waiting:
             self._text = self._text[1:]
             yield 'esc'
@@ -297,7 +297,7 @@ def _plain(character: str) -> str:
     if character in _CONTROLS:
         return _CONTROLS[character]
     if character < ' ':
-        # as the keyboard has it (ASCII)
+        # Ctrl subtracts 0x40 from a letter (ASCII)
         return f'ctrl-{chr(ord(character) + 0x40).lower()}'
     return character if character.isprintable() else ''
 

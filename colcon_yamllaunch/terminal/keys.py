@@ -39,8 +39,7 @@ class Typed:
 
 _FOR_ONE = {key.key: key for key in keymap.FOR_ONE}
 _FOR_ALL = {key.key: key for key in keymap.FOR_ALL}
-# those that go back from an overlay and do nothing else, and those of them
-# that go on to its next page
+# keys that only close an overlay, and those that show its next page first
 _BACK = frozenset(('esc', 'q', 'E', '?', 'enter', ' '))
 _ON = frozenset(('?', 'enter', ' '))
 #: The conditions in which nothing can be stopped.
@@ -73,7 +72,7 @@ class InputLine:
         self.cursor = 0
         #: Lines from before, the oldest first.
         self.history = list(history)
-        # which line of the history is shown, and what was typed before
+        # the index of the shown line of the history, and the text before that
         self._index = len(self.history)
         self._draft = ''
         self._killed = ''
@@ -150,7 +149,7 @@ def _past_word(
     text: str, place: int, step: int, is_in_word: Callable[[str], bool]
 ) -> int:
     """Return the other end of a word, and of what separates it from here."""
-    # the character before the place is the one to the left of the cursor
+    # to the left, the character before the place is the next one
     before = min(step, 0)
     for is_wanted in (False, True):
         while (
@@ -190,7 +189,7 @@ _MOVES: Mapping[str, _Move] = {
     'alt-f': _word_right,
     'ctrl-right': _word_right,
 }
-# up to which place, and whether Ctrl-Y brings it back
+# the other end of the deleted text, and whether Ctrl-Y inserts it again
 _DELETIONS: Mapping[str, tuple[_Move, bool]] = {
     'backspace': (_left, False),
     'delete': (_right, False),
@@ -215,12 +214,12 @@ class Keys:
         self._decoder = KeyDecoder()
         #: What the keys have made of the output that is shown.
         self.filtering = Filtering()
-        # what the next key is for
+        # the process or component that the next key is for
         self._chosen: str | None = None
         self._note = ''
-        # what stands in place of the block, page by page
+        # the pages of the overlay, which replaces the block
         self._pages: list[tuple[str, ...]] = []
-        # what is being typed, if anything but what a process gets
+        # `/` during a search, `:` while a name is typed
         self._prompt = ''
         self._line = self._search_line = InputLine()
         self._search_before = ''
@@ -251,7 +250,7 @@ class Keys:
                     self.attached = None
                     yield Press('detach', label)
                 continue
-            # where a key is the last one, those after it go elsewhere
+            # a key may attach a process, which gets all following bytes
             for key in self._decoder.feed(data[:1]):
                 yield from self._press(key)
             data = data[1:]
@@ -295,13 +294,13 @@ class Keys:
 
     def view(self, live: tuple[str, ...] = ()) -> View:
         """
-        Return what is shown of all this.
+        Return the part of this state that the block shows.
 
         :param live: Lines of output that may still change
         """
         filtering = self.filtering
         if self._prompt == '/':
-            # which is seen in the line that it is typed in
+            # the input line shows it already
             filtering = replace(filtering, search='')
         line, prompt = self._line, self._prompt
         is_hidden = False
@@ -338,7 +337,7 @@ class Keys:
             words = ['a part of a name is enough']
             if self._line.text:
                 words = [f'Enter chooses {matches.pop(0)}', 'Tab completes']
-            # the names are what is cut
+            # a narrow terminal cuts the names, which come last
             words += ('Esc goes back', *matches[:NAMES_SHOWN])
             more = len(matches) - NAMES_SHOWN
             if more > 0:
@@ -475,7 +474,7 @@ class Keys:
         elif key == ':' or key in _FOR_ALL:
             yield from self._press_for_all(key)
         elif key == 'q':
-            # who goes back so elsewhere does not end the launch by it
+            # q closes other views, so it must not stop the launch here
             self._note = f'{label} is not chosen now; q stops the launch'
         elif len(key) == 1 and key != ' ':
             self._note = f"'{key}' is nothing to do with a process; ? helps"
@@ -529,7 +528,7 @@ class Keys:
             text = line.enter(remember=not self._is_secret)
             yield Typed(text.encode(errors='replace') + b'\n')
         elif key == 'ctrl-d' and not line.text:
-            # the end of the file, as any terminal has it
+            # as on any terminal, Ctrl-D in an empty line is the end of file
             self._note = f'told {label} that the input ends (Ctrl-D)'
             yield Typed(b'\x04')
         else:
@@ -545,7 +544,7 @@ def help_lines(columns: int = 80) -> list[str]:
 
     :param columns: The width of the terminal
     """
-    # few ask
+    # imported late, as few users open the help
     import textwrap
 
     indent = max(len(key) for key, _ in keymap.BLOCK_HELP) + 4

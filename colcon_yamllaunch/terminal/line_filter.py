@@ -23,7 +23,7 @@ MAXIMUM_LIVE = 3
 
 _Key = tuple[str, events.Stream]
 
-# a run of them is matched once, and not from each of its bytes
+# the look-behind avoids matching again from each byte of a run
 _CARRIAGE_RETURNS = re.compile(rb'(?<!\r)\r+\n')
 #: The times in the lines of nodes, which differ where all else is the same.
 TIMES = re.compile(rb'\[\d{6,}\.\d+\]')
@@ -242,7 +242,7 @@ class LineFilter:
             lines = [last_state(line) for line in lines]
             text = last_state(last)
             goes_on = last.endswith(b'\r') and bool(text)
-            # those that are shown keep their places
+            # shown lines keep their places
             latest = list(self._live)[-MAXIMUM_LIVE:]
             if lines or (last and not (goes_on and key in latest)):
                 self._live.pop(key, None)
@@ -306,9 +306,9 @@ class LineFilter:
     def _compared_at_once(
         self, key: _Key, event: events.Output, data: bytes
     ) -> tuple[list[events.Output], bytes]:
-        """Do the same with many lines, which are often all the same."""
+        """Do the same at once for many lines, which are often all equal."""
         first = data[: data.index(b'\n') + 1]
-        # most often the next one tells
+        # the second line mostly shows whether the rest can be the same
         is_same = data.startswith(first, len(first))
         count = data.count(first) if is_same else 1
         if count * len(first) == len(data):
@@ -325,7 +325,7 @@ class LineFilter:
         line = repeated.data
         if self._color:
             line = self._coloured(repeated.process, line)
-        # two lines take no more room than one and a count
+        # a count of two would save no room
         if self._count > 2:
             sign = b'%s%d' % (self._times_sign, self._count)
             if self._color:
@@ -354,7 +354,7 @@ def _with_data(event: events.Output, data: bytes) -> events.Output:
 
 
 def _has_many_lines(data: bytes) -> bool:
-    # its start tells, as a rule
+    # mostly the start is enough
     starts = data.count(b'\n', 0, PROBE_SIZE)
     return starts >= FEW or data.count(b'\n', 0, -1) >= FEW
 

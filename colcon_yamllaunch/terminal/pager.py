@@ -51,7 +51,7 @@ class Pager:
             setsigdef=(signal.SIGPIPE, signal.SIGTSTP, signal.SIGHUP),
         )
         self._give(self.pid)
-        # it may have asked for the terminal before it had it
+        # it is stopped if it used the terminal before it got it
         with suppress(ProcessLookupError):
             os.killpg(self.pid, signal.SIGCONT)
 

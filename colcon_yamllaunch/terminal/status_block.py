@@ -123,7 +123,7 @@ def block_of(
     # the first column has the cursor, and the last is left free
     columns = max(1, style.columns - 2)
     if view.overlay:
-        # the output keeps one
+        # one line stays for the output
         lines = [*view.overlay[: max(0, style.height - 2)]]
         return _block([*lines, _painted(view.hint, DIM, style)], style)
     typing = view.prompt is not None
@@ -137,12 +137,12 @@ def block_of(
         answer[-1] += tail
         summary = []
     if len(answer) > style.lines - typing - 2:
-        # what the next key means comes first
+        # the hint for a choice is more important than the summary
         summary = [] if answer else summary
     hint = '' if answer or typing else view.hint
     rows = style.lines - len(answer) - bool(summary or hint) - typing
     if style.lines == 1 and not (typing or answer or model.state.stopping):
-        # the states matter more than what comes next
+        # the states are more important than the summary and the hint
         summary, hint, rows = [], '', 1
     lines = []
     if rows > 0:
@@ -151,10 +151,10 @@ def block_of(
     room = style.lines - len(lines) - typing
     lines += _last_lines(_SPACE.join(summary), hint, style, columns, room)
     lines = [f' {line}' for line in lines]
-    # the output and what is typed have a line each
+    # one line stays for the output, and one for the input
     room = max(0, style.height - len(lines) - 2)
     live = view.live[max(0, len(view.live) - room) :]
-    # their ends are what changes
+    # the ends of live lines change, so they stay visible
     kept = min(_LIVE_END, columns // 4)
     live = tuple(cut_inside(line, columns + 1, kept) for line in live)
     block = _block([*live, *lines], style)
@@ -197,7 +197,7 @@ def _processes(
     shortest = 4
     is_few = len(parts) <= FEW_PROCESSES
     named = count if is_few else min(count, NAMED_LINES)
-    # what cannot fit is not even tried
+    # skip the attempt if the chips cannot fit
     if len(parts) * shortest <= named * (columns + len(_GAP)):
         lines = _packed([_chip(p, model, view, style) for p in parts], columns)
         if len(lines) <= named:
@@ -243,7 +243,7 @@ def _chip(part: Part, model: StatusModel, view: View, style: Style) -> str:
         text_colour = text_colour or DIM
     failure = part.failure
     if part.condition == 'running' and part.restarts:
-        # the colour of the restarts tells
+        # the colour of the restarts shows it
         failure = ''
     words = [
         (row.key, BOLD),
@@ -299,7 +299,7 @@ def _last_lines(
     """Return the summary and the hint, in one line or two."""
     if not (summary or hint) or room < 1:
         return []
-    # whole words of it, which the summary does not push out
+    # only whole words of the hint, and at least the first
     hint = _packed(hint.split(_GAP), columns)[0]
     if summary and hint and width(summary) + len(_SPACE + hint) > columns:
         if room > 1:
@@ -389,7 +389,7 @@ def _typed(view: View, columns: int) -> tuple[str, int]:
     room = columns + 1 - width(prompt)
     text = view.typed
     before = text[: view.cursor]
-    # a text that is too long is shown around the cursor
+    # of a long text, the part around the cursor is shown
     start = 0
     while width(before[start:]) >= room:
         start += max(1, room // 2)
@@ -418,7 +418,7 @@ def width(text: str) -> int:
 
 def cut(text: str, cells: int) -> str:
     """
-    Cut a text that takes more than so many cells at its end.
+    Cut the end of a text that takes more than `cells` cells.
 
     A colour that is on there is ended.
     """
@@ -444,7 +444,7 @@ def cut(text: str, cells: int) -> str:
 
 def cut_inside(text: str, cells: int, kept: int) -> str:
     """
-    Cut a text that takes too many cells before its end.
+    Cut a text that takes more than `cells` cells before its end.
 
     :param kept: The cells of its end, of which the colours are lost
     """
@@ -461,7 +461,7 @@ def cut_inside(text: str, cells: int, kept: int) -> str:
 def _cells(character: str) -> int:
     if character < '\u0300':
         return 1
-    # few names have more than ASCII
+    # imported late, as few names have more than ASCII
     import unicodedata
 
     if unicodedata.category(character) in ('Mn', 'Me', 'Cf'):

@@ -159,7 +159,7 @@ class StatusModel:
 
     def measure(self, shares: Mapping[str, float]) -> None:
         """Show the shares of a processor that processes take, by label."""
-        # whole per cents, so that not every look is a change
+        # whole percents, so that small differences are no change
         cpu = {
             label: round(share, 2)
             for label, share in shares.items()
@@ -182,7 +182,7 @@ class StatusModel:
             look,
             LOOKS['failed'].style if has_failed else look.style,
             self.keys.get(label, ''),
-            # as the status block has it: the code, or the signal
+            # in short: the exit code, or the signal
             _FAILED.sub(lambda m: m[2] or f'exit {m[1]}', state_of(part)),
             f'×{part.restarts}' if part.restarts else '',
             '' if cpu is None else f'{cpu * 100:.0f}%',
@@ -253,7 +253,7 @@ class CpuShares:
         passed = now - before[0]
         if passed <= 0.0 or taken - before[1] < MUCH_CPU * passed:
             return {}
-        # few launches take much
+        # imported late, as few launches take much
         from colcon_yamllaunch.control import resource_usage
 
         self._last = resource_usage.look(groups.values(), lambda: now)
@@ -284,7 +284,7 @@ def _idle_seconds() -> float:
         with open('/proc/uptime', encoding='ascii') as stream:
             return float(stream.read().split()[1])
     except (OSError, ValueError, IndexError):
-        # then it is not known that nothing is busy
+        # unknown, so assume that processors are busy
         return 0.0
 
 

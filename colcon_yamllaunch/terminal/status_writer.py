@@ -45,7 +45,7 @@ _SAVE = '\x1b7'
 _RESTORE = '\x1b8'
 _INDEX = '\x1bD'
 _PLAIN = '\x1b[0m'
-# a line that takes more cells than we think does not become two (DECAWM)
+# cut a line that is longer than computed, instead of wrapping it (DECAWM)
 _CUT = '\x1b[?7l'
 _WRAP = '\x1b[?7h'
 _TO_LINE_END = '\x1b[K'
@@ -94,8 +94,8 @@ class StatusWriter(Writer):
         self._clock = clock
         self._compose: Compose | None = None
         self._block = Block(())
-        # whether it ends all that was written; whether there is none now;
-        # whether that is to be asked again
+        # whether the block is drawn now; whether there is no block at
+        # present; whether to compose it again
         self._is_shown = False
         self._is_hidden = False
         self._is_stale = False
@@ -104,7 +104,7 @@ class StatusWriter(Writer):
         self._is_painted = False
         # whether the output ends in the middle of a line
         self._is_mid_line = False
-        # when it may be drawn again, and when it may be another one
+        # when the block may be drawn again, and when it changes by itself
         self._due = 0.0
         self._next: float | None = None
         self._is_holding = False
@@ -179,7 +179,7 @@ class StatusWriter(Writer):
         data = self._in_line[key].feed(data)
         self._is_painted |= b'\x1b' in data
         self._write_above(key, data)
-        # somebody types
+        # typed characters are shown at once
         self._due = 0.0
 
     def steer(self, data: bytes) -> None:
@@ -188,7 +188,7 @@ class StatusWriter(Writer):
 
     def flush(self) -> None:
         """Show as much as can be shown without waiting, and the block."""
-        # in a flood this is called for a few kilobytes each
+        # in a flood, this is called for every few kilobytes
         self._is_holding = False
         if self._in_region:
             self._end_region()
@@ -248,10 +248,10 @@ class StatusWriter(Writer):
         if not self._is_behind:
             return self._due
         if not self._has_moved:
-            # it takes nothing at all
+            # the terminal takes nothing at all
             return math.inf
         if not self._is_shown and self._lines_below < len(self._block.lines):
-            # once it is drawn it stays
+            # once drawn, the block stays
             return self._due
         return self._due - INTERVAL + SLOW_INTERVAL
 
@@ -290,9 +290,9 @@ class StatusWriter(Writer):
             (self._is_flooded or self._is_behind)
             and data.endswith(b'\n')
             and not self._is_mid_line
-            # which the block would be drawn with
+            # the block would be drawn in these colours
             and not self._is_painted
-            # it is at the end of the terminal, for sure
+            # the block is certainly at the end of the terminal
             and self._lines_below == below
             and self._size.lines > below + 2
             and self._size == self._size_now()
@@ -304,7 +304,7 @@ class StatusWriter(Writer):
             self._in_region = True
             last = self._size.lines - len(self._block.lines)
             super().write(None, b'\x1b[1;%dr\x1b[%d;1H' % (last, last))
-        # not below the last one, as there the block begins
+        # the line end comes first, as the block begins below the last line
         self._add(None, b'\n')
         self._add(key, memoryview(data)[:-1])
 
@@ -339,7 +339,7 @@ def drawn(block: Block, is_mid_line: bool) -> bytes:
     if not lines:
         return _TO_SCREEN_END.encode()
     below = len(lines) - 1 + is_mid_line
-    # to make room may scroll, and then the cursor moves with its line
+    # making room may scroll, and the cursor moves with its line
     room = f'{_INDEX * below}\x1b[{below}A' if below else ''
     start = '\r\n' if is_mid_line else '\r'
     text = f'{_TO_LINE_END}\r\n'.join(lines)

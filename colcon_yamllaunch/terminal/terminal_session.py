@@ -113,19 +113,20 @@ class TerminalSession:
         self._attachment = KeysAttachment(
             self._keys, screen, attach if has_keys else None
         )
-        # None where a process has its keys
+        # None if a process gets the keys without this session
         self._keyboard: WatchedKeyboard | None = None
         if has_keys or attach is None:
-            # what would be shown of keys would be in the block
+            # without keys, only the echo is switched off, as it would overwrite
+            # the block
             descriptor = sys.stdin.fileno() if has_keys else self._descriptor
             self._keyboard = WatchedKeyboard(
                 descriptor, self._typed, takes_keys=has_keys
             )
-        # when an Esc has been a key
+        # when a lone Esc counts as a key
         self._escape_due: float | None = None
         # while a pager has the terminal
         self._paged: PagedOutput | None = None
-        # when it came that is shown after that
+        # the time of the held event that is being shown after the pager
         self._time: float | None = None
         self._guard = guard
         self._conditions = conditions
@@ -161,7 +162,7 @@ class TerminalSession:
         if self._paged is not None:
             self._paged.hold(event)
             return
-        # most of what happens is output
+        # most events are output
         if isinstance(event, events.Output):
             if self._attachment.shows(event.process.label):
                 return
@@ -176,7 +177,7 @@ class TerminalSession:
                 self._show_all(self._filter.end())
             return
         if isinstance(event, events.ShuttingDown):
-            # the note would hide the countdown
+            # a note would hide the countdown
             self._keys.show_note('')
         self._attachment.before(event)
         if self.model.version != self._drawn_version:
@@ -318,11 +319,11 @@ class TerminalSession:
         :param lines: Returns them, by the width of the terminal
         """
         size = size_of(self._descriptor)
-        # one is for the output, and one for the way back
+        # one line is for the output, and one for the hint
         self._keys.show(lines(size.columns), size.lines - 2)
 
     def _error_lines(self, columns: int) -> Sequence[str]:
-        # few ask
+        # imported late, as few users look at errors
         import textwrap
 
         width = max(2, columns) - 1
@@ -335,7 +336,7 @@ class TerminalSession:
 
     def _page(self, log: str) -> None:
         """Show the log of a process in the pager, which gets the terminal."""
-        # few are looked at
+        # imported late, as few users look at logs
         from colcon_yamllaunch.terminal.pager import PagedOutput, Pager
 
         self._end()
@@ -405,7 +406,7 @@ class TerminalSession:
         next_modes = None
         if self._keyboard is not None and self._keyboard.has_keys:
             if self._keys.attached is not None:
-                # the process may have changed them without a word
+                # nothing reports that the process has changed its modes
                 self._attachment.read_modes()
                 next_modes = now + MODES_INTERVAL
             view = self._keys.view(view.live)

@@ -111,7 +111,7 @@ class ChangeLoop(Participant):
         # what the last failed job left undone, if the last job failed
         self._has_failed_job = False
         self._late: set[str] = set()
-        # since when builds may have run, none of which succeeded
+        # when the first build began after the last successful one
         self._unsure_since: float | None = None
         # when the launch was last prepared
         self._prepared_at = clock()
@@ -383,7 +383,7 @@ class ChangeLoop(Participant):
         try:
             self._worker.ask(current.suspects)
         except OSError:
-            # its end is noticed soon
+            # the loop reports the end of the worker soon
             current.is_lost = True
             return
         current.has_job = True
@@ -405,7 +405,7 @@ class ChangeLoop(Participant):
             case Announced():
                 self._explain(f'{current.title}: {message.text}')
             case Prepared():
-                # such as warnings of a compiler
+                # for example, warnings of a compiler
                 current.details = self._end_job(current)
                 with suppress(RefusedError):
                     self._apply(message, current)
@@ -474,7 +474,8 @@ class ChangeLoop(Participant):
         why = ''
         is_other = prepared.grown_from != before.grown_from
         if is_other or (prepared.grown_from and not new.is_empty):
-            # they may have extended the plan and have a state of their own
+            # handlers may have extended the plan, and have a state that a new
+            # plan cannot restore
             why = 'there are event handlers in Python'
         elif (
             prepared.deployment != before.deployment
@@ -494,7 +495,7 @@ class ChangeLoop(Participant):
             current.built = prepared.packages
         launch.renew_environment(prepared.environment)
         if not before.grown_from or len(new.plan.blocks) >= len(launch.blocks):
-            # otherwise the plan has grown since
+            # otherwise the running plan is longer than the new one
             launch.blocks = new.plan.blocks
         changed = changed_products(before.built, prepared.built)
         affected = affected_by_build(
@@ -525,7 +526,7 @@ class ChangeLoop(Participant):
             self._compiled(labels, changed, prepared.broken, current), current
         )
         launch.dispatcher.do(commands.Extend(new.new))
-        # others are started by timers
+        # timers start all others
         current.pending |= {e.label for e in new.new if isinstance(e, Process)}
         self._current = replace(
             prepared, plan=new.plan, machines=before.machines

@@ -45,7 +45,7 @@ Products = Mapping[str, Mapping[str, str]]
 
 _PYTHON_SUFFIX = '.py'
 _LINK = 'link to '
-#: More than workspaces have packages.
+#: The size of the cache; no workspace has so many packages.
 _RECORDS = 10_000
 _ELF = b'\x7fELF'
 _LONGEST_PATH = 4096
@@ -464,7 +464,7 @@ class _ProcessFinder:
         names = {os.path.basename(word) for word in words}
         if _ROS not in names:
             return frozenset()
-        # `ros2 launch` may start any of them
+        # `ros2 launch` may start the programs of any package
         return self._names if 'launch' in names else self._names & names
 
     def _program(self, process: Process, word: str) -> str | None:

@@ -9,10 +9,10 @@ restarts has started or failed to start. At most one change has a job; a later
 one that needs a job takes over the earlier one.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
-from colcon_yamllaunch.engine import events, limits
+from colcon_yamllaunch.engine import events
 
 #: Seconds after the report of a change within which a failure of something
 #: that it restarted is reported, too.
@@ -106,7 +106,7 @@ class PendingChange:
             'not sent to': self.kept,
         }
         parts = [
-            f'{what} {_listed(names)}'
+            f'{what} {events.listed(names)}'
             for what, names in results.items()
             if names
         ]
@@ -211,9 +211,3 @@ def without(names: Iterable[str], others: Iterable[str]) -> tuple[str, ...]:
 
 def _joined(first: tuple[str, ...], second: Iterable[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*first, *second)))
-
-
-def _listed(names: Sequence[str]) -> str:
-    shown = ', '.join(names[: limits.NAMES_SHOWN])
-    more = len(names) - limits.NAMES_SHOWN
-    return f'{shown} and {more} more' if more > 0 else shown

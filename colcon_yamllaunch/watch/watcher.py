@@ -267,7 +267,7 @@ class Watcher:
         if len(paths) >= EVENT_OVERFLOW or any(
             map(self._files.needs_scan, paths)
         ):
-            # another folder may have its name, even with the same inode number
+            # a new folder may have the name and inode number of a removed one
             is_other = not self._watched.keys().isdisjoint(paths)
             self._send(self._scan(force=is_other), seen)
         else:

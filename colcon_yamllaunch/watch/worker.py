@@ -301,7 +301,7 @@ def _serve(
             clean_up(child.pid)
             child = None
         if data == _START:
-            # a signal to the child waits until it has its handlers
+            # signals to the child wait until it has installed its handlers
             signal.pthread_sigmask(signal.SIG_BLOCK, _CANCELLING)
             pid = os.fork()
             if not pid:
@@ -309,7 +309,7 @@ def _serve(
                 _do(prepare, descriptors)
             signal.pthread_sigmask(signal.SIG_UNBLOCK, _CANCELLING)
             with suppress(OSError):
-                # the child does so, too; this may be first
+                # parent and child both do this, whichever runs first
                 os.setpgid(pid, pid)
             child = _Child(pid, os.pidfd_open(pid))
         for descriptor in descriptors:
@@ -335,7 +335,7 @@ def _do(prepare: Prepare, descriptors: Sequence[int]) -> NoReturn:
         for number in _CANCELLING:
             signal.signal(number, signal.default_int_handler)
         signal.pthread_sigmask(signal.SIG_UNBLOCK, _CANCELLING)
-        # it ends soon, and its answer need not wait for the disks
+        # the child ends soon, and its answer need not wait for the disks
         gc.disable()
         put_off()
         try:

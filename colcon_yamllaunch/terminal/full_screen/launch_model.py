@@ -30,18 +30,18 @@ from colcon_yamllaunch.terminal.full_screen.output_store import (
 from colcon_yamllaunch.terminal.line_filter import Filtering
 from colcon_yamllaunch.terminal.status_model import Look, Row, StatusModel
 
-#: How often in a row the use of resources is remembered.
+#: The number of measurements that are kept of each process.
 HISTORY = 120
-#: Reads in an interval, each of some 64 KiB at most. Nobody reads more than
-#: that, and the launch need not prepare it: it counts what we miss.
+#: Reads in an interval, each of some 64 KiB at most. Users cannot read more,
+#: and the launch saves the work: it only counts what is missed.
 READS = 3
-#: Seconds.
+#: The seconds of such an interval.
 INTERVAL = 0.2
-#: Bytes of output that the screen may be behind before it loses some. So it
-#: shows all of a burst, and stays up to date beside an endless flood.
+#: Bytes of output that the screen may be behind before it loses some: enough
+#: for a burst, and little enough to stay up to date in a flood.
 BEHIND = 8 * 1024 * 1024
 
-#: Events after which the plan may be another.
+#: Events after which the plan may have changed.
 _PLANNED = frozenset(('planned', 'dropped', 'replanned'))
 #: What stands before a launch file, a group, a timer.
 _BLOCKS: Mapping[str, Look] = {
@@ -76,10 +76,10 @@ SENTENCES: Mapping[str, str] = {
     'warning': 'warning: {text}',
     'shutdown': 'stopping: {reason}',
     'ended': 'the launch has ended, exit code {exit_code}',
-    # what others say already, or the list of processes shows
+    # other events say this, or the list of processes shows it
     **dict.fromkeys(('planned', 'dropped', 'respawned', 'signalled'), ''),
     **dict.fromkeys(('changed', 'built', 'replanned', 'restarted'), ''),
-    # these take more than their fields
+    # functions make these sentences
     'exited': '',
     'checked': '',
 }
@@ -124,12 +124,12 @@ class LaunchModel(StatusModel):
         self.wants_tree = True
         self._gap: Line | None = None
         self._gap_bytes = 0
-        # the loop in which the launch is received
+        # the loop that reads the connection
         self._loop: AbstractEventLoop | None = None
-        # when an interval began, and how often was read in it
+        # when the interval began, and the number of reads in it
         self._begin, self._reads = 0.0, 0
-        # the processes whose output is read, None for all; and what was
-        # missed when somebody last chose what is shown
+        # the processes whose output is read, None for all; and the missed
+        # bytes when the filter last changed
         self._wanted: Collection[str] | None = None
         self._missed_before = 0
 
@@ -189,7 +189,7 @@ class LaunchModel(StatusModel):
     def ask_for_usage(self) -> None:
         """Request the CPU and memory use of processes on other machines."""
         if any(process.machine for process in self.state.processes):
-            # it comes with the state
+            # the answer updates the state
             self.send(self._launch.send_request, 'status', bool)
 
     def receive(self, received: subscription.Received) -> None:
@@ -251,7 +251,7 @@ class LaunchModel(StatusModel):
         state = self.state
         stopped = state.clock()
         state.clock = lambda: stopped
-        # a launcher that was killed could not say what became of these
+        # a killed launcher did not report how these ended
         for part in tuple(state.by_label.values()):
             named: Any = part
             if isinstance(part, ComponentState):
@@ -296,10 +296,10 @@ class LaunchModel(StatusModel):
             if kind in _BLOCKS:
                 shown = os.path.basename(title) if kind == 'file' else title
                 name = one_line(shown) or kind
-                # the place in a file, as its path is long
+                # the name of the file is enough, as its path is long
                 position = os.path.basename(one_line(branch.position))
                 if not depth and kind == 'file':
-                    # what was launched is included nowhere
+                    # no file includes the launched one
                     position = ''
                 yield _block_row(_BLOCKS[kind], name, position, depth)
             elif part is not None:
@@ -363,9 +363,9 @@ class LaunchModel(StatusModel):
 
     def _narrow(self) -> None:
         """
-        Read what is shown only, where all of it is too much.
+        Read the shown output only, if reading all of it is too much.
 
-        Else all is read, so that it is there when somebody wants to see it.
+        Otherwise read all, so that it is there when the filter changes.
         """
         is_too_much = self.missed_bytes > self._missed_before
         filtering = self.view.filtering
@@ -407,9 +407,9 @@ def _block_row(look: Look, title: str, note: str, depth: int = 0) -> Row:
 
 def sentence_of(name: str, fields: Mapping[str, Any]) -> str:
     """
-    Return what an event says, without whom it is about.
+    Return the sentence about an event, without the name of the process.
 
-    It is empty where there is nothing to say.
+    It is empty for an event that is not worth a line.
     """
     try:
         if name == 'requested' and fields['action'] == 'change':
@@ -424,7 +424,7 @@ def sentence_of(name: str, fields: Mapping[str, Any]) -> str:
         else:
             text = SENTENCES.get(name, '').format_map(fields)
     except (KeyError, TypeError, ValueError):
-        # that of a later version
+        # the event is of a later version
         return name
     delay = fields.get('respawn_delay')
     if delay is not None:
@@ -453,7 +453,7 @@ def _ending(fields: Mapping[str, Any]) -> str:
     elif fields['exit_code']:
         text = f'exited with code {fields["exit_code"]}'
     elif fields['exit_code'] is None:
-        # nobody knows how, as it ran on a machine that is gone
+        # it ran on a machine that is gone, so how it ended is unknown
         text = 'lost'
     else:
         text = 'finished'

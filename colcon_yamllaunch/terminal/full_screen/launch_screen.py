@@ -35,22 +35,22 @@ from textual.screen import Screen
 from textual.widgets import Static
 
 _WHILE_ASKED = 'Enter keeps what is found  Esc goes back'
-#: Seconds between two times that something is drawn.
+#: Seconds between two drawings.
 DRAWN_EVERY = 0.1
 #: Seconds for which an answer is shown.
 SHOWN_FOR = 6.0
 #: Columns below which there is one pane at a time.
 NARROW = 60
-#: Seconds between two looks at what processes use.
+#: Seconds between two measurements of CPU and memory.
 MEASURED_EVERY = 2.0
 
 _KEYS = {key.name: key for key in (*keymap.ON_ONE, *keymap.ON_ALL)}
-# those that are no text while somebody types
+# keys that keep their effect in a prompt
 _WHILE_TYPING = frozenset(('clear', 'switch'))
 
 Measure = Callable[[Collection[int]], Mapping[int, Usage]]
 
-# keys of another encoding than UTF-8 are none, and no errors
+# input that is not UTF-8 is replaced, and no error
 linux_driver.getincrementaldecoder = (  # type: ignore[attr-defined]
     lambda name: partial(getincrementaldecoder(name), 'replace')
 )
@@ -77,8 +77,9 @@ class LaunchScreen(Screen[None]):
     """A launch: its processes left, what they write right."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        # with priority, as others are for who had the focus when the key
-        # came: several at once, as by a slow line, would miss the prompt
+        # without priority, keys go to the widget that had the focus when they
+        # came: of several at once, as over a slow line, none would reach the
+        # prompt
         Binding(
             name,
             f'press("{key.name}", "{name}")',
@@ -372,7 +373,7 @@ class LaunchScreen(Screen[None]):
         if self._stops_to_leave:
             self.app.exit()
         elif isinstance(self.app.screen, widgets.LeaveQuestion):
-            # it has no sense any more
+            # the question is pointless now
             self.app.screen.dismiss('stay')
 
     def _draw(self) -> None:
@@ -395,7 +396,7 @@ class LaunchScreen(Screen[None]):
         self._put('short', shown)
 
     def _put(self, place: str, text: Text) -> None:
-        # all else stays where it is, which need not be found out anew
+        # the layout stays the same, so it is not computed again
         if text != self._shown.get(place):
             self._shown[place] = text
             self._lines[place].update(text, layout=False)
@@ -407,7 +408,7 @@ class LaunchScreen(Screen[None]):
         if said:
             return Text(said, style, no_wrap=True, overflow='ellipsis')
         if self._prompt.display:
-            # the keys are text for the time being
+            # most keys are text now
             return Text(_WHILE_ASKED, 'dim', no_wrap=True)
         width = self.size.width
         return screen_texts.keys_text(
@@ -464,7 +465,7 @@ class LaunchApp(App[None]):
         measure: Measure = usage_of,
         shown: Callable[[bool], None] = lambda _: None,
     ) -> None:
-        # the colours of the terminal, and none of ours
+        # use the colours of the terminal
         super().__init__(driver_class=_Driver, ansi_color=True)
         self._measure = measure
         #: Is called with whether the terminal is ours.
@@ -504,7 +505,7 @@ class LaunchApp(App[None]):
             self._mounted_in.call_soon_threadsafe(self.exit)
 
     def _handle_exception(self, error: Exception) -> None:
-        # one line, after all, instead of screens full of a traceback
+        # the caller reports it in one line, without a traceback
         self.error = self.error or error
         self.exit(return_code=1)
 
@@ -520,7 +521,7 @@ class LaunchApp(App[None]):
         while not model.ending:
             processes = model.state.processes
             pids = {p.local_pid for p in processes if p.local_pid is not None}
-            # a process may end in the middle of it
+            # a process may end during the measurement
             with suppress(OSError):
                 model.add_usage(await asyncio.to_thread(self._measure, pids))
             model.ask_for_usage()
@@ -529,7 +530,7 @@ class LaunchApp(App[None]):
 
 
 class _Driver(linux_driver.LinuxDriver):
-    """The terminal, which others have while we are stopped."""
+    """The terminal, which other programs use while this one is stopped."""
 
     _app: LaunchApp
 
@@ -551,8 +552,8 @@ class _Driver(linux_driver.LinuxDriver):
             self._app.call_later(self._app._handle_exception, e)
 
     def _sigcont_application(self, *_: object) -> None:
-        # a process, or the pager, may have the terminal; or it is gone, which
-        # sends this signal, too
+        # a process or the pager may have the terminal; this signal also comes
+        # when the terminal is gone
         if not (self._auto_restart and os.isatty(self.fileno)):
             return
         if not is_in_foreground(self.fileno):
@@ -560,7 +561,7 @@ class _Driver(linux_driver.LinuxDriver):
         elif self._must_signal_resume:
             super()._sigcont_application()
         else:
-            # nobody could give it back before a SIGSTOP
+            # SIGSTOP left no chance to restore the terminal
             loop = asyncio.get_running_loop()
             loop.call_soon_threadsafe(self._begin_anew)
 

@@ -97,7 +97,7 @@ class OutputStore:
         #: The characters that are kept.
         self.size = 0
         self._order = 0
-        # the last line, and what it is compared by
+        # the last line, and its bytes without times, to find repetitions
         self._last: tuple[Line, bytes] | None = None
         #: Lines whose text changed since :meth:`OutputView.pop_altered`.
         self.altered: dict[Line, None] = {}
@@ -113,7 +113,7 @@ class OutputStore:
         *pieces, rest = wrote.data.split(b'\n')
         if rest:
             pieces.append(rest)
-        # of a lot only the end is kept
+        # of too many lines, the last ones are kept
         skipped = max(0, len(pieces) - self._limit)
         made = []
         for number, piece in enumerate(pieces[skipped:], skipped):
@@ -129,7 +129,7 @@ class OutputStore:
     ) -> Line:
         """Add a line about a process, or about the launch."""
         kept = self._kept[label]
-        # what the process writes next is no part of the line before
+        # the next output of the process begins a new line
         kept.unfinished.clear()
         kept.levels.clear()
         line = self._append(time, label, text[:LONGEST_LINE], level)
@@ -161,10 +161,10 @@ class OutputStore:
     def _piece(
         self, kept: _Kept, wrote: Wrote, piece: bytes, is_open: bool
     ) -> Line | None:
-        """Add a line; return it unless it is one that was there."""
+        """Add a line, or change the last one; return a new line."""
         stream = wrote.stream
         goes_on = is_open and piece.endswith(b'\r')
-        # what was written over is not seen any more
+        # the last text after a carriage return replaces the others
         piece = last_state(piece)
         own_level = level_of(piece, self._form)
         level = own_level or kept.levels.get(stream)
@@ -194,7 +194,7 @@ class OutputStore:
         line.is_leveled = own_level is not None
         if goes_on:
             kept.unfinished[stream] = line
-        # an empty line parts others
+        # an empty line separates equal lines
         self._last = (line, compared) if piece else None
         return line
 
@@ -276,7 +276,7 @@ class OutputView:
         return self.filtering.shows(line.label, line.level, plain(line.text))
 
     def _trim(self) -> None:
-        # a part of them at once, as that moves all others
+        # drop many at once, as each removal moves all others
         if len(self.lines) > self._limit:
             excess = len(self.lines) - self._limit * 3 // 4
             del self.lines[:excess]

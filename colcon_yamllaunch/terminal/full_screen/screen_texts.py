@@ -16,8 +16,8 @@ from colcon_yamllaunch.terminal.status_model import description_lines, state_of
 from rich.table import Table
 from rich.text import Text
 
-# the keys that must not be cut, as they lead to all others, and the one to
-# what a narrow terminal does not show
+# keys that are always shown: the help lists all others, and Tab leads to the
+# pane that a narrow terminal hides
 _LEADING = ('?', 'q')
 _SWITCH = 'Tab'
 _BARS = '▁▂▃▄▅▆▇█'

@@ -105,7 +105,7 @@ class PartList(Pane):
         if label is not None:
             self._cursor = next(found, self._cursor)
         elif all(row.label is None for row in rows[: self._cursor + 1]):
-            # acts are for what has a label
+            # keys act on rows with a label
             self._cursor = next(
                 (n for n, row in enumerate(rows) if row.label is not None), 0
             )
@@ -146,7 +146,7 @@ class PartList(Pane):
         text = self._text_of(self._rows[number], width)
         if number == self._cursor and self.has_focus:
             text.pad_right(width - text.cell_len)
-            # reversed, each colour would be another background
+            # reversed, colours would become different backgrounds
             text.spans = []
             text.stylize('reverse')
         elif number == self._cursor:
@@ -191,7 +191,7 @@ class PartList(Pane):
         text.append(row.title, style or ('dim' if hidden else ''))
         if row.label in filtering.muted:
             text.append(' (muted)', 'dim')
-        # what is not known from the sign
+        # the sign shows these states already
         note = '' if row.note in ('running', 'loaded') else row.note
         room = width - text.cell_len - 1
         if note and room > 0:
@@ -228,9 +228,9 @@ class OutputPane(Pane):
         self._styles: dict[str, str] = {}
         self._index = RowIndex()
         self._dropped = 0
-        # what the rows of lines depend on
+        # the version of the view and the width that the index is for
         self._layout: tuple[object, ...] = ()
-        # the line that was rendered last, as it was then
+        # the line that was rendered last, with the key of the cache
         self._rendered: tuple[tuple[object, ...], Strip] | None = None
         # the line in the first row
         self._top: Line | None = None
@@ -323,7 +323,7 @@ class OutputPane(Pane):
         if line.label is not None and not is_alone:
             label = f'[{one_line(line.label)}] '
         if line.count > 1:
-            # in front, as it would not be seen behind a long line
+            # in front, as it would be hidden behind a long line
             count = f'×{line.count} '
         return stamp, label, count
 
@@ -403,8 +403,8 @@ class RowIndex:
         return line, row - self.first_row(line)
 
 
-#: What is to become of a launch that was started here: it is stopped, or runs
-#: on, or nobody leaves.
+#: The answers to the question whether to leave: stop the launch, leave it
+#: running, or stay.
 Leaving = Literal['stop', 'leave', 'stay']
 
 #: What is asked for: a text that lines have, or the name of a process.
@@ -493,7 +493,7 @@ class Prompt(Input):
         self.placeholder = _PLACEHOLDERS[what]
         self.asked = what
         self.display = True
-        # at once, so that what is typed next gets there
+        # at once, so that the next key reaches it
         self.screen.set_focus(self)
 
     def close_prompt(self) -> None:
