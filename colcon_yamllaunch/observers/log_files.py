@@ -148,8 +148,8 @@ class LogFile:
         self._descriptor = _opened(path)
         self._size = os.fstat(self._descriptor).st_size
         quota.used += self._size
+        # the sizes of its old parts, the latest first
         self._parts: deque[int] = deque()
-        self._parts_size = 0
         self._is_mid_line = False
         # a rotation that failed is tried again with this size
         self._postponed = 0
@@ -185,9 +185,7 @@ class LogFile:
             return 0
         with suppress(OSError):
             self._part(len(self._parts)).unlink()
-        size = self._parts.pop()
-        self._parts_size -= size
-        return size
+        return self._parts.pop()
 
     def close(self) -> None:
         """Close the file."""
@@ -197,7 +195,7 @@ class LogFile:
     def _full(self) -> int:
         return max(
             self._quota.share,
-            self._parts_size // limits.LOG_PARTS,
+            sum(self._parts) // limits.LOG_PARTS,
             self._postponed,
         )
 
@@ -222,7 +220,6 @@ class LogFile:
             self._postponed = self._size + limits.LOG_PART
             return
         self._parts.appendleft(self._size)
-        self._parts_size += self._size
         self._size = 0
         self._postponed = 0
         self._quota.rotated(self)
@@ -240,14 +237,12 @@ class LogFile:
         if self._is_astray and self._parts:
             # output since then went into the old part
             self._parts[0] += self._size
-            self._parts_size += self._size
         else:
             self._quota.used -= self._size
             if self._parts and not self._part(1).exists():
                 # they were deleted with it
-                self._quota.used -= self._parts_size
+                self._quota.used -= sum(self._parts)
                 self._parts.clear()
-                self._parts_size = 0
         self._is_astray = False
         self._size = 0
         self._is_mid_line = False
@@ -373,7 +368,19 @@ class Logs:
     def handle(self, event: events.Event) -> None:
         """Record an event of the launch."""
         if isinstance(event, events.Output):
-            self._record_lines(event)
+            process = event.process
+            if process.output in IN_COMMON_LOG and self._common is not None:
+                # a user who sets a format of ROS 2 expects its names
+                plain = self._layout is None
+                name = process.label if plain else process.ros_name
+                prefix = f'{self._stamp()}[{one_line(name)}] '
+                lines = prefixed(
+                    normalised(event.data), prefix.encode(errors='replace')
+                )
+                self._common_pending.append(lines)
+                self._pending_size += len(lines)
+                if self._pending_size > limits.COLLECTED_LOG:
+                    self._write_collected()
             return
         if isinstance(event, events.Started):
             self._unopened.append(event.process)
@@ -433,21 +440,6 @@ class Logs:
             if process.output in IN_OWN_LOG:
                 path = self._folder / known[label] / COMBINED_LOG
                 self.combined_files[label] = path
-
-    def _record_lines(self, event: events.Output) -> None:
-        process = event.process
-        if process.output in IN_COMMON_LOG and self._common is not None:
-            # a user who sets a format of ROS 2 expects its names
-            plain = self._layout is None
-            name = process.label if plain else process.ros_name
-            prefix = f'{self._stamp()}[{one_line(name)}] '.encode(
-                errors='replace'
-            )
-            lines = prefixed(normalised(event.data), prefix)
-            self._common_pending.append(lines)
-            self._pending_size += len(lines)
-            if self._pending_size > limits.COLLECTED_LOG:
-                self._write_collected()
 
     def _write_collected(self) -> None:
         self._write(self._common, b''.join(self._common_pending))

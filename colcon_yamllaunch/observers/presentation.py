@@ -73,7 +73,16 @@ class Display:
             _ASCII
         )
         #: Writes to the stream.
-        self.writer = _writer(stream, self.descriptor, open_writer)
+        self.writer: Writer = TextWriter(stream)
+        if self.descriptor != -1:
+            self.writer = open_writer(self.descriptor)
+            try:
+                stream.flush()
+            except BrokenPipeError:
+                self.writer.broken = True
+            except OSError as error:
+                # an error of earlier output, such as that of the build
+                self.writer.error = error
 
     def environment_for(
         self, environment: Mapping[str, str]
@@ -139,22 +148,6 @@ def is_same_terminal(stream: TextIO | None, descriptor: int) -> bool:
         return os.ttyname(stream.fileno()) == os.ttyname(descriptor)
     except (OSError, ValueError):
         return False
-
-
-def _writer(
-    stream: TextIO, descriptor: int, open_writer: Callable[[int], Writer]
-) -> Writer:
-    if descriptor == -1:
-        return TextWriter(stream)
-    writer = open_writer(descriptor)
-    try:
-        stream.flush()
-    except BrokenPipeError:
-        writer.broken = True
-    except OSError as error:
-        # an error of earlier output, such as that of the build
-        writer.error = error
-    return writer
 
 
 def _descriptor(stream: TextIO) -> int:

@@ -123,7 +123,6 @@ class StatusModel:
         #: left out.
         self.cpu: dict[str, float] = {}
         self._keys: dict[str, str] = {}
-        self._labels: dict[str, str] = {}
         self._assigned = -1
         self._measured = 0
 
@@ -154,8 +153,8 @@ class StatusModel:
 
     def label_of(self, key: str) -> str | None:
         """Return the label of what a key chooses."""
-        self._assign()
-        return self._labels.get(key)
+        keys = self.keys.items()
+        return next((label for label, own in keys if own == key), None)
 
     def measure(self, shares: Mapping[str, float]) -> None:
         """Show the shares of a processor that processes take, by label."""
@@ -196,14 +195,11 @@ class StatusModel:
             return
         self._assigned = self.state.version
         for label in self._keys.keys() - self.state.by_label.keys():
-            del self._labels[self._keys.pop(label)]
-        if len(self._labels) == len(KEYS):
-            return
-        free = [key for key in KEYS if key not in self._labels]
+            del self._keys[label]
+        used = set(self._keys.values())
+        free = [key for key in KEYS if key not in used]
         new = [p for p in self.state.by_label if p not in self._keys]
-        for label, key in zip(new, free, strict=False):
-            self._keys[label] = key
-            self._labels[key] = label
+        self._keys.update(zip(new, free, strict=False))
 
 
 def state_of(part: Part) -> str:

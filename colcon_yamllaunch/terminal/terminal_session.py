@@ -116,8 +116,8 @@ class TerminalSession:
         # None if a process gets the keys without this session
         self._keyboard: WatchedKeyboard | None = None
         if has_keys or attach is None:
-            # without keys, only the echo is switched off, as it would overwrite
-            # the block
+            # without keys, only switch off the echo, which would overwrite the
+            # block
             descriptor = sys.stdin.fileno() if has_keys else self._descriptor
             self._keyboard = WatchedKeyboard(
                 descriptor, self._typed, takes_keys=has_keys

@@ -312,7 +312,6 @@ class LaunchModel(StatusModel):
             self._assigned = self.state.version
             labels = [process.label for process in self.state.processes]
             self._keys = dict(zip(labels, _DIGITS, strict=False))
-            self._labels = {key: label for label, key in self._keys.items()}
 
     def _say(
         self, label: str | None, text: str, time: float, level: Level
