@@ -152,9 +152,9 @@ class LogFile:
         self._parts: deque[int] = deque()
         self._is_mid_line = False
         # a rotation that failed is tried again with this size
-        self._postponed = 0
+        self._retry_size = 0
         # whether the file has become an old part, and no other could be made
-        self._is_astray = False
+        self._is_renamed = False
 
     def write(self, data: bytes) -> None:
         """
@@ -165,10 +165,10 @@ class LogFile:
         :raises OSError: when the disk is full, for instance
         """
         # this check takes only a microsecond
-        if self._is_astray or not os.fstat(self._descriptor).st_nlink:
-            self._create_again()
+        if self._is_renamed or not os.fstat(self._descriptor).st_nlink:
+            self._reopen()
         excess = self._size + len(data) - self._full
-        if self._size and excess > 0 and not self._is_astray:
+        if self._size and excess > 0 and not self._is_renamed:
             end = data.find(b'\n') + 1 if self._is_mid_line else 0
             if end:
                 self._append(data[:end])
@@ -196,7 +196,7 @@ class LogFile:
         return max(
             self._quota.share,
             sum(self._parts) // limits.LOG_PARTS,
-            self._postponed,
+            self._retry_size,
         )
 
     def _append(self, data: bytes) -> None:
@@ -217,16 +217,16 @@ class LogFile:
                     os.rename(self._part(number), self._part(number + 1))
         except OSError:
             # another program changes the folder
-            self._postponed = self._size + limits.LOG_PART
+            self._retry_size = self._size + limits.LOG_PART
             return
         self._parts.appendleft(self._size)
         self._size = 0
-        self._postponed = 0
+        self._retry_size = 0
         self._quota.rotated(self)
-        self._is_astray = True
-        self._create_again()
+        self._is_renamed = True
+        self._reopen()
 
-    def _create_again(self) -> None:
+    def _reopen(self) -> None:
         """Open a new file at the path, if that is possible now."""
         try:
             descriptor = _opened(self.path)
@@ -234,7 +234,7 @@ class LogFile:
             return
         os.close(self._descriptor)
         self._descriptor = descriptor
-        if self._is_astray and self._parts:
+        if self._is_renamed and self._parts:
             # output since then went into the old part
             self._parts[0] += self._size
         else:
@@ -243,7 +243,7 @@ class LogFile:
                 # they were deleted with it
                 self._quota.used -= sum(self._parts)
                 self._parts.clear()
-        self._is_astray = False
+        self._is_renamed = False
         self._size = 0
         self._is_mid_line = False
 

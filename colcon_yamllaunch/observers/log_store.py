@@ -80,7 +80,7 @@ class LogStore:
         self.limit = limit
         #: The others, the oldest first.
         self._folders: list[_Folder] = []
-        self._staying: set[str] = set()
+        self._protected: set[str] = set()
         self._work = self._tidy()
         self._spare: int | None = None
 
@@ -111,16 +111,16 @@ class LogStore:
         others = beside + self._others()
         # delete no more than this launch writes: if other programs fill the
         # disk, old logs need not make room for them
-        short = self._shortage() + wanted - used
+        short = self._missing_space() + wanted - used
         self._delete_oldest(min(short, wanted - used))
-        room = max(0, -self._shortage())
+        room = max(0, -self._missing_space())
         allowed = min(self.limit - others, used + room)
         return max(allowed, limits.LOG_MINIMUM)
 
     def _tidy(self) -> Iterator[bool]:
         index = self._read()
         yield True
-        for folder in self._superfluous():
+        for folder in self._excess_folders():
             if self._delete(folder):
                 yield True
         for folder in self._folders:
@@ -163,14 +163,14 @@ class LogStore:
         for link in _LINKS:
             target = (self._base / link).resolve()
             if target.parent == base:
-                self._staying.add(target.name)
+                self._protected.add(target.name)
         return index
 
     def _index(self) -> dict[str, Any]:
         index = {f.name: [f.number, f.size, f.ran] for f in self._folders}
         return {**index, self._own: [self._own_number, None, True]}
 
-    def _superfluous(self) -> list[_Folder]:
+    def _excess_folders(self) -> list[_Folder]:
         """Return the folders that are too many, the oldest first."""
         if self.kept is None:
             return []
@@ -179,7 +179,7 @@ class LogStore:
             alike = [
                 f
                 for f in self._folders
-                if f.ran == ran and f.name not in self._staying
+                if f.ran == ran and f.name not in self._protected
             ]
             found += alike[: max(0, len(alike) - self.kept)]
         return found
@@ -189,7 +189,7 @@ class LogStore:
         for folder in tuple(self._folders):
             if size <= 0:
                 return
-            if folder.name not in self._staying:
+            if folder.name not in self._protected:
                 taken = self._size(folder)
                 if self._delete(folder):
                     size -= taken
@@ -219,7 +219,7 @@ class LogStore:
             return _size_of(self._base / folder.name)
         return folder.size
 
-    def _shortage(self) -> int:
+    def _missing_space(self) -> int:
         """Return how many bytes too few are free; below 0 there are more."""
         try:
             disk = os.statvfs(self._base)

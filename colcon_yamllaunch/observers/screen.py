@@ -106,7 +106,7 @@ class _Stream:
         elif self._is_folded:
             # what follows may be a traceback that follows from the first
             if text and text not in _LINKS:
-                yield from self._give_back()
+                yield from self._release()
             return
         elif text.startswith(_ENDS):
             count = len(self.held) - 1
@@ -116,12 +116,12 @@ class _Stream:
             yield text[:_WIDTH] + more
             return
         elif text and not text.startswith((b' ', *_LINKS)):
-            yield from self._give_back()
+            yield from self._release()
             return
         if len(self.held) > LONGEST:
-            yield from self._give_back()
+            yield from self._release()
 
-    def _give_back(self) -> list[bytes]:
+    def _release(self) -> list[bytes]:
         held = self.held
         self.held = []
         self._is_folded = False
@@ -256,13 +256,13 @@ class Screen:
             if isinstance(event, events.Watched) and event.details:
                 self._show_text('', event.details)
             for line in event.lines():
-                self._show_own(line, event.severity, event.label)
+                self._show_launcher_line(line, event.severity, event.label)
         if isinstance(event, events.Exited | events.Ended):
             self._writer.flush()
 
     def say(self, line: str) -> None:
         """Show a line of the launcher itself."""
-        self._show_own(line, 'INFO')
+        self._show_launcher_line(line, 'INFO')
 
     def show_table(self, lines: Iterable[str]) -> None:
         """Show lines below one another, the first as a heading."""
@@ -344,7 +344,7 @@ class Screen:
             prefix = (name + padding).encode(errors='replace')
             self._prefixes[label] = prefix
 
-    def _show_own(
+    def _show_launcher_line(
         self, line: str, severity: str, name: str = events.LAUNCHER
     ) -> None:
         # overwrite the ^C that the terminal shows at the start of the line

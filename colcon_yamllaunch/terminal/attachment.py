@@ -61,7 +61,7 @@ class Attachment:
             label = event.process.label
             self._started[label] = event
             if label == self._wanted:
-                self._attach_started(label)
+                self._attach_awaited(label)
 
     def attach(self, label: str) -> bool:
         """Connect a process, and return whether that is possible."""
@@ -69,7 +69,7 @@ class Attachment:
         if (
             started is None
             or not engine.terminals.has_keyboard(label)
-            or not self._begin(label)
+            or not self._connect_keyboard(label)
         ):
             return False
         self._wanted = self._attached = label
@@ -85,14 +85,14 @@ class Attachment:
         if started is not None:
             self._engine.emit(events.Detached(started.process))
 
-    def _attach_started(self, label: str) -> None:
+    def _attach_awaited(self, label: str) -> None:
         """Connect the awaited process, which has started."""
         self.attach(label)
 
     def _end(self) -> None:
         label, self._attached = self._attached, None
         if label is not None:
-            self._release()
+            self._disconnect_keyboard()
             self._engine.terminals.remove_sink(label, self._show)
             # the next output may come from another process, or the shell
             self._screen.end_line()
@@ -101,11 +101,11 @@ class Attachment:
         self._screen.show_raw((self._attached, stream), data)
 
     @abstractmethod
-    def _begin(self, label: str) -> bool:
+    def _connect_keyboard(self, label: str) -> bool:
         """Send what is typed to a process; return whether that is possible."""
 
     @abstractmethod
-    def _release(self) -> None:
+    def _disconnect_keyboard(self) -> None:
         """Stop sending what is typed to a process."""
 
 
@@ -155,17 +155,17 @@ class KeysAttachment(Attachment):
                 is_secret=not local & termios.ECHO,
             )
 
-    def _attach_started(self, label: str) -> None:
+    def _attach_awaited(self, label: str) -> None:
         # if it has no terminal this time, do not attach its next start
         self._wanted = None
-        super()._attach_started(label)
+        super()._attach_awaited(label)
 
-    def _begin(self, label: str) -> bool:
+    def _connect_keyboard(self, label: str) -> bool:
         self._end()
         self._keys.attach(label)
         return True
 
-    def _release(self) -> None:
+    def _disconnect_keyboard(self) -> None:
         self._keys.attached = None
 
     def _show(self, stream: events.Stream, data: bytes) -> None:
@@ -216,10 +216,10 @@ class LocalAttachment(Attachment):
         self._show_event(event)
         self.after(event)
 
-    def _begin(self, label: str) -> bool:  # noqa: ARG002
+    def _connect_keyboard(self, label: str) -> bool:  # noqa: ARG002
         return self._keyboard.watch(keeps_early=True) is not None
 
-    def _release(self) -> None:
+    def _disconnect_keyboard(self) -> None:
         self._keyboard.release()
 
     def _suspend(self, is_suspended: bool) -> None:

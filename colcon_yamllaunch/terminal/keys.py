@@ -38,17 +38,14 @@ class Typed:
 
 
 _FOR_ONE = {key.key: key for key in keymap.FOR_ONE}
-_FOR_ALL = {key.key: key for key in keymap.FOR_ALL}
+_FOR_ALL = {key.key: key for key in (*keymap.FOR_ALL, keymap.QUIT)}
 # keys that only close an overlay, and those that show its next page first
 _BACK = frozenset(('esc', 'q', 'E', '?', 'enter', ' '))
 _ON = frozenset(('?', 'enter', ' '))
 #: The conditions in which nothing can be stopped.
 DOWN = frozenset(('ended', 'stopped', 'failed'))
 # the keys in the hint while no process is chosen, the most important first
-_IN_HINT = (
-    *(_FOR_ALL[key] for key in ('?', '/', 'L', 't', 'M', 'E', 'w')),
-    keymap.QUIT,
-)
+_IN_HINT = tuple(_FOR_ALL[key] for key in '?/LtMEwq')
 #: Bytes that a line has at most; a terminal passes on no longer one
 #: (N_TTY_BUF_SIZE of Linux, with the line end).
 LONGEST = 4094
@@ -311,7 +308,7 @@ class Keys:
         text = '*' * len(line.text) if is_hidden else line.text
         return View(
             live=live,
-            chosen=self.attached or self._chosen or self._meant(),
+            chosen=self.attached or self._chosen or self._best_match(),
             filtering=filtering,
             hint=self._hint(),
             prompt=prompt or None,
@@ -344,19 +341,19 @@ class Keys:
                 words.append(f'… +{more}')
             return '  '.join(words)
         if self._chosen is not None:
-            return f'{self._meant_by_keys(self._chosen)}  Esc none'
+            return f'{self._hint_for(self._chosen)}  Esc none'
         left_out = keymap.without_effect(self._model.state, None)
         words = [
             f'{key.key} {key.word}'
             for key in _IN_HINT
             if key.name not in left_out
         ]
-        keys = self._process_keys()
+        keys = self._range_of_keys()
         if keys:
             words.insert(1, f'{keys} choose')
         return '  '.join(words)
 
-    def _meant_by_keys(self, label: str) -> str:
+    def _hint_for(self, label: str) -> str:
         """Return what keys mean for a process as it is now."""
         state, part = self._model.state, self._model.part(label)
         is_down = part is not None and part.condition in DOWN
@@ -378,7 +375,7 @@ class Keys:
             if key.name not in left_out
         )
 
-    def _process_keys(self) -> str:
+    def _range_of_keys(self) -> str:
         """Return the keys of the processes, in short."""
         given = self._model.keys
         keys = [given[p.label] for p in self._model.parts if p.label in given]
@@ -393,7 +390,7 @@ class Keys:
             if key in _BACK:
                 return
         if self.attached is not None:
-            yield from self._press_in_input(self.attached, key)
+            yield from self._press_attached(self.attached, key)
         elif self._prompt:
             self._press_in_prompt(key)
         elif self._chosen is not None:
@@ -421,8 +418,6 @@ class Keys:
             self._note = 'no build has failed'
         elif row is not None:
             yield Press(row.name)
-        elif key == 'q':
-            yield Press('quit')
         elif key == 'enter':
             yield Press('break')
         elif key == 'esc':
@@ -434,7 +429,7 @@ class Keys:
         elif key in _FOR_ONE:
             self._note = (
                 f"'{key}' is for one process; choose it first: "
-                f'{self._process_keys()}, or : and its name'
+                f'{self._range_of_keys()}, or : and its name'
             )
         elif len(key) == 1:
             self._note = f"no process has the key '{key}'; ? helps"
@@ -471,11 +466,11 @@ class Keys:
             yield Press(row.name, label)
         elif self._model.label_of(key) is not None:
             self._chosen = self._model.label_of(key)
-        elif key == ':' or key in _FOR_ALL:
-            yield from self._press_for_all(key)
         elif key == 'q':
             # q closes other views, so it must not stop the launch here
             self._note = f'{label} is not chosen now; q stops the launch'
+        elif key == ':' or key in _FOR_ALL:
+            yield from self._press_for_all(key)
         elif len(key) == 1 and key != ' ':
             self._note = f"'{key}' is nothing to do with a process; ? helps"
 
@@ -483,7 +478,7 @@ class Keys:
 
     def _press_in_prompt(self, key: str) -> None:
         line, is_search = self._line, self._prompt == '/'
-        matches = self._matches()
+        matches = [] if is_search else self._matches()
         is_dropped = key in ('esc', 'ctrl-g')
         if (
             key == 'enter'
@@ -508,7 +503,7 @@ class Keys:
         if is_search:
             self._search(line.text)
 
-    def _meant(self) -> str | None:
+    def _best_match(self) -> str | None:
         """Return the process that the typed name means."""
         if self._prompt != ':' or not self._line.text:
             return None
@@ -519,7 +514,7 @@ class Keys:
         names = {p.label: ProcessNames.of_state(p) for p in self._model.parts}
         return matching(self._line.text, names)
 
-    def _press_in_input(self, label: str, key: str) -> Iterator[Press | Typed]:
+    def _press_attached(self, label: str, key: str) -> Iterator[Press | Typed]:
         line = self._input_line(label)
         if key == 'ctrl-]':
             self.attached = None

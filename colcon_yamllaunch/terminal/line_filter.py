@@ -181,7 +181,7 @@ class LineFilter:
             return ()
         key = (process.label, event.stream)
         if b'\r' in event.data or key in self._live:
-            event = self._without_changes(key, event)
+            event = self._whole_lines(key, event)
         data = self._filtered(key, event)
         if not data:
             return ()
@@ -232,9 +232,7 @@ class LineFilter:
         if label is None:
             yield from self.settle()
 
-    def _without_changes(
-        self, key: _Key, event: events.Output
-    ) -> events.Output:
+    def _whole_lines(self, key: _Key, event: events.Output) -> events.Output:
         """Keep lines that are rewritten in place, and return whole lines."""
         data = _CARRIAGE_RETURNS.sub(b'\n', event.data)
         if b'\r' in data or key in self._live:

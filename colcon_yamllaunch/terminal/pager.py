@@ -50,7 +50,7 @@ class Pager:
             setpgroup=0,
             setsigdef=(signal.SIGPIPE, signal.SIGTSTP, signal.SIGHUP),
         )
-        self._give(self.pid)
+        self._set_foreground(self.pid)
         # it is stopped if it used the terminal before it got it
         with suppress(ProcessLookupError):
             os.killpg(self.pid, signal.SIGCONT)
@@ -74,9 +74,9 @@ class Pager:
 
     def reclaim(self) -> None:
         """Make the launch the foreground job again."""
-        self._give(os.getpgrp())
+        self._set_foreground(os.getpgrp())
 
-    def _give(self, group: int) -> None:
+    def _set_foreground(self, group: int) -> None:
         # a background job that calls tcsetpgrp(3) gets SIGTTOU otherwise
         before = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGTTOU,))
         with suppress(OSError):

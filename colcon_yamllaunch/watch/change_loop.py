@@ -112,7 +112,7 @@ class ChangeLoop(Participant):
         self._has_failed_job = False
         self._late: set[str] = set()
         # when the first build began after the last successful one
-        self._unsure_since: float | None = None
+        self._building_since: float | None = None
         # when the launch was last prepared
         self._prepared_at = clock()
         # the files that are mapped into processes, by label
@@ -373,8 +373,8 @@ class ChangeLoop(Participant):
             current.take_over(other)
             self._changes.remove(other)
         self._release_job()
-        if self._unsure_since is None:
-            self._unsure_since = self._clock()
+        if self._building_since is None:
+            self._building_since = self._clock()
         products = [p + os.sep for p in self._dependencies.products]
         for label, pid in self.launch.groups().items():
             mapped = mapped_files(pid, tuple(products))
@@ -581,7 +581,7 @@ class ChangeLoop(Participant):
         A process may have failed because its files were missing during a
         build, even if they are the same again now.
         """
-        since, self._unsure_since = self._unsure_since, None
+        since, self._building_since = self._building_since, None
         during = set() if since is None else self._crashed_since(since)
         crashed = self._crashed_since(0.0)
         built = set(prepared.packages)

@@ -159,7 +159,7 @@ class LaunchModel(StatusModel):
         self._loop, self._changed, self._ended = loop, changed, ended
         self._begin = loop.time()
         loop.add_reader(self._launch.fileno(), self._read)
-        self._settle()
+        self._follow_up()
 
     def close(self) -> None:
         """Close the connection."""
@@ -178,13 +178,13 @@ class LaunchModel(StatusModel):
             try:
                 send(*what, **more)
             except ControlError as error:
-                self._lose(error)
+                self._fail(error)
 
     def choose(self, filtering: Filtering) -> None:
         """Show and read the output that a filter lets through."""
         self.view.choose(filtering)
         self._missed_before = self.missed_bytes
-        self._narrow()
+        self._subscribe()
 
     def ask_for_usage(self) -> None:
         """Request the CPU and memory use of processes on other machines."""
@@ -335,23 +335,23 @@ class LaunchModel(StatusModel):
             self._launch.read()
             for received in self._launch.received():
                 self.receive(received)
-            self._settle()
+            self._follow_up()
         except ControlError as error:
-            self._lose(error)
+            self._fail(error)
             return
         if self._loop is not None and self._reads >= READS:
             loop.remove_reader(self._launch.fileno())
-            loop.call_at(self._begin + INTERVAL, self._go_on)
+            loop.call_at(self._begin + INTERVAL, self._resume_reading)
 
-    def _go_on(self) -> None:
+    def _resume_reading(self) -> None:
         if self._loop is not None:
             self._loop.add_reader(self._launch.fileno(), self._read)
 
-    def _settle(self) -> None:
+    def _follow_up(self) -> None:
         if self.wants_tree:
             self.wants_tree = False
             self.send(self._launch.ask, commands.Tree(), self._set_tree)
-        self._narrow()
+        self._subscribe()
         self._changed()
 
     def _set_tree(
@@ -360,7 +360,7 @@ class LaunchModel(StatusModel):
         if isinstance(response, commands.PlanTree):
             self.tree = response.tree
 
-    def _narrow(self) -> None:
+    def _subscribe(self) -> None:
         """
         Read the shown output only, if reading all of it is too much.
 
@@ -391,7 +391,7 @@ class LaunchModel(StatusModel):
             states=True,
         )
 
-    def _lose(self, error: ControlError) -> None:
+    def _fail(self, error: ControlError) -> None:
         self.close()
         reason = '' if isinstance(error, LaunchEndedError) else str(error)
         self._ended(reason)

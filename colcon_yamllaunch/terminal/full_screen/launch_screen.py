@@ -34,7 +34,7 @@ from textual.events import Resize
 from textual.screen import Screen
 from textual.widgets import Static
 
-_WHILE_ASKED = 'Enter keeps what is found  Esc goes back'
+_PROMPT_HINT = 'Enter keeps what is found  Esc goes back'
 #: Seconds between two drawings.
 DRAWN_EVERY = 0.1
 #: Seconds for which an answer is shown.
@@ -46,7 +46,7 @@ MEASURED_EVERY = 2.0
 
 _KEYS = {key.name: key for key in (*keymap.ON_ONE, *keymap.ON_ALL)}
 # keys that keep their effect in a prompt
-_WHILE_TYPING = frozenset(('clear', 'switch'))
+_PROMPT_KEYS = frozenset(('clear', 'switch'))
 
 Measure = Callable[[Collection[int]], Mapping[int, Usage]]
 
@@ -142,7 +142,7 @@ class LaunchScreen(Screen[None]):
         parameters: tuple[object, ...],
     ) -> bool | None:
         """Return whether a key has an effect now; otherwise it is text."""
-        return not self._prompt.asked or not _WHILE_TYPING.isdisjoint(
+        return not self._prompt.asked or not _PROMPT_KEYS.isdisjoint(
             parameters
         )
 
@@ -386,16 +386,16 @@ class LaunchScreen(Screen[None]):
         self._parts.show(rows, self._filtering)
         self._output.changed()
         title = screen_texts.title_text(model, follows=self._output.follows)
-        self._put('title', title)
-        self._put('keys', self._last_line())
+        self._update_line('title', title)
+        self._update_line('keys', self._last_line())
         label = self._parts.label
         shown = Text()
         if label is not None:
             width = self._lines['short'].size.width
             shown = screen_texts.in_short(model, label, width)
-        self._put('short', shown)
+        self._update_line('short', shown)
 
-    def _put(self, place: str, text: Text) -> None:
+    def _update_line(self, place: str, text: Text) -> None:
         # the layout stays the same, so it is not computed again
         if text != self._shown.get(place):
             self._shown[place] = text
@@ -409,7 +409,7 @@ class LaunchScreen(Screen[None]):
             return Text(said, style, no_wrap=True, overflow='ellipsis')
         if self._prompt.display:
             # most keys are text now
-            return Text(_WHILE_ASKED, 'dim', no_wrap=True)
+            return Text(_PROMPT_HINT, 'dim', no_wrap=True)
         width = self.size.width
         return screen_texts.keys_text(
             width,

@@ -504,14 +504,14 @@ class Prompt(Input):
     def on_input_changed(self, event: Input.Changed) -> None:
         """Pass on what is typed."""
         event.stop()
-        self._pass_on(event.value)
+        self._report(event.value)
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
         """Pass on what was entered."""
         event.stop()
-        self._pass_on(event.value)
+        self._report(event.value)
         self._finish()
 
-    def _pass_on(self, text: str) -> None:
+    def _report(self, text: str) -> None:
         if self.asked is not None:
             self._use_text(self.asked, text)
