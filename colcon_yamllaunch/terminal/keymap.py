@@ -18,7 +18,7 @@ block with a label or None, of the full screen with the part or the key. A view
 may show the response to a command in its own way, by a method `after_NAME`.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import Any
 
 from colcon_yamllaunch.common.frozen import dataclass
@@ -124,10 +124,6 @@ FOR_ONE = (
 )
 
 
-def _labels(state: LaunchState) -> Iterable[str]:
-    return (process.label for process in state.processes)
-
-
 def _switched(state: LaunchState) -> Command[Any]:
     return commands.Watch('resume' if state.watch_paused else 'pause')
 
@@ -152,7 +148,9 @@ FOR_ALL = (
         'mute_all',
         'mute all, or unmute all',
         short='mute',
-        filter=lambda filtering, state: filtering.mute_all(_labels(state)),
+        filter=lambda filtering, state: filtering.mute_all(
+            process.label for process in state.processes
+        ),
     ),
     Key('w', 'watch', 'switch --watch off, or on again', command=_switched),
     Key('E', 'errors', 'show the errors of the last build that failed'),

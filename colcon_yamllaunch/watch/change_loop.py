@@ -254,7 +254,7 @@ class ChangeLoop(Participant):
         if self._why:
             for line in why_lines(found, self._cwd):
                 self._explain(line)
-        if wanted.is_empty:
+        if wanted == Steps():
             return
         relevant = [one.change for one in found if one.action != 'ignore']
         files = {os.path.basename(c.path): c.kind for c in relevant}

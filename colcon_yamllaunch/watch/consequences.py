@@ -95,11 +95,6 @@ class Steps:
     after_build: tuple[str, ...] = ()
     kept: tuple[str, ...] = ()
 
-    @property
-    def is_empty(self) -> bool:
-        """Whether there is nothing to do and nothing to report."""
-        return self == Steps()
-
 
 def consequences(
     changes: Sequence[Change], dependencies: Dependencies

@@ -205,9 +205,9 @@ class LaunchModel(StatusModel):
                 text = sentence_of(name, fields)
                 if text:
                     label, time = fields.get('label'), fields.get('time')
-                    self._say(
-                        label if isinstance(label, str) else None,
+                    self.say(
                         text,
+                        label if isinstance(label, str) else None,
                         time if isinstance(time, float) else 0.0,
                         level_of_event(name, fields),
                     )
@@ -216,7 +216,7 @@ class LaunchModel(StatusModel):
                 self.wants_tree |= bool(received.events)
                 if self._gap is None:
                     self._gap_bytes = 0
-                    self._gap = self._say(None, '', 0.0, Level.FATAL)
+                    self._gap = self.say('')
                 self._gap_bytes += received.bytes
                 text = f'… {size(self._gap_bytes)} not shown …'
                 self.store.alter(self._gap, text)
@@ -262,9 +262,23 @@ class LaunchModel(StatusModel):
         if reason:
             self.say(reason)
 
-    def say(self, text: str) -> None:
-        """Add a line about the launch to its output."""
-        self._say(None, text, 0.0, Level.FATAL)
+    def say(
+        self,
+        text: str,
+        label: str | None = None,
+        time: float = 0.0,
+        level: Level = Level.FATAL,
+    ) -> Line:
+        """
+        Add a line about the launch, or about a process, to the output.
+
+        :param label: The process, None for the launch
+        :param time: Seconds since the epoch, 0 for none
+        :param level: The level, by default one that no filter hides
+        """
+        line = self.store.add_note(label, text, time, level)
+        self.view.add((line,))
+        return line
 
     def rows(self) -> list[Row]:
         """Return a row for each process, with its components below it."""
@@ -312,13 +326,6 @@ class LaunchModel(StatusModel):
             self._assigned = self.state.version
             labels = [process.label for process in self.state.processes]
             self._keys = dict(zip(labels, _DIGITS, strict=False))
-
-    def _say(
-        self, label: str | None, text: str, time: float, level: Level
-    ) -> Line:
-        line = self.store.add_note(label, text, time, level)
-        self.view.add((line,))
-        return line
 
     # -- what is received
 
