@@ -12,7 +12,6 @@ replay any launch without a process.
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 import json
-import math
 import re
 from typing import Any
 
@@ -39,7 +38,7 @@ from colcon_yamllaunch.plan.plan import (
     SetParameter,
 )
 
-# strings, and the numbers that JSON has no words for
+# strings, and the numbers for which Python adds words to JSON
 _TOKENS = re.compile(r'"(?:[^"\\]|\\.)*"|-?\.inf|\.nan')
 _WORDS = {'.inf': 'Infinity', '-.inf': '-Infinity', '.nan': 'NaN'}
 _NOT_LOADED = '{} is not loaded'
@@ -934,18 +933,9 @@ def _value(parameter: SetParameter) -> Any:
         lambda found: _WORDS.get(found[0], found[0]), parameter.value
     )
     try:
-        return _sendable(json.loads(text))
+        return json.loads(text)
     except (ValueError, RecursionError) as error:
         raise ValueError(
             f"the value of its parameter '{parameter.name}' is no JSON: "
             f'{parameter.value}'
         ) from error
-
-
-def _sendable(value: Any) -> Any:
-    if isinstance(value, list):
-        return [_sendable(item) for item in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        name = 'nan' if math.isnan(value) else 'inf' if value > 0 else '-inf'
-        return {'double': name}
-    return value

@@ -32,7 +32,6 @@ from colcon_yamllaunch.engine.loop import (
     stop_ourselves,
     STOPPING,
     suspended_children,
-    TimerHandle,
 )
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.own_files import ParameterFiles
@@ -177,7 +176,7 @@ class Engine:
         self._relay = Relay(
             self.loop,
             self.accepts if self._limits else writer.accepts,
-            _recorder([*recorders, *overridden(participants, 'record')]),
+            [*recorders, *overridden(participants, 'record')],
             self.emit,
         )
         #: The keyboards of processes.
@@ -209,7 +208,6 @@ class Engine:
             settings, guard, self.loop.children.keys()
         )
         self._end_turns = overridden(participants, 'end_turn')
-        self._alarm: TimerHandle | None = None
         # whether the screen may have to be waited for
         self._is_screen_slow = False
         self._last_stop = -limits.SIGNAL_ECHO
@@ -393,7 +391,7 @@ class Engine:
             if self.supervisor.done:
                 break
             self._pass_on()
-            self.loop.run_once()
+            self.loop.run_once(self._due())
         self.loop.remove_reader(signals)
         self._close_helpers()
         # nothing runs in it
@@ -410,10 +408,9 @@ class Engine:
         ends_by = math.inf
         if self._stopped_by_signal:
             ends_by = self.loop.time() + limits.SCREEN_TIMEOUT
-            self.loop.wake_at(ends_by)
         self._pass_on()
         while self._writer.waits() and not self._writer.broken:
-            self.loop.run_once()
+            self.loop.run_once(min(ends_by, self._due()))
             if set(STOPPING) & set(numbers) or self.loop.time() >= ends_by:
                 return
             self._pass_on()
@@ -567,7 +564,7 @@ class Engine:
             if ros.error is not None:
                 raise UserError(ros.error)
             self._pass_on()
-            self.loop.run_once()
+            self.loop.run_once(self._due())
 
     def _close_helpers(self) -> None:
         if self._ros is not None:
@@ -604,18 +601,11 @@ class Engine:
                 self.loop.add_writer(screen, self._writer.flush)
             else:
                 self.loop.remove_writer(screen)
-        self._set_alarm()
 
-    def _set_alarm(self) -> None:
-        """Schedule a turn for the next condition or drawing."""
+    def _due(self) -> float:
+        """Return when the next condition or drawing is due."""
         dues = self._conditions.due(), self._writer.due()
-        due = min((due for due in dues if due is not None), default=None)
-        if self._alarm is not None:
-            if self._alarm.when() == due and not self._alarm.cancelled():
-                return
-            self._alarm.cancel()
-        if due is not None:
-            self._alarm = self.loop.wake_at(due)
+        return min((due for due in dues if due is not None), default=math.inf)
 
     def _look_for_children(self) -> None:
         """Check all children, as SIGCHLD may be lost or not sent."""
@@ -739,18 +729,6 @@ class Engine:
         except OSError as error:
             self.emit(events.Warned(no_guard(error)))
         self._expect_guard()
-
-
-def _recorder(recorders: Sequence[Recorder]) -> Recorder:
-    """Return what passes output to all of `recorders`."""
-    if len(recorders) == 1:
-        return recorders[0]
-
-    def record(process: Process, stream: events.Stream, data: bytes) -> None:
-        for one in recorders:
-            one(process, stream, data)
-
-    return record
 
 
 def no_guard(error: OSError) -> str:

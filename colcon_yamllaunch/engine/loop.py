@@ -245,14 +245,16 @@ class Loop:
             callbacks.pop(descriptor, None)
         self._update(descriptor)
 
-    def run_once(self) -> None:
+    def run_once(self, until: float | None = None) -> None:
         """
         Run one turn: wait until something is due, and call the callbacks.
 
         Those that are added meanwhile by :meth:`call_soon` have the next turn.
+
+        :param until: When to stop waiting, by the clock of the loop
         """
         count = len(self._soon)
-        for descriptor, mask in self._poll.poll(self._timeout()):
+        for descriptor, mask in self._poll.poll(self._timeout(until)):
             if mask & _GONE and descriptor in self._hangups:
                 self._hangups[descriptor]()
             if mask & _READABLE and descriptor in self._readers:
@@ -267,13 +269,13 @@ class Loop:
         """Wait for nothing any more."""
         self._poll.close()
 
-    def _timeout(self) -> float | None:
+    def _timeout(self, until: float | None = None) -> float | None:
         if self._soon:
             return 0.0
-        due = self._timers.next_due()
-        if due is None:
+        dues = [d for d in (self._timers.next_due(), until) if d is not None]
+        if not dues:
             return None
-        return min(max(0.0, due - self.time()), limits.LONGEST_WAIT)
+        return min(max(0.0, min(dues) - self.time()), limits.LONGEST_WAIT)
 
     def _update(self, descriptor: int) -> None:
         mask = select.EPOLLIN * (descriptor in self._readers)

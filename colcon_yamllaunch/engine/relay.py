@@ -3,7 +3,7 @@
 
 """Reading what the processes write, fairly and without any waiting."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import field
 import fcntl
 import os
@@ -39,8 +39,8 @@ class Relay:
     held up by its own pipe; others are not.
 
     :param accepts: Whether the screen takes more of a process's stream
-    :param record: Receives each piece of output first, so that it is not lost
-      with the launcher
+    :param recorders: Receive each piece of output first, so that it is not
+      lost with the launcher
     :param emit: Receives whole lines
     """
 
@@ -48,12 +48,12 @@ class Relay:
         self,
         loop: Loop,
         accepts: Callable[[tuple[str, events.Stream]], bool],
-        record: Recorder,
+        recorders: Sequence[Recorder],
         emit: events.Listener,
     ) -> None:
         self._loop = loop
         self._accepts = accepts
-        self._record = record
+        self._recorders = recorders
         self._emit = emit
         self._sources: dict[int, _Source] = {}
         self._groups: dict[int, list[_Source]] = {}
@@ -216,7 +216,8 @@ class Relay:
     def _handle_chunk(
         self, source: _Source, chunk: bytes, *, is_shown: bool = False
     ) -> None:
-        self._record(source.process, source.stream, chunk)
+        for record in self._recorders:
+            record(source.process, source.stream, chunk)
         if self.sinks and not is_shown:
             self.show(source.process.label, source.stream, chunk)
         before = source.buffer.size

@@ -37,7 +37,7 @@ that is false:
      "parameters": [["x.y", 1.0]], "extra_arguments": []}
         waits for the container, and for the loads that were asked before;
         answered with `full_name` and `unique_id`, or the container's reason.
-        Doubles have a point or an exponent, or are {"double": "inf"}.
+        Doubles have a point or an exponent, or are NaN or Infinity.
     {"id": 2, "do": "unload", "container": "/box", "unique_id": 3}
     {"id": 3, "do": "list", "container": "/box"}
         answered with `nodes`: [["/ns/n", 3]]
@@ -955,13 +955,8 @@ def _parameter(name: str, value: Any) -> Any:
 
 
 def _parameter_value(value: Any) -> Any:
-    if isinstance(value, dict):
-        return float(value['double'])
-    if isinstance(value, list):
-        items = [_parameter_value(one) for one in value]
-        if {type(one) for one in items} == {int, float}:
-            return [float(one) for one in items]
-        return items
+    if isinstance(value, list) and {*map(type, value)} == {int, float}:
+        return [float(one) for one in value]
     return value
 
 

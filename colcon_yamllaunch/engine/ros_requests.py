@@ -79,8 +79,7 @@ class WaitWarnings:
 
     def __init__(self, loop: Loop) -> None:
         self._loop = loop
-        self._alarms: dict[str, TimerHandle] = {}
-        # the beginning of each wait, and the seconds until the next warning
+        # the beginning of each wait, and when the next warning is due
         self._next: dict[str, tuple[float, float]] = {}
 
     def is_due(self, key: str, since: float) -> bool:
@@ -89,36 +88,24 @@ class WaitWarnings:
 
         :param since: The beginning of the wait; a later one is another wait
         """
-        seconds = self._after(key, since)
+        before = self._next.get(key)
+        if before is None or before[0] != since:
+            self._set(key, since, since + limits.WAIT_WARNING_DELAY)
+        _, due = self._next[key]
         now = self._loop.time()
-        if now < since + seconds:
-            self._wake_at(key, since + seconds)
+        if now < due:
             return False
-        pause = min(2 * seconds, limits.LONGEST_WARNING_PAUSE)
-        after = max(seconds, now - since) + pause
-        self._next[key] = since, after
-        self._wake_at(key, since + after)
+        pause = min(2 * (due - since), limits.LONGEST_WARNING_PAUSE)
+        self._set(key, since, now + pause)
         return True
 
     def cancel(self, key: str) -> None:
         """End a wait."""
         self._next.pop(key, None)
-        alarm = self._alarms.pop(key, None)
-        if alarm is not None:
-            alarm.cancel()
 
-    def _wake_at(self, key: str, due: float) -> None:
-        alarm = self._alarms.get(key)
-        if alarm is None or alarm.when() != due:
-            if alarm is not None:
-                alarm.cancel()
-            self._alarms[key] = self._loop.call_at(due, self._loop.wake)
-
-    def _after(self, key: str, since: float) -> float:
-        begun, seconds = self._next.get(
-            key, (since, limits.WAIT_WARNING_DELAY)
-        )
-        return seconds if begun == since else limits.WAIT_WARNING_DELAY
+    def _set(self, key: str, since: float, due: float) -> None:
+        self._next[key] = since, due
+        self._loop.wake_at(due)
 
 
 _CLOCK = '/clock'

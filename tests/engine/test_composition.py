@@ -3,6 +3,7 @@
 
 """Components in launches that are replayed without ROS and processes."""
 
+import math
 import signal
 
 from colcon_yamllaunch.common.errors import RefusedError
@@ -98,6 +99,8 @@ def test_load_request_has_all_fields():
             ),
         )
     )
+    (_, _, (_, doubles), _) = asked['parameters']
+    assert math.isnan(doubles.pop(2))
     assert asked == {
         'container': '/box',
         'package': 'demo',
@@ -108,15 +111,7 @@ def test_load_request_has_all_fields():
         'parameters': [
             ['n', 2],
             ['x', 1.0],
-            [
-                'list',
-                [
-                    {'double': 'inf'},
-                    {'double': '-inf'},
-                    {'double': 'nan'},
-                    1.5,
-                ],
-            ],
+            ['list', [math.inf, -math.inf, 1.5]],
             ['text', '.inf " .nan'],
         ],
         'extra_arguments': [['use_intra_process_comms', True]],

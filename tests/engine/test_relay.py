@@ -19,7 +19,7 @@ class Relayed:
         self.recorded = {}
         self.refuses = False
         self.relay = Relay(
-            self.loop, lambda _: not self.refuses, self._record, self._tell
+            self.loop, lambda _: not self.refuses, [self._record], self._tell
         )
         self.writers = []
 

@@ -177,8 +177,8 @@ def test_parameters_have_the_types_of_their_values(
         'f': [1, 2],
         'g': [1, 2.5],
         'h': ['x', ''],
-        'i': {'double': '-inf'},
-        'j': [1.0, {'double': 'nan'}],
+        'i': float('-inf'),
+        'j': [1.0, float('nan')],
         'n.d': '',
     }
     parameters = [list(pair) for pair in values.items()]

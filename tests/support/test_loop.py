@@ -24,8 +24,8 @@ class TestLoop(Loop):
         #: Is called after all callbacks of each turn.
         self.end_turn = lambda: None
 
-    def run_once(self):
-        super().run_once()
+    def run_once(self, until=None):
+        super().run_once(until)
         self.end_turn()
 
     def turn(self, turns=20):
@@ -50,5 +50,5 @@ class TestLoop(Loop):
         """Return the seconds until something is due, or None."""
         return super()._timeout()
 
-    def _timeout(self):
+    def _timeout(self, until=None):
         return 0.0
