@@ -5,7 +5,6 @@
 
 import os
 import signal
-from typing import Literal
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.engine import limits
@@ -93,28 +92,6 @@ def is_failure(outcome: Outcome, asked: bool) -> bool:
     if outcome.signal is None:
         return outcome.code != 0 and not asked
     return not (asked and outcome.signal in STOP_SIGNALS)
-
-
-def after_exit(
-    process: Process, respawns: int, stopping: bool
-) -> Literal['nothing', 'respawn', 'shutdown']:
-    """
-    Return what follows the end of a process, however it ended.
-
-    Stopping wins over respawning; and as in ROS 2, `on_exit: shutdown` holds
-    for each end of a process that is respawned.
-
-    :param respawns: How often it has been started again already
-    :param stopping: Whether the launch is being stopped
-    """
-    if stopping:
-        return 'nothing'
-    if process.on_exit_shutdown:
-        return 'shutdown'
-    retries = process.respawn_max_retries
-    if process.respawn and (retries < 0 or respawns < retries):
-        return 'respawn'
-    return 'nothing'
 
 
 def delay_of_respawn(process: Process, quick_ends: int) -> float:

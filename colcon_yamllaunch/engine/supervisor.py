@@ -14,7 +14,7 @@ from dataclasses import field, replace
 from itertools import count
 import math
 import signal
-from typing import Literal, TYPE_CHECKING
+from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.common.escalation import (
@@ -29,7 +29,6 @@ from colcon_yamllaunch.common.frozen import mutable
 from colcon_yamllaunch.engine import events, limits
 from colcon_yamllaunch.engine.loop import Loop, TimerHandle
 from colcon_yamllaunch.engine.outcome import (
-    after_exit,
     delay_of_respawn,
     is_failure,
     Outcome,
@@ -328,18 +327,15 @@ class Supervisor:
         was_signalled = self._state(task).is_signalled
         failed = is_failure(outcome, asked or was_signalled)
         seconds = self._loop.time() - task.started
-        step = self._after_exit(task, asked=asked, failed=failed)
-        delay = _delay_after(task, seconds) if step == 'respawn' else None
-        event = events.Exited(
-            process,
-            group,
-            outcome,
-            seconds=seconds,
+        delay = None if asked else self._respawn_delay(task, seconds, failed)
+        self._ended(
+            task,
+            events.Exited(
+                process, group, outcome, seconds, asked, failed, delay
+            ),
             asked=asked,
             failed=failed,
-            respawn_delay=delay,
         )
-        self._ended(task, event, step, asked=asked, failed=failed)
         if single_stop is not None:
             single_stop.advance()
 
@@ -641,10 +637,9 @@ class Supervisor:
             group = self._engine.start(task.number, once or process)
         except StartError as error:
             # the program may just be written again, or memory be short
-            step = self._after_exit(task, asked=self.is_stopping, failed=True)
-            delay = _delay_after(task, 0.0) if step == 'respawn' else None
+            delay = self._respawn_delay(task, 0.0, failed=True)
             event = events.StartFailed(process, str(error), delay)
-            self._ended(task, event, step, asked=False, failed=True)
+            self._ended(task, event, asked=False, failed=True)
             return
         task.started = self._loop.time()
         task.group = group
@@ -661,7 +656,6 @@ class Supervisor:
         self,
         task: Task,
         event: events.Exited | events.StartFailed,
-        step: Literal['nothing', 'respawn', 'shutdown'],
         *,
         asked: bool,
         failed: bool,
@@ -681,17 +675,38 @@ class Supervisor:
         if delay is not None:
             # what did not start has left nothing running
             self._respawn_later(task, delay, is_clean=not is_exit)
-        elif step == 'shutdown':
+        elif not asked and self._is_required(task, failed):
             how = 'ended' if is_exit else 'could not be started'
             self.stop(f'{task.process.label} {how}')
 
-    def _after_exit(
-        self, task: Task, *, asked: bool, failed: bool
-    ) -> Literal['nothing', 'respawn', 'shutdown']:
+    def _is_required(self, task: Task, failed: bool) -> bool:
+        """
+        Return whether the launch ends with a process that was not stopped.
+
+        As in ROS 2, `on_exit: shutdown` wins over `respawn`.
+        """
+        is_outlasted = failed and self.outlasts_failures
+        return task.process.on_exit_shutdown and not is_outlasted
+
+    def _respawn_delay(
+        self, task: Task, seconds: float, failed: bool
+    ) -> float | None:
+        """
+        Return after how many seconds a process that ended starts again.
+
+        :param seconds: For how long it ran
+        :returns: None if it does not start again
+        """
         process = task.process
-        if failed and self.outlasts_failures:
-            process = replace(process, on_exit_shutdown=False)
-        return after_exit(process, task.respawns, asked)
+        retries = process.respawn_max_retries
+        is_left = retries < 0 or task.respawns < retries
+        if self._is_required(task, failed) or not (
+            process.respawn and is_left
+        ):
+            return None
+        is_quick = seconds < limits.QUICK_END_SECONDS
+        task.quick_ends = task.quick_ends + 1 if is_quick else 0
+        return delay_of_respawn(process, task.quick_ends)
 
     def _respawn_later(
         self, task: Task, delay: float, *, is_clean: bool
@@ -703,7 +718,7 @@ class Supervisor:
           would have to end before
         """
         due = self._loop.time() + delay
-        self._loop.call_at(due, self._loop.wake)
+        self._loop.wake_at(due)
         self._respawns[task.number] = _Respawn(task, due, is_clean)
         is_paused = delay > task.process.respawn_delay
         if is_paused and not task.is_pause_reported:
@@ -733,23 +748,22 @@ class Supervisor:
                 respawn.cleanup = self._stop_of([respawn.task])
         end = self._loop.time()
         self._next_search = end + limits.SEARCH_PAUSE * (end - begin)
-        self._loop.call_at(self._next_search, self._loop.wake)
+        self._loop.wake_at(self._next_search)
 
     def _respawn_due(self) -> None:
         now = self._loop.time()
         for number, respawn in tuple(self._respawns.items()):
             if respawn.is_due(now):
                 del self._respawns[number]
-                self._respawn(respawn)
-
-    def _respawn(self, respawn: _Respawn) -> None:
-        task = respawn.task
-        respawn.cancel()
-        if respawn.cleanup is not None:
-            respawn.cleanup.abandon()
-        task.respawns += 1
-        self._engine.emit(events.Respawned(task.process, task.respawns))
-        self._start(task)
+                respawn.cancel()
+                if respawn.cleanup is not None:
+                    respawn.cleanup.abandon()
+                task = respawn.task
+                task.respawns += 1
+                self._engine.emit(
+                    events.Respawned(task.process, task.respawns)
+                )
+                self._start(task)
 
     def _ended_for(self, name: str, action: events.Action) -> Task:
         """Return a process that is to be stopped, and kept so."""
@@ -833,12 +847,6 @@ class Supervisor:
         for key, (timer, handle) in self._timers.items():
             entries = changed_entries(timer.entries, left)
             self._timers[key] = replace(timer, entries=entries), handle
-
-    def _forget_cancelled(self) -> None:
-        """Forget the timers on ROS time that were cancelled with it."""
-        for key, (_, handle) in list(self._timers.items()):
-            if handle.cancelled():
-                del self._timers[key]
 
     def _drop_timers(self, *, all_of_them: bool) -> None:
         for key, (timer, handle) in list(self._timers.items()):
@@ -935,8 +943,12 @@ class Supervisor:
                 self._engine.emit(events.PartChanged(task.process, 'ended'))
 
     def _end_if_idle(self) -> None:
-        if self._composition is not None:
-            self._forget_cancelled()
+        # those on ROS time are cancelled with it
+        self._timers = {
+            key: timer
+            for key, timer in self._timers.items()
+            if not timer[1].cancelled()
+        }
         if self._agenda or self._timers or self._respawns:
             return
         if self._stop is None:
@@ -958,13 +970,6 @@ class Supervisor:
         if escalation.is_over and not self._engine.is_waiting():
             self._stop.abandon()
             self.done = True
-
-
-def _delay_after(task: Task, seconds: float) -> float:
-    """Return when a process is started again that ran for some time."""
-    is_quick = seconds < limits.QUICK_END_SECONDS
-    task.quick_ends = task.quick_ends + 1 if is_quick else 0
-    return delay_of_respawn(task.process, task.quick_ends)
 
 
 def timeouts_of(process: Process) -> Timeouts:

@@ -4,7 +4,7 @@
 import os
 import signal
 
-from colcon_yamllaunch.engine.outcome import after_exit, is_failure, Outcome
+from colcon_yamllaunch.engine.outcome import is_failure, Outcome
 import pytest
 
 
@@ -50,24 +50,3 @@ def test_an_outcome_is_read_from_a_wait_status():
 )
 def test_a_failure_is_what_nobody_asked_for(outcome, asked, failed):
     assert is_failure(outcome, asked) is failed
-
-
-@pytest.mark.parametrize(
-    ('attributes', 'respawns', 'stopping', 'expected'),
-    [
-        ({}, 0, False, 'nothing'),
-        ({'respawn': True}, 1000, False, 'respawn'),
-        ({'respawn': True, 'respawn_max_retries': 2}, 1, False, 'respawn'),
-        ({'respawn': True, 'respawn_max_retries': 2}, 2, False, 'nothing'),
-        ({'respawn': True, 'respawn_max_retries': 0}, 0, False, 'nothing'),
-        ({'respawn': True}, 0, True, 'nothing'),
-        ({'on_exit_shutdown': True}, 0, False, 'shutdown'),
-        ({'on_exit_shutdown': True}, 0, True, 'nothing'),
-        ({'on_exit_shutdown': True, 'respawn': True}, 0, False, 'shutdown'),
-    ],
-)
-def test_what_follows_an_exit(
-    process, attributes, respawns, stopping, expected
-):
-    described = process(**attributes)
-    assert after_exit(described, respawns, stopping) == expected

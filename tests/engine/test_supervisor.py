@@ -72,6 +72,24 @@ def test_a_process_is_respawned_after_its_delay(history, process):
     assert h.happened(Respawned)[0].attempt == 1
 
 
+@pytest.mark.parametrize(('retries', 'starts'), [(0, 1), (2, 3), (-1, 6)])
+def test_respawns_are_limited(history, process, retries, starts):
+    h = history(
+        process(
+            'a',
+            respawn=True,
+            respawn_delay=1.0,
+            respawn_max_retries=retries,
+        )
+    )
+    for _ in range(5):
+        if not h.supervisor.done:
+            h.exit('a')
+            h.after(1.0)
+    assert len(h.started()) == starts
+    assert h.supervisor.done == (retries >= 0)
+
+
 @pytest.mark.hostile
 def test_a_failed_start_counts_as_an_end(history, process):
     h = history(
