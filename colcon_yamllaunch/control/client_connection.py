@@ -154,22 +154,19 @@ class Client:
 
     def _has_room(self) -> bool:
         """Return whether there is room for the answer to a request."""
-        if self._is_holder:
-            # it may have to stop what floods it
-            return True
-        if self._cursor is None:
-            return not self._outgoing and self._may_ask_more()
-        return len(self._outgoing) < _TOO_MUCH and self._may_ask_more()
+        most = 1 if self._cursor is None else _TOO_MUCH
+        has_room = len(self._outgoing) < most and self._may_ask_more()
+        # the holder may have to stop what floods it
+        return has_room or self._is_holder
 
     @property
     def _is_holder(self) -> bool:
         return self._service.subscribers.connection is self
 
     def _may_ask_more(self) -> bool:
-        if self._is_holder:
-            # it may have to stop what takes its time
-            return True
-        return self._unanswered < protocol.MAXIMUM_UNANSWERED
+        # the holder may have to stop what takes its time
+        is_below = self._unanswered < protocol.MAXIMUM_UNANSWERED
+        return is_below or self._is_holder
 
     def _has_more(self) -> bool:
         """Return whether a subscribed client has not received everything."""

@@ -89,26 +89,6 @@ def look(
     """Return what process groups have used until now."""
     now = clock()
     cgroups = {group: cgroup.process_folder(group) for group in groups}
-    return Look(now, *_totals(cgroups))
-
-
-def usage_between(first: Look, second: Look) -> dict[int, Usage]:
-    """Return what those that ran at a second look used since the first."""
-    passed = max(second.time - first.time, INTERVAL)
-    return {
-        group: Usage(
-            # a process that ended meanwhile took its time with it
-            max(0.0, now - first.seconds.get(group, now)) / passed,
-            second.sizes[group],
-        )
-        for group, now in second.seconds.items()
-    }
-
-
-def _totals(
-    cgroups: Mapping[int, str | None],
-) -> tuple[dict[int, float], Counter[int]]:
-    """Return the seconds of processors and the bytes of memory."""
     ticks, sizes, resident = Counter[int](), Counter[int](), Counter[int]()
     for process in running_processes():
         resident[process.pid] = process.pages * _PAGE
@@ -128,4 +108,17 @@ def _totals(
         if charged is None:
             charged = sum(resident[pid] for pid in cgroup.members(folder))
         sizes[group] = charged
-    return seconds, sizes
+    return Look(now, seconds, sizes)
+
+
+def usage_between(first: Look, second: Look) -> dict[int, Usage]:
+    """Return what those that ran at a second look used since the first."""
+    passed = max(second.time - first.time, INTERVAL)
+    return {
+        group: Usage(
+            # a process that ended meanwhile took its time with it
+            max(0.0, now - first.seconds.get(group, now)) / passed,
+            second.sizes[group],
+        )
+        for group, now in second.seconds.items()
+    }

@@ -673,7 +673,14 @@ class Engine:
 
     def hold(self, *, is_held: bool) -> None:
         """Suspend all processes as Ctrl-Z does, or let them go on."""
-        self._signal_all(signal.SIGSTOP if is_held else signal.SIGCONT)
+        number = signal.SIGSTOP if is_held else signal.SIGCONT
+        groups = dict.fromkeys(self.supervisor.groups, 0)
+        for group in groups:
+            with suppress(ProcessLookupError, PermissionError):
+                os.killpg(group, number)
+        for orphan in self.orphans(groups, groups):
+            with suppress(ProcessLookupError, PermissionError):
+                os.kill(orphan.pid, number)
 
     def resize(self, size: os.terminal_size) -> None:
         """Set the size of the terminals of processes."""
@@ -685,16 +692,6 @@ class Engine:
         for group in self._relay.resize(size):
             with suppress(ProcessLookupError, PermissionError):
                 os.killpg(group, signal.SIGWINCH)
-
-    def _signal_all(self, number: int) -> None:
-        """Hold or continue the processes, and all that they started."""
-        groups = dict.fromkeys(self.supervisor.groups, 0)
-        for group in groups:
-            with suppress(ProcessLookupError, PermissionError):
-                os.killpg(group, number)
-        for orphan in self.orphans(groups, groups):
-            with suppress(ProcessLookupError, PermissionError):
-                os.kill(orphan.pid, number)
 
     def _reap(self) -> None:
         ours = {*self.supervisor.groups, *self.loop.children}

@@ -147,7 +147,8 @@ def find_orphans(
     for process in young_processes(since, set() if elders is None else elders):
         number = number_of(process.pid, identity)
         if number is None:
-            number = marked_number(process.pid, identity)
+            owner, marked = mark_of(process.pid)
+            number = marked if owner == identity else None
         if number is None and process.session == session:
             number = groups.get(process.group)
         if number is None:
@@ -176,12 +177,6 @@ def find_orphans(
         for p in found
         if p.group not in with_leader
     ]
-
-
-def marked_number(pid: int, identity: str) -> int | None:
-    """Return which process of a launch one has the mark of, if of any."""
-    owner, number = mark_of(pid)
-    return number if owner == identity else None
 
 
 def mark_of(pid: int) -> tuple[str, int | None]:

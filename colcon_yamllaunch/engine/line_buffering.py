@@ -12,6 +12,7 @@ program begins. `std::cout` writes through the same buffer.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cached_property
 import os
 import stat
 import struct
@@ -70,8 +71,6 @@ class LineBuffering:
 
     def __init__(self, path: str) -> None:
         self._path = path
-        self._library: tuple[str, Elf] | None = None
-        self._is_searched = False
         # those that may hold lines back, and whether they are in C++
         self._holding: dict[str, bool] = {}
 
@@ -98,16 +97,16 @@ class LineBuffering:
         # behind a prefix such as nice, it is an argument
         others = [read_elf(a) for a in argv[1:] if a.startswith('/')]
         programs = [program, *filter(None, others)]
-        library = self._find_library()
+        needed = [name for p in programs for name in p.needed]
+        library = self._library
         if (
             library is not None
             and library[1].kind == program.kind
             and _GLIBC in program.needed
             and not environment.get(_PRELOAD)
-            and not any(map(_is_sanitized, programs))
+            and not any(name.startswith(_SANITIZERS) for name in needed)
         ):
             return {_PRELOAD: library[0], '_STDBUF_O': 'L'}
-        needed = [name for p in programs for name in p.needed]
         if needed:
             is_cpp = any(name.startswith(_CPP) for name in needed)
             self._holding[process.label] = is_cpp
@@ -121,11 +120,21 @@ class LineBuffering:
         """Return whether a process is in C++ and may hold lines back."""
         return self._holding.get(process.label, False)
 
-    def _find_library(self) -> tuple[str, Elf] | None:
-        if not self._is_searched:
-            self._is_searched = True
-            self._library = _library(self._path)
-        return self._library
+    @cached_property
+    def _library(self) -> tuple[str, Elf] | None:
+        """The path of the library of `stdbuf`, and what it is made for."""
+        try:
+            stdbuf = os.path.realpath(find_program('stdbuf', self._path))
+        except StartError:
+            return None
+        for folder in _FOLDERS:
+            found = os.path.join(os.path.dirname(stdbuf), folder, _LIBRARY)
+            found = os.path.normpath(found)
+            library = read_elf(found)
+            # these separate libraries
+            if library is not None and not set(' :') & set(found):
+                return found, library
+        return None
 
 
 class SilenceWatch:
@@ -178,25 +187,6 @@ def _path_of(
             # it is reported when it is started
             return None
     return os.path.join(cwd, name)
-
-
-def _library(path: str) -> tuple[str, Elf] | None:
-    try:
-        stdbuf = os.path.realpath(find_program('stdbuf', path))
-    except StartError:
-        return None
-    for folder in _FOLDERS:
-        found = os.path.join(os.path.dirname(stdbuf), folder, _LIBRARY)
-        found = os.path.normpath(found)
-        library = read_elf(found)
-        # these separate libraries
-        if library is not None and not set(' :') & set(found):
-            return found, library
-    return None
-
-
-def _is_sanitized(program: Elf) -> bool:
-    return any(name.startswith(_SANITIZERS) for name in program.needed)
 
 
 def read_elf(path: str) -> Elf | None:

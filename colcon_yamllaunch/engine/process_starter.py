@@ -79,10 +79,14 @@ class ProcessStarter:
                 channels.append(_open_channel(size))
             with self._terminals.stdin_of(process, size) as stdin:
                 stdout, stderr = channels
+                environment = self.environment_of(process)
+                environment |= self._settings.buffering.variables(
+                    process, argv, environment
+                )
                 group = self.start_helper(
                     number,
                     argv,
-                    self._variables_of(process, argv),
+                    environment,
                     process.cwd,
                     (stdin, stdout.writer, stderr.writer),
                 )
@@ -143,15 +147,6 @@ class ProcessStarter:
                 environment.pop(name, None)
             else:
                 environment[name] = value
-        return environment
-
-    def _variables_of(
-        self, process: Process, argv: list[str]
-    ) -> dict[str, str]:
-        """Return the variables of a process as it is started."""
-        environment = self.environment_of(process)
-        buffering = self._settings.buffering
-        environment |= buffering.variables(process, argv, environment)
         return environment
 
 

@@ -106,14 +106,10 @@ class Relay:
 
     def written_terminal(self, label: str) -> int | None:
         """Return the terminal that a process writes its output to."""
-        return next(
-            (
-                source.descriptor
-                for source in self._sources.values()
-                if source.process.label == label and source.is_terminal
-            ),
-            None,
-        )
+        for source in self._sources.values():
+            if source.process.label == label and source.is_terminal:
+                return source.descriptor
+        return None
 
     def end_lines(self, label: str) -> None:
         """Emit the unfinished line of a process as a whole line."""

@@ -403,10 +403,8 @@ class LaunchState:
         for entry in entries:
             if isinstance(entry, Timer):
                 self.expect(entry.entries, is_due=False)
-            elif isinstance(entry, Process):
-                self._expect_process(entry, is_due=is_due)
-            elif isinstance(entry, Component):
-                self._expect_component(entry, is_due=is_due)
+            elif isinstance(entry, Process | Component):
+                self._expect_part(entry, is_due=is_due)
         self._find_containers()
         self._touch_all()
         self.version = self.order_version
@@ -434,40 +432,32 @@ class LaunchState:
         for part in self.by_label.values():
             part.version = self.order_version
 
-    def _expect_process(self, process: Process, *, is_due: bool) -> None:
-        part = self.process(process.label)
-        if part is None:
-            part = ProcessState(process.label, is_due=is_due)
-            part.machine = self.machine_of(process.label)
-            part.condition = _condition_of(part)
-            self.by_label[process.label] = part
-        part.executable = os.path.basename(str(process.argv[0]))
-        part.node = process.node_name
-        part.package = process.package
-        part.name = process.ros_name
-        part.container = process.node_name if process.is_container else None
-        if not process.is_lifecycle:
-            part.lifecycle = None
-        elif part.lifecycle is None:
-            part.lifecycle = UNKNOWN
-
-    def _expect_component(self, component: Component, *, is_due: bool) -> None:
-        part = self.by_label.get(component.label)
-        if not isinstance(part, ComponentState):
-            part = ComponentState(component.label, is_due=is_due)
-            part.machine = self.machine_of(component.label)
+    def _expect_part(
+        self, entry: Process | Component, *, is_due: bool
+    ) -> None:
+        label = entry.label
+        kind = ProcessState if isinstance(entry, Process) else ComponentState
+        part = self.by_label.get(label)
+        if not isinstance(part, kind):
+            machine = self.machine_of(label)
+            part = kind(label, is_due=is_due, machine=machine)
             part.condition = _condition_of(part)
             part.since = self.clock()
-            self.by_label[component.label] = part
-        part.plugin = component.plugin
-        part.package = component.package
-        part.container = component.container
-        if part.phase != 'loaded':
-            part.node = component.node_name
-        if not component.is_lifecycle:
+            self.by_label[label] = part
+        part.package = entry.package
+        if not entry.is_lifecycle:
             part.lifecycle = None
         elif part.lifecycle is None:
             part.lifecycle = UNKNOWN
+        if isinstance(part, ProcessState) or part.phase != 'loaded':
+            part.node = entry.node_name
+        if isinstance(part, ProcessState) and isinstance(entry, Process):
+            part.executable = os.path.basename(str(entry.argv[0]))
+            part.name = entry.ros_name
+            part.container = entry.node_name if entry.is_container else None
+        elif isinstance(part, ComponentState) and isinstance(entry, Component):
+            part.plugin = entry.plugin
+            part.container = entry.container
 
     def _find_containers(self) -> None:
         components = self.components
