@@ -155,9 +155,11 @@ class RunningLaunch:
         :raises ControlError: when it is refused, or not answered
         """
         self.send(protocol.request(name, **more))
-        if waiting is not None and not readable([self], PROGRESS_INTERVAL):
+        if waiting is not None and not readable(
+            [self.fileno()], PROGRESS_INTERVAL
+        ):
             waiting()
-            readable([self])
+            readable([self.fileno()])
         answer = self.receive()
         if not answer.get('ok'):
             raise ControlError(str(answer.get('error')))
@@ -215,7 +217,7 @@ class RunningLaunch:
             self.subscribe(since, states=True, **more)
         while True:
             yield from self.received()
-            readable([self])
+            readable([self.fileno()])
             self.read()
 
     def received(self) -> Iterator[Received]:

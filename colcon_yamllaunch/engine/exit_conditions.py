@@ -202,17 +202,13 @@ class ExitConditions:
         return f'all {len(self._seen)} that --until waits for were seen'
 
     def _not_seen(self, text: str) -> str:
-        return self._when_not_seen(text) + (
-            ', but not all lines could be searched to the end, as that takes '
-            'too long: use a simpler expression'
-            if text in self._slow
-            else ''
-        )
-
-    def _when_not_seen(self, text: str) -> str:
+        when = f'before the launch ended after {self._seconds:.1f} s'
         if self._timed_out:
-            return f"'{text}' was not seen in {self._timeout:g} s (--until)"
-        return (
-            f"'{text}' was not seen before the launch ended after "
-            f'{self._seconds:.1f} s (--until)'
-        )
+            when = f'in {self._timeout:g} s'
+        problem = f"'{text}' was not seen {when} (--until)"
+        if text in self._slow:
+            problem += (
+                ', but not all lines could be searched to the end, as that '
+                'takes too long: use a simpler expression'
+            )
+        return problem

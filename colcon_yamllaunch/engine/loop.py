@@ -24,7 +24,7 @@ import os
 import select
 import signal
 import time
-from typing import Any, Protocol, TypeVar
+from typing import Any
 
 from colcon_yamllaunch.engine import limits
 
@@ -418,17 +418,9 @@ def _look(kind: int, pid: int, what: int) -> os.waitid_result | None:
         return None
 
 
-class HasDescriptor(Protocol):
-    """A file, a socket or the like."""
-
-    def fileno(self) -> int:
-        """Return the descriptor."""
-
-
-T = TypeVar('T', bound=int | HasDescriptor)
-
-
-def readable(files: Iterable[T], seconds: float | None = None) -> list[T]:
+def readable(
+    descriptors: Iterable[int], seconds: float | None = None
+) -> list[int]:
     """
     Wait until there is something to read, and return where.
 
@@ -438,10 +430,7 @@ def readable(files: Iterable[T], seconds: float | None = None) -> list[T]:
     :param seconds: How long to wait at most, None for ever
     """
     poll = select.poll()
-    by_descriptor = {}
-    for file in files:
-        number = file if isinstance(file, int) else file.fileno()
-        by_descriptor[number] = file
-        poll.register(number, select.POLLIN)
+    for descriptor in descriptors:
+        poll.register(descriptor, select.POLLIN)
     found = poll.poll(None if seconds is None else seconds * 1000)
-    return [by_descriptor[number] for number, _ in found]
+    return [descriptor for descriptor, _ in found]

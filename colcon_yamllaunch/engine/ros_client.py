@@ -515,7 +515,7 @@ class Container(Peer):
             if call.request is not None:
                 answer(response)
             elif response.success:
-                self._unload_unwanted(response.unique_id)
+                self.unload({'id': None, 'unique_id': response.unique_id})
 
         call.answered = answered
         call.find_out = lambda: self._find_loaded(call)
@@ -533,15 +533,6 @@ class Container(Peer):
         """List the loaded components."""
         message = self._kinds.ListNodes.Request()
         self.call(self._ros.call(request, '_container/list_nodes', message))
-
-    def _unload_unwanted(self, unique_id: int) -> None:
-        message = self._kinds.UnloadNode.Request()
-        message.unique_id = unique_id
-        call = Call(
-            None, '_container/unload_node', message, _nothing, _nothing
-        )
-        call.find_out = lambda: self._find_unloaded(call)
-        self.call(call)
 
     def _find_loaded(self, call: Call) -> None:
         """
@@ -793,8 +784,7 @@ class Ros:
         self._requests = requests
         self._executor = executors.SingleThreadedExecutor()
         self._executor.add_node(self.node)
-        self._containers: dict[str, Container] = {}
-        self._nodes: dict[str, LifecycleNode] = {}
+        self._peers: dict[tuple[type, str], Any] = {}
         self._clock: Clock | None = None
         self._next_look: float | None = None
         self._pause = FIRST_LOOK
@@ -850,10 +840,10 @@ class Ros:
             self.answer(number, ok=False, reason=reason)
 
     def _cancel(self, request: Json) -> None:
-        any(peer.cancel(request['request']) for peer in self._peers())
+        any(p.cancel(request['request']) for p in self._peers.values())
 
     def _gone(self, request: Json) -> None:
-        for peer in self._peers():
+        for peer in self._peers.values():
             if peer.name in (request.get('container'), request.get('node')):
                 peer.lose()
         self.answer(request['id'], ok=True)
@@ -863,40 +853,32 @@ class Ros:
             self._clock = Clock(self)
         self.answer(request['id'], ok=True)
 
-    def _container(self, request: Json) -> Container:
-        name = request['container']
-        if name not in self._containers:
-            self._containers[name] = Container(self, name)
-            self._look_now()
-        return self._containers[name]
+    def _container(self, request: Json) -> Any:
+        return self._peer(Container, request['container'])
 
-    def _node(self, request: Json) -> LifecycleNode:
-        name = request['node']
-        if name not in self._nodes:
-            self._nodes[name] = LifecycleNode(self, name)
-            self._look_now()
-        return self._nodes[name]
+    def _node(self, request: Json) -> Any:
+        return self._peer(LifecycleNode, request['node'])
 
-    def _peers(self) -> list[Peer]:
-        return [*self._containers.values(), *self._nodes.values()]
+    def _peer(self, kind: type, name: str) -> Any:
+        if (kind, name) not in self._peers:
+            self._peers[kind, name] = kind(self, name)
+            self.look_soon()
+            self._look()
+        return self._peers[kind, name]
 
     def look_soon(self) -> None:
         """Read the graph now, and frequently for a while."""
         self._pause = FIRST_LOOK
         self._next_look = 0.0
 
-    def _look_now(self) -> None:
-        self.look_soon()
-        self._look()
-
     def _look(self) -> None:
         """Read the graph if that is due, and after calls."""
         now = time.monotonic()
-        for peer in self._peers():
+        peers = self._peers.values()
+        for peer in peers:
             peer.ask_again(now)
         if self._next_look is None or now < self._next_look:
             return
-        peers = self._peers()
         for peer in peers:
             peer.look(now)
         self._next_look = None
@@ -912,7 +894,7 @@ class Ros:
         moments = [] if self._next_look is None else [self._next_look]
         if self._clock is not None and self._clock.due > now:
             moments.append(self._clock.due)
-        for peer in self._peers():
+        for peer in self._peers.values():
             moments += peer.due
         # zero would be a poll of ROS, less means forever
         return max(0.0005, min(moments) - now) if moments else None
@@ -949,15 +931,11 @@ def _parameter(name: str, value: Any) -> Any:
     if not kinds or {bool, int} <= kinds or value is None:
         raise refused
     try:
-        return kind(name, value=_parameter_value(value)).to_parameter_msg()
+        if kinds == {int, float}:
+            value = [float(one) for one in value]
+        return kind(name, value=value).to_parameter_msg()
     except TypeError:
         raise refused from None
-
-
-def _parameter_value(value: Any) -> Any:
-    if isinstance(value, list) and {*map(type, value)} == {int, float}:
-        return [float(one) for one in value]
-    return value
 
 
 def _fields(response: Any) -> Json:

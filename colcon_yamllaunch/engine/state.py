@@ -882,8 +882,8 @@ def to_json(state: LaunchState, since: int | None = None) -> dict[str, Any]:
         'components': rows(state.components),
         **_values(state, _LATER_OF_LAUNCH),
         'machines': [
-            {'name': m.name, 'link': m.link, 'reason': m.reason}
-            for m in state.machines.values()
+            _values(machine, ('name', 'link', 'reason'))
+            for machine in state.machines.values()
         ],
     }
     if since is not None and state.order_version > since:

@@ -11,6 +11,7 @@ tests replay any launch without a process.
 from collections import deque
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import field, replace
+from functools import partial
 from itertools import count
 import math
 import signal
@@ -96,9 +97,9 @@ class Stop(Targets):
     """
     The end of some processes, with all that they started.
 
-    :param tasks: The processes, all of the launch or some
     :param engine: Finds processes, sends signals and emits events
     :param groups: The process groups of the launch, with their numbers
+    :param tasks: The processes, all of the launch or some
     :param whole: Whether this is the end of the launch, and so of what is
       known to belong to it, but not to which process
     :param first: The signal to begin with
@@ -106,10 +107,10 @@ class Stop(Targets):
 
     def __init__(
         self,
-        tasks: Sequence[Task],
         engine: 'Engine',
         loop: Loop,
         groups: Mapping[int, int],
+        tasks: Sequence[Task],
         *,
         whole: bool = False,
         first: signal.Signals = signal.SIGINT,
@@ -250,6 +251,7 @@ class Supervisor:
         self._next_search = -math.inf
         self._running: dict[int, Task] = {}
         self._groups: dict[int, int] = {}
+        self._stop_of = partial(Stop, engine, loop, self._groups)
         # the end of everything, once it has begun
         self._stop: Stop | None = None
         # the latest report of what it waits for, and its time
@@ -873,22 +875,6 @@ class Supervisor:
         """Begin to stop one process, unless that has begun."""
         if task.number not in self._single_stops:
             self._single_stops[task.number] = self._stop_of([task])
-
-    def _stop_of(
-        self,
-        tasks: Sequence[Task],
-        *,
-        whole: bool = False,
-        first: signal.Signals = signal.SIGINT,
-    ) -> Stop:
-        return Stop(
-            tasks,
-            self._engine,
-            self._loop,
-            self._groups,
-            whole=whole,
-            first=first,
-        )
 
     def _progress_later(self, stop: Stop) -> None:
         def report() -> None:
