@@ -60,26 +60,19 @@ class Client:
         self._received = b''
         self._outgoing = bytearray()
         self._skipped = 0
-        self._label: str | None = None
-        self._cursor: Cursor | None = None
+        #: The process that the client is attached to.
+        self.label: str | None = None
+        #: The position of a client that has subscribed.
+        self.cursor: Cursor | None = None
         # for the answer to a request that takes its time
         self._is_waiting = False
         self._unanswered = 0
         self._is_last = False
-        self._is_open = True
+        #: Whether it has not been closed.
+        self.is_open = True
         self._speed = _Speed()
         loop.add_hangup_handler(connection.fileno(), self._hung_up)
         loop.add_reader(connection.fileno(), self._readable)
-
-    @property
-    def is_attached(self) -> bool:
-        """Whether the client is attached to a process."""
-        return self._label is not None
-
-    @property
-    def has_subscribed(self) -> bool:
-        """Whether the client has subscribed."""
-        return self._cursor is not None
 
     def show(self, stream: Stream, data: bytes) -> None:  # noqa: ARG002
         """Send what the process wrote, unless too much waits already."""
@@ -99,14 +92,14 @@ class Client:
 
     def close(self) -> None:
         """End the connection."""
-        if not self._is_open:
+        if not self.is_open:
             return
-        self._is_open = False
-        if self._label is not None:
-            self._service.detach(self._label, self)
+        self.is_open = False
+        if self.label is not None:
+            self._service.detach(self.label, self)
         self._journal.forget(self._watch)
-        if self._cursor is not None:
-            self._journal.unsubscribe(self._cursor)
+        if self.cursor is not None:
+            self._journal.unsubscribe(self.cursor)
         self._loop.remove(self._connection.fileno())
         self._connection.close()
         self._service.subscribers.left(self)
@@ -115,7 +108,7 @@ class Client:
     def drain(self) -> None:
         """Send all that is left, as far as that needs no waiting."""
         self._send()
-        while self._is_open and self._has_more() and not self._outgoing:
+        while self.is_open and self._has_more() and not self._outgoing:
             self._send()
 
     def end(self) -> None:
@@ -138,23 +131,21 @@ class Client:
 
     def _writable(self) -> None:
         self._send()
-        if self._is_open:
-            self._serve()
+        self._serve()
 
     def _readable(self) -> None:
-        if self._is_open and self._may_read():
+        if self.is_open and self._may_read():
             self._read()
-        if self._is_open:
-            self._serve()
+        self._serve()
 
     def _may_read(self) -> bool:
         if self._is_last or b'\n' in self._received:
             return False
-        return self._label is not None or self._has_room()
+        return self.label is not None or self._has_room()
 
     def _has_room(self) -> bool:
         """Return whether there is room for the answer to a request."""
-        most = 1 if self._cursor is None else _TOO_MUCH
+        most = 1 if self.cursor is None else _TOO_MUCH
         has_room = len(self._outgoing) < most and self._may_ask_more()
         # the holder may have to stop what floods it
         return has_room or self._is_holder
@@ -170,7 +161,7 @@ class Client:
 
     def _has_more(self) -> bool:
         """Return whether a subscribed client has not received everything."""
-        cursor = self._cursor
+        cursor = self.cursor
         return cursor is not None and self._journal.has_more(cursor)
 
     def _read(self) -> None:
@@ -184,14 +175,14 @@ class Client:
         self._received += data
         if not data:
             self._is_last = True
-        elif self._cursor is not None:
-            self._service.subscribers.heard(self._cursor)
+        elif self.cursor is not None:
+            self._service.subscribers.heard(self.cursor)
 
     def _serve(self) -> None:
         """Answer requests as long as there is room for their answers."""
         for _ in range(_REQUESTS_PER_TURN):
-            has_room = self._label is not None or self._has_room()
-            if self._is_waiting or not has_room:
+            has_room = self.label is not None or self._has_room()
+            if not self.is_open or self._is_waiting or not has_room:
                 break
             line, end, rest = self._received.partition(b'\n')
             if not end:
@@ -203,16 +194,14 @@ class Client:
                 break
             self._received = rest
             self._handle(line)
-            if not self._is_open:
-                return
         self._watch()
 
     def _handle(self, line: bytes) -> None:
         try:
             message = protocol.decode(line)
-            if self._label is not None:
+            if self.label is not None:
                 keys = protocol.bytes_of(message.get('keys', ''))
-                self._service.type(self._label, keys)
+                self._service.type(self.label, keys)
                 return
             self._ask(message)
         except ProtocolError as error:
@@ -234,23 +223,13 @@ class Client:
         if message.get('request') == 'ping':
             has_rest = bool(self._outgoing) or self._has_more()
             self._speed.look(time.monotonic(), has_rest=has_rest)
-        granted = self._service.answer(
-            message,
-            lambda answer: self._answer({**answer, **same}),
-            self,
-            self._cursor,
+        self._service.answer(
+            message, lambda answer: self._answer({**answer, **same}), self
         )
-        if not self._is_open:
-            return
-        if isinstance(granted, Cursor):
-            self._cursor = granted
-        elif granted is not None:
-            self._label = granted
-            self._service.attach(granted, self)
 
     def _answer(self, answer: Mapping[str, Any]) -> None:
         """Send the answer to a request, which others may follow."""
-        if self._is_open and self._unanswered:
+        if self.is_open and self._unanswered:
             self._unanswered -= 1
             if 'id' not in answer:
                 self._is_waiting = False
@@ -262,18 +241,18 @@ class Client:
         self._is_last = True
         self._is_waiting = False
         self._unanswered = 0
-        if self._cursor is not None:
-            self._journal.unsubscribe(self._cursor)
-            self._cursor = None
+        if self.cursor is not None:
+            self._journal.unsubscribe(self.cursor)
+            self.cursor = None
         self.send_message(protocol.failure(reason))
 
     def _send(self) -> None:
-        if not self._is_open:
+        if not self.is_open:
             return
-        if self._cursor is not None and len(self._outgoing) < _SHARE:
+        if self.cursor is not None and len(self._outgoing) < _SHARE:
             # no more at once, as others have their turn
-            data = self._journal.read(self._cursor, _SHARE)
-            if data and self._cursor.is_relayed and self._speed.is_slow:
+            data = self._journal.read(self.cursor, _SHARE)
+            if data and self.cursor.is_relayed and self._speed.is_slow:
                 data = _packed(data)
             self._outgoing += data
         try:
@@ -295,15 +274,15 @@ class Client:
                 self.close()
 
     def _watch(self) -> None:
-        if not self._is_open:
+        if not self.is_open:
             return
         has_request = b'\n' in self._received
         is_idle = not (self._outgoing or has_request or self._unanswered)
-        if self._is_last and is_idle and self._cursor is None:
+        if self._is_last and is_idle and self.cursor is None:
             self.close()
             return
         has_more = self._has_more()
-        if self._cursor is not None and not has_more:
+        if self.cursor is not None and not has_more:
             self._journal.call(self._watch)
         may_serve = not self._is_waiting and self._may_ask_more()
         waits = self._outgoing or has_more or (has_request and may_serve)

@@ -241,7 +241,7 @@ class Server:
         """
         self._loop.remove_reader(self._listener.fileno())
         for client in list(self._clients):
-            if not client.has_subscribed:
+            if client.cursor is None:
                 client.close()
         os.close(self._spare)
 
@@ -268,7 +268,7 @@ class Server:
 
     def _make_room(self) -> None:
         waiting = [
-            c for c in self._clients if not (c.is_attached or c.has_subscribed)
+            c for c in self._clients if c.label is None and c.cursor is None
         ]
         (waiting or self._clients)[0].close()
 

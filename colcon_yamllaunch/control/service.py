@@ -79,17 +79,11 @@ class Service:
         self,
         message: Mapping[str, Any],
         reply: Reply,
-        connection: 'Client',
-        cursor: Cursor | None = None,
-    ) -> str | Cursor | None:
+        client: 'Client',
+    ) -> None:
         """
         Answer a request, at once unless `protocol` says otherwise.
 
-        Return the label of the process to :meth:`attach` the client to, the
-        cursor of its subscription, or None.
-
-        :param connection: That of the client
-        :param cursor: Where the client has come that has subscribed
         :raises ProtocolError: when it has a wrong form
         """
         if message.get('version') != protocol.VERSION:
@@ -97,8 +91,6 @@ class Service:
                 f'this launch speaks version {protocol.VERSION} of the '
                 'protocol; use the same colcon-yamllaunch as it does'
             )
-        granted: str | Cursor | None = None
-        answer = protocol.success()
         try:
             match message.get('request'):
                 case 'status':
@@ -107,31 +99,25 @@ class Service:
                             protocol.success(launch=to_json(self._state))
                         )
                     )
-                    return None
                 case 'attach':
-                    if cursor is not None:
-                        raise RefusedError(
-                            'who has subscribed attaches by another connection'
-                        )
-                    granted, pid = self._may_attach(_name(message))
-                    answer = protocol.success(pid=pid)
+                    self._attach(message, reply, client)
                 case 'subscribe':
-                    granted = self.subscribers.subscribe(message, cursor)
+                    client.cursor = self.subscribers.subscribe(
+                        message, client.cursor
+                    )
                     answer = protocol.success(
                         launch=to_json(self._state), now=self.journal.point
                     )
-                    if self.subscribers.is_holder(granted):
-                        answer |= self.subscribers.hold(connection)
+                    if self.subscribers.is_holder(client.cursor):
+                        answer |= self.subscribers.hold(client)
+                    reply(answer)
                 case 'ping':
-                    fields = self.subscribers.ping(message, cursor)
-                    answer = protocol.success(**fields)
+                    fields = self.subscribers.ping(message, client.cursor)
+                    reply(protocol.success(**fields))
                 case name:
-                    self._execute(str(name), message, reply, cursor)
-                    return None
+                    self._execute(str(name), message, reply, client.cursor)
         except RefusedError as error:
-            answer = protocol.failure(str(error))
-        reply(answer)
-        return granted
+            reply(protocol.failure(str(error)))
 
     def _execute(
         self,
@@ -163,12 +149,6 @@ class Service:
         """Type at a process."""
         self._terminals.type(label, keys)
 
-    def attach(self, label: str, viewer: 'Client') -> None:
-        """Show a process to somebody who got leave to attach."""
-        self._viewers.setdefault(label, []).append(viewer)
-        self._terminals.add_sink(label, viewer.show)
-        self._engine.emit(events.Attached(self._process(label)))
-
     def detach(self, label: str, viewer: 'Client') -> None:
         """Show a process to somebody no more."""
         self._viewers[label].remove(viewer)
@@ -186,9 +166,14 @@ class Service:
             return part
         return self._supervisor.task(name).process
 
-    def _may_attach(self, name: str) -> tuple[str, int | None]:
-        """Return label and pid of a process to be attached to."""
-        process = self._process(name)
+    def _attach(
+        self, message: Mapping[str, Any], reply: Reply, viewer: 'Client'
+    ) -> None:
+        if viewer.cursor is not None:
+            raise RefusedError(
+                'who has subscribed attaches by another connection'
+            )
+        process = self._process(_name(message))
         label = process.label
         # under a debugger, others have one, too
         if not (process.emulate_tty or self._terminals.has_keyboard(label)):
@@ -198,7 +183,12 @@ class Service:
                 f'launch with --attach {label}'
             )
         state = self._state.process(label)
-        return label, None if state is None else state.pid
+        reply(protocol.success(pid=None if state is None else state.pid))
+        if viewer.is_open:
+            viewer.label = label
+            self._viewers.setdefault(label, []).append(viewer)
+            self._terminals.add_sink(label, viewer.show)
+            self._engine.emit(events.Attached(process))
 
 
 def _answer(response: Any) -> Mapping[str, Any]:

@@ -380,7 +380,11 @@ def _messages(
                 connection, limits.GUARD_MESSAGE, limits.GUARD_FRAMES
             )
         except TimeoutError:
-            launch.end_launcher(_launcher(connection))
+            # who made the connection, see unix(7)
+            credentials = connection.getsockopt(
+                socket.SOL_SOCKET, socket.SO_PEERCRED, struct.calcsize('3i')
+            )
+            launch.end_launcher(struct.unpack('3i', credentials)[0])
             continue
         except ConnectionError:
             # it was gone before it had read all that we never send
@@ -388,14 +392,6 @@ def _messages(
         if not data:
             return
         yield json.loads(data), descriptors
-
-
-def _launcher(connection: socket.socket) -> int:
-    """Return the process that made the connection, see unix(7)."""
-    credentials = connection.getsockopt(
-        socket.SOL_SOCKET, socket.SO_PEERCRED, struct.calcsize('3i')
-    )
-    return int(struct.unpack('3i', credentials)[0])
 
 
 def _stamped(label: str, lines: bytes) -> bytes:

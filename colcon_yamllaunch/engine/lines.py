@@ -36,7 +36,8 @@ class LineBuffer:
         last = len(chunk.rstrip(b'\r'))
         end = 1 + max(chunk.rfind(b'\n'), chunk.rfind(b'\r', 0, last))
         pieces = self._pieces
-        if not end and not (_waits(pieces) and last):
+        is_waiting = bool(pieces) and pieces[-1].endswith(b'\r')
+        if not end and not (is_waiting and last):
             pieces.append(chunk)
             self.size += len(chunk)
             return self.flush() if self.size > limits.MAXIMUM_LINE else b''
@@ -56,10 +57,6 @@ class LineBuffer:
         self._pieces = []
         self.size = 0
         return rest
-
-
-def _waits(pieces: list[bytes]) -> bool:
-    return bool(pieces) and pieces[-1].endswith(b'\r')
 
 
 def normalised(data: bytes) -> bytes:

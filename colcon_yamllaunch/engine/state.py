@@ -419,7 +419,10 @@ class LaunchState:
         if isinstance(event, events.Output):
             return
         self._note_failure(event)
-        part = self._part_of(event)
+        planned = getattr(event, 'process', None)
+        if planned is None:
+            planned = getattr(event, 'component', None)
+        part = planned and self.by_label.get(planned.label)
         if part is not None and self._apply_to_part(part, event):
             self._show(part)
         elif part is not None or not self._apply_to_launch(event):
@@ -465,12 +468,6 @@ class LaunchState:
             containers = {p.container: p.label for p in self.processes}
             for component in components:
                 component.process = containers.get(component.container)
-
-    def _part_of(self, event: events.Event) -> Part | None:
-        part = getattr(event, 'process', None)
-        if part is None:
-            part = getattr(event, 'component', None)
-        return None if part is None else self.by_label.get(part.label)
 
     def _show(self, part: Part) -> None:
         """Find out the condition of a part that changed."""

@@ -172,8 +172,9 @@ class Terminals:
         further ones are dropped.
         """
         keyboard = self._keyboards.get(label)
-        modes = self.input_modes(label)
-        if modes is not None and _ends_line(keys, modes):
+        modes = self.input_modes(label) or 0
+        is_echoed = modes & _ECHOES_LINES == _ECHOES_LINES
+        if is_echoed and (b'\n' in keys or b'\r' in keys):
             # the echo ends the line of a prompt, which is over then
             self._relay.end_lines(label)
         if keyboard is not None:
@@ -238,8 +239,3 @@ class Terminals:
             self._loop.remove(keyboard)
             self.closing(keyboard)
             os.close(keyboard)
-
-
-def _ends_line(keys: bytes, modes: int) -> bool:
-    is_echoed = modes & _ECHOES_LINES == _ECHOES_LINES
-    return is_echoed and (b'\n' in keys or b'\r' in keys)

@@ -81,11 +81,13 @@ class Asked:
         self.launch.here = [HERE]
         self.parts.begin()
         self.answers: list[Any] = []
+        self.client: Any = SimpleNamespace(
+            cursor=None, label=None, is_open=True, show=lambda *_: None
+        )
 
-    def asks(self, request: str, **more: Any) -> object:
+    def asks(self, request: str, **more: Any) -> None:
         message = {'version': protocol.VERSION, 'request': request, **more}
-        connection: Any = None
-        return self.service.answer(message, self.answers.append, connection)
+        self.service.answer(message, self.answers.append, self.client)
 
 
 @pytest.fixture
@@ -134,14 +136,14 @@ def test_machine_describes_its_process(asked: Asked) -> None:
 
 
 def test_attaching_shows_a_process_on_a_machine(asked: Asked) -> None:
-    assert asked.asks('attach', process='arm│last') is None
+    asked.asks('attach', process='arm│last')
+    assert asked.client.label is None
     assert 'has no keyboard' in asked.answers[-1]['error']
     asked.link.tells(events.Started(FIRST, 78))
-    assert asked.asks('attach', process='arm│first') == 'arm│first'
+    asked.asks('attach', process='arm│first')
+    assert asked.client.label == 'arm│first'
     assert asked.answers[-1]['pid'] == 78
-    viewer: Any = SimpleNamespace(show=lambda *_: None)
-    asked.service.attach('arm│first', viewer)
-    asked.service.detach('arm│first', viewer)
+    asked.service.detach('arm│first', asked.client)
     sent = [(m['request'], m['is_shown']) for m in asked.link.sent[-2:]]
     assert sent == [('show', True), ('show', False)]
     assert asked.launch.told[-2:] == [
