@@ -22,7 +22,7 @@ from colcon_yamllaunch.engine.exit_conditions import ExitConditions
 from colcon_yamllaunch.engine.guard_link import GuardLink, GuardProcess
 from colcon_yamllaunch.engine.launch_scan import new_identity
 from colcon_yamllaunch.engine.line_buffering import LineBuffering
-from colcon_yamllaunch.engine.loop import caught
+from colcon_yamllaunch.engine.loop import caught, do_nothing
 from colcon_yamllaunch.engine.own_files import ParameterFiles, Place
 from colcon_yamllaunch.engine.participants import Participant
 from colcon_yamllaunch.engine.spawn import keep_to_ourselves, Spawn
@@ -214,7 +214,7 @@ class _Launch:
             self._display.writer,
             (*listeners, self._conditions.handle, *observers),
             () if logs is None else (logs.record,),
-            bool if logs is None else logs.flush,
+            None if logs is None else logs.flush,
             self._conditions,
             state,
             context.participants,
@@ -237,7 +237,7 @@ class _Launch:
             stack.callback(keyboard.close)
 
         def show() -> None:
-            engine.serve = bool
+            engine.serve = do_nothing
             serve(
                 engine,
                 Journal(context.log_folder, context.log_limit),

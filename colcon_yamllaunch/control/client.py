@@ -20,7 +20,7 @@ from colcon_yamllaunch.control.subscription import (
     received,
 )
 from colcon_yamllaunch.engine.events import Event, StateReceived, Watched
-from colcon_yamllaunch.engine.loop import readable
+from colcon_yamllaunch.engine.loop import do_nothing, readable
 from colcon_yamllaunch.engine.state import from_json, LaunchState, StateError
 
 if TYPE_CHECKING:
@@ -99,7 +99,7 @@ class RunningLaunch:
     def ask(
         self,
         command: 'Command[Response]',
-        reply: 'Callable[[Response | Refused], object]' = bool,
+        reply: 'Callable[[Response | Refused], object]' = do_nothing,
     ) -> None:
         """
         Send a command.
@@ -231,7 +231,7 @@ class RunningLaunch:
                 case {'state': data}:
                     self._apply(StateReceived(data))
                 case {'id': int(number), 'ok': _}:
-                    self._replies.pop(number, bool)(message)
+                    self._replies.pop(number, do_nothing)(message)
             with self._errors():
                 one = received(message)
             if one is None:

@@ -24,6 +24,7 @@ from colcon_yamllaunch.control.journal import Cursor, Journal
 from colcon_yamllaunch.control.protocol import ProtocolError
 from colcon_yamllaunch.engine import commands, events, limits
 from colcon_yamllaunch.engine.engine import Engine
+from colcon_yamllaunch.engine.loop import do_nothing
 from colcon_yamllaunch.engine.outcome import ending_of
 from colcon_yamllaunch.engine.state import to_json
 from colcon_yamllaunch.plan.plan import Process
@@ -52,7 +53,7 @@ class Service:
         self,
         engine: Engine,
         journal: Journal,
-        lease: Lease = bool,
+        lease: Lease = do_nothing,
     ) -> None:
         self._engine = engine
         self._state = engine.state
@@ -234,12 +235,12 @@ class Subscribers:
 
     #: Is called when the holder has another connection, and with None when it
     #: has lost that.
-    when_held: Callable[['Client | None'], object] = bool
+    when_held: Callable[['Client | None'], object] = do_nothing
 
     def __init__(
         self,
         journal: Journal,
-        lease: Lease = bool,
+        lease: Lease = do_nothing,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._journal = journal

@@ -18,6 +18,7 @@ from typing import Any, TYPE_CHECKING
 from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine.commands import Command, DONE, Refused, Response
+from colcon_yamllaunch.engine.loop import do_nothing
 from colcon_yamllaunch.engine.participants import Execute, Reply
 from colcon_yamllaunch.engine.spawn import StartError
 from colcon_yamllaunch.plan.plan import Component, Process
@@ -81,7 +82,7 @@ class Dispatcher:
     def ask(
         self,
         command: Command[Response],
-        reply: Callable[[Response | Refused], object] = bool,
+        reply: Callable[[Response | Refused], object] = do_nothing,
     ) -> None:
         """
         Execute a command.
@@ -101,7 +102,7 @@ class Dispatcher:
 
         :raises RefusedError: when it is refused
         """
-        response: Response = self._execute(command, bool)
+        response: Response = self._execute(command, do_nothing)
         return response
 
     def _handle(self, command: Command[Any], reply: Reply) -> Any:

@@ -26,6 +26,7 @@ from colcon_yamllaunch.engine.guard_link import GuardLink
 from colcon_yamllaunch.engine.launch_scan import OrphanFinder
 from colcon_yamllaunch.engine.line_buffering import LineBuffering, SilenceWatch
 from colcon_yamllaunch.engine.loop import (
+    do_nothing,
     ended_children,
     Loop,
     received,
@@ -131,7 +132,7 @@ class Engine:
     :param recorders: Receive all output as it is read
     :param publish: Is called once a turn, to write what has been collected,
       but not before all is started that is due, which is more urgent;
-      returns whether it has more to do
+      returns whether it has more to do; None if nothing is collected
     :param state: Is changed by each event before listeners get it
     :param participants: What else takes part in the launch, in the order in
       which they execute commands and receive events
@@ -147,7 +148,7 @@ class Engine:
         writer: Writer,
         listeners: Iterable[events.Listener],
         recorders: Iterable[Recorder],
-        publish: Callable[[], bool],
+        publish: Callable[[], bool] | None,
         conditions: ExitConditions,
         state: LaunchState,
         participants: Sequence[Participant] = (),
@@ -218,7 +219,7 @@ class Engine:
         #: Are called when the screen has another size.
         self.when_resized: list[Callable[[], None]] = []
         #: Lets other terminals of the user see the launch, if they do not yet.
-        self.serve: Callable[[], object] = bool
+        self.serve: Callable[[], object] = do_nothing
         #: Returns the parameters of a process.
         self.parameters_of = parameters_of
         self._dispatcher: Dispatcher | None = None
@@ -482,7 +483,7 @@ class Engine:
     def ask(
         self,
         command: 'Command[Response]',
-        reply: 'Callable[[Response | Refused], object]' = bool,
+        reply: 'Callable[[Response | Refused], object]' = do_nothing,
     ) -> None:
         """Execute a command; see `Dispatcher.ask`."""
         self.dispatcher.ask(command, reply)
@@ -588,7 +589,8 @@ class Engine:
     def _pass_on(self) -> None:
         """Pass on to the guard, the logs and the screen what there is."""
         self._guard.flush()
-        if not self.supervisor.is_starting and self._publish():
+        publish = None if self.supervisor.is_starting else self._publish
+        if publish is not None and publish():
             self.loop.wake()
         self._writer.flush()
         self._relay.resume()

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.engine import events, limits
 from colcon_yamllaunch.engine.lines import bare
+from colcon_yamllaunch.engine.loop import do_nothing
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.engine.line_pattern import LinePattern
@@ -60,7 +61,7 @@ class ExitConditions:
         self._timed_out = False
         self._stopping = False
         #: Receives events about them while the launch runs.
-        self.emit: Callable[[events.Event], object] = bool
+        self.emit: Callable[[events.Event], object] = do_nothing
 
     def begin(self) -> None:
         """Count the time from now on."""

@@ -49,6 +49,10 @@ _WRITABLE = ~select.EPOLLIN
 _GONE = select.EPOLLERR | select.EPOLLHUP
 
 
+def do_nothing(*_: object) -> None:
+    """Do nothing, as the callback of what nobody waits for."""
+
+
 class TimerHandle:
     """A callback that is called at a time, unless it is cancelled."""
 
@@ -172,18 +176,18 @@ class Loop:
     def wake(self) -> None:
         """Begin the next turn at once."""
         if not self._soon:
-            self.call_soon(_do_nothing)
+            self.call_soon(do_nothing)
 
     def wake_at(self, when: float) -> TimerHandle:
         """Run a turn at the time `when`, if none runs then."""
         # to call `wake` would make another turn follow that one
-        return self._timers.add(when, _do_nothing)
+        return self._timers.add(when, do_nothing)
 
     def add_child(
         self,
         pid: int,
         ended: Callable[[int], object],
-        suspended: Callable[[], object] = bool,
+        suspended: Callable[[], object] = do_nothing,
     ) -> None:
         """
         Call `ended` with the wait status of a child process.
@@ -297,10 +301,6 @@ class Loop:
             self._masks[descriptor] = mask
 
 
-def _do_nothing() -> None:
-    """Do nothing: the timer only makes the loop run a turn."""
-
-
 def accept_signals() -> None:
     """
     Unblock all signals, and notice the end of children.
@@ -333,7 +333,8 @@ def caught(
             if handler == signal.SIG_IGN and number in _RESPECTED:
                 continue
             before[number] = handler
-            signal.signal(number, _ignored)
+            # the wake-up descriptor reports the signal
+            signal.signal(number, do_nothing)
         yield reader
     finally:
         for number, handler in before.items():
@@ -366,10 +367,6 @@ def stop_ourselves() -> None:
     handler = signal.signal(signal.SIGTSTP, signal.SIG_DFL)
     os.kill(os.getpid(), signal.SIGTSTP)
     signal.signal(signal.SIGTSTP, handler)
-
-
-def _ignored(number: int, frame: object) -> None:
-    """Do nothing: the wake-up descriptor reports the signal."""
 
 
 def ended_children(ours: Collection[int]) -> Iterator[tuple[int, int]]:

@@ -12,7 +12,7 @@ from colcon_yamllaunch.common.frozen import mutable
 from colcon_yamllaunch.engine import events, limits
 from colcon_yamllaunch.engine.channels import resize
 from colcon_yamllaunch.engine.lines import LineBuffer
-from colcon_yamllaunch.engine.loop import Loop
+from colcon_yamllaunch.engine.loop import do_nothing, Loop
 from colcon_yamllaunch.plan.plan import Process
 
 #: Takes what a process writes as soon as it does, and what is echoed.
@@ -69,7 +69,7 @@ class Relay:
         #: Receive the output of a process at once, by its label.
         self.sinks: dict[str, list[Sink]] = {}
         #: Is called with each descriptor before it is closed.
-        self.closing: Callable[[int], object] = bool
+        self.closing: Callable[[int], object] = do_nothing
 
     def add(
         self, group: int, process: Process, stdout: int, stderr: int

@@ -152,7 +152,7 @@ class Input:
     """
 
     def __init__(self) -> None:
-        self.wake: Callable[[], object] = bool
+        self.wake: Callable[[], object] = _nothing
         self.has_ended = False
         self._lines: deque[bytes] = deque()
         threading.Thread(target=self._read, daemon=True).start()
@@ -789,7 +789,7 @@ class Ros:
         self._next_look: float | None = None
         self._pause = FIRST_LOOK
         self._is_told = _watch_graph(self.node, self.look_soon)
-        wake = self.node.create_guard_condition(bool)
+        wake = self.node.create_guard_condition(_nothing)
         requests.wake = wake.trigger
 
     def run(self) -> None:
@@ -1028,8 +1028,8 @@ def _watch_graph(node: Any, changed: Callable[[], None]) -> bool:
     return True
 
 
-def _nothing(_: Any) -> None:
-    """Do nothing with a response or a reason."""
+def _nothing(*_: Any) -> None:
+    """Do nothing, as a callback."""
 
 
 def main(needed: list[str]) -> int:

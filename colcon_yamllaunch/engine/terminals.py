@@ -19,7 +19,7 @@ from typing import Any
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.channels import open_terminal, resize
 from colcon_yamllaunch.engine.events import Event, Exited
-from colcon_yamllaunch.engine.loop import Loop
+from colcon_yamllaunch.engine.loop import do_nothing, Loop
 from colcon_yamllaunch.engine.relay import Relay, Sink
 from colcon_yamllaunch.engine.spawn import StartError
 from colcon_yamllaunch.plan.plan import changed_entries, Entry, Plan, Process
@@ -78,7 +78,7 @@ class Terminals:
         # those whose modes are of the terminal that their process writes to
         self._followers: set[int] = set()
         #: Is called with each descriptor of a keyboard before it is closed.
-        self.closing: Callable[[int], object] = bool
+        self.closing: Callable[[int], object] = do_nothing
 
     @contextmanager
     def stdin_of(
