@@ -117,7 +117,6 @@ class _Container:
     :param is_present: Whether its services are there
     :param must_list: Whether its components are unknown, as a client died,
       or it went away and came back
-    :param since: When the wait for it began
     """
 
     name: str
@@ -128,7 +127,6 @@ class _Container:
     is_present: bool = False
     must_list: bool = False
     listing: int | None = None
-    since: float = 0.0
 
     @property
     def is_gone(self) -> bool:
@@ -215,11 +213,10 @@ class Composition:
         """
         if self.is_stopping:
             return False
-        now = self._loop.time()
         return self._lifecycles.is_busy or any(
             container.is_present
             or not self._has_processes
-            or now < container.since + limits.WAIT_WARNING_DELAY
+            or self._warnings.is_short(container.name)
             for container in self._containers.values()
             if container.open()
         )
@@ -479,7 +476,7 @@ class Composition:
             waiting = container.open()
             if not waiting:
                 self._warnings.cancel(container.name)
-            elif self._warnings.is_due(container.name, container.since):
+            elif self._warnings.is_due(container.name):
                 self._emit(events.Warned(_waited_for(container, waiting)))
         self._lifecycles.end_turn()
         self._timers.end_turn()
@@ -575,7 +572,7 @@ class Composition:
         self, container: _Container, *, asked: bool, again: bool
     ) -> None:
         container.is_present = container.must_list = False
-        container.since = self._loop.time()
+        self._warnings.begin(container.name)
         self._requests.cancel(container.listing)
         container.listing = None
         if container.tasks:
@@ -593,7 +590,7 @@ class Composition:
             self._services_lost(container)
             return
         if not container.is_present:
-            container.since = self._loop.time()
+            self._warnings.begin(container.name)
         container.is_present = True
         if container.must_list:
             self._list(container)
@@ -656,7 +653,7 @@ class Composition:
         task.request = None
         task.is_again = False
         if not [t for t in container.open() if t is not task]:
-            container.since = self._loop.time()
+            self._warnings.begin(container.name)
         self._enter(task, 'waiting')
         if container.is_gone:
             self._fail(task, f'its container {container.ending}')
@@ -676,7 +673,7 @@ class Composition:
             task.request = None
             task.was_sent = False
             # those behind it go on from now
-            container.since = self._loop.time()
+            self._warnings.begin(container.name)
             if container.runs and has_ended(answer):
                 # the end of its process, which comes soon, says more
                 container.must_list = True
@@ -810,7 +807,7 @@ class Composition:
 
     def _services_lost(self, container: _Container) -> None:
         container.is_present = False
-        container.since = self._loop.time()
+        self._warnings.begin(container.name)
         for task in container.tasks:
             if task.phase == 'loading':
                 self._enter(task, 'waiting')

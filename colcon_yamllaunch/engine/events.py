@@ -841,14 +841,11 @@ class Watched(Event):
     is_paused: bool | None = None
 
     name = 'watched'
+    label = WATCHER
 
     @property
     def severity(self) -> str:
         return 'ERROR' if self.failed else 'INFO'
-
-    @property
-    def label(self) -> str:
-        return WATCHER
 
     @property
     def errors(self) -> tuple[str, ...]:
@@ -887,16 +884,12 @@ class Checked(Event):
     seconds: float
 
     name = 'checked'
-
+    label = WATCHER
     is_final = True
 
     @property
     def severity(self) -> str:
         return 'INFO' if self.passed else 'ERROR'
-
-    @property
-    def label(self) -> str:
-        return WATCHER
 
     def lines(self) -> tuple[str, ...]:
         if self.passed:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from colcon_yamllaunch.common.errors import RefusedError
-from colcon_yamllaunch.engine import events, limits
+from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.ros_requests import (
     has_ended,
@@ -63,7 +63,6 @@ class LifecycleTask:
     :param request: The number of the transition that is under way
     :param requested: The transition that a user requested, and how to reply;
       without a number, it waits for a client
-    :param since: When the latest step to its goal was requested
     """
 
     owner: Process | Component
@@ -76,7 +75,6 @@ class LifecycleTask:
     is_driven: bool = False
     request: int | None = None
     requested: tuple[str, Reply] | None = None
-    since: float = 0.0
 
     @property
     def label(self) -> str:
@@ -95,12 +93,10 @@ class _Planned:
     The transitions of the plan for a node.
 
     :param entries: The first one was requested, or waits for the node
-    :param since: When it became the first one
     :param request: Its number, if it was requested
     """
 
     entries: deque[ChangeState]
-    since: float
     request: int | None = None
 
 
@@ -120,7 +116,6 @@ class Lifecycles:
     ) -> None:
         self._requests = requests
         self._emit = emit
-        self._loop = loop
         # by the full names of the nodes
         self._planned: dict[str, _Planned] = {}
         self._by_label: dict[str, LifecycleTask] = {}
@@ -164,11 +159,9 @@ class Lifecycles:
         A node elsewhere may take a while to appear, or any time if nothing was
         started.
         """
-        now = self._loop.time()
         return any(t.is_driven and t.is_running for t in self.tasks) or any(
-            not self._has_processes
-            or now < planned.since + limits.WAIT_WARNING_DELAY
-            for node, planned in self._planned.items()
+            not self._has_processes or self._warnings.is_short(node)
+            for node in self._planned
             if self._of_node(node) is None
         )
 
@@ -207,7 +200,7 @@ class Lifecycles:
         task.is_anew = False
         task.is_driven = task.goal in ('inactive', 'active')
         task.request = None
-        task.since = self._loop.time()
+        self._warnings.begin(task.label)
         if self._requests.given_up is not None:
             self._fail_for_good(task, self._requests.given_up)
         elif self._requests.is_ready:
@@ -275,9 +268,8 @@ class Lifecycles:
         if entry.node in self._planned:
             self._planned[entry.node].entries.append(entry)
         else:
-            self._planned[entry.node] = _Planned(
-                deque([entry]), self._loop.time()
-            )
+            self._planned[entry.node] = _Planned(deque([entry]))
+            self._warnings.begin(entry.node)
             self._request_planned(entry.node)
 
     def client_is_ready(self) -> None:
@@ -316,7 +308,7 @@ class Lifecycles:
         for task in self.tasks:
             if not (task.is_driven and task.is_running):
                 self._warnings.cancel(task.label)
-            elif self._warnings.is_due(task.label, task.since):
+            elif self._warnings.is_due(task.label):
                 text = (
                     f'{task.label}: waiting for {task.node} to become '
                     f'{task.goal}'
@@ -330,7 +322,7 @@ class Lifecycles:
                 self._emit(events.Warned(text))
         for node, planned in self._planned.items():
             is_elsewhere = self._of_node(node) is None
-            if is_elsewhere and self._warnings.is_due(node, planned.since):
+            if is_elsewhere and self._warnings.is_due(node):
                 transition = planned.entries[0].transition
                 self._emit(
                     events.Warned(
@@ -413,7 +405,7 @@ class Lifecycles:
         planned = self._planned[node]
         planned.entries.popleft()
         if planned.entries:
-            planned.since = self._loop.time()
+            self._warnings.begin(node)
             self._request_planned(node)
         else:
             self._forget_planned(node)
@@ -471,7 +463,7 @@ class Lifecycles:
             return
         step = _STEPS.get((task.state or '', task.goal or ''))
         if step is not None:
-            task.since = self._loop.time()
+            self._warnings.begin(task.label)
             self._ask(task, step)
 
     def _ask(self, task: LifecycleTask, transition: str) -> None:

@@ -238,8 +238,9 @@ class Peer:
             end: ros.node.create_client(kind, f'{name}/{end}')
             for end, kind in services.items()
         }
-        self._main = next(iter(services))
-        self._replies = f'rr{name}/{self._main}Reply'
+        main = next(iter(services))
+        self._main_client = self._clients[main]
+        self._replies = f'rr{name}/{main}Reply'
         #: What is called one after the other.
         self._queue: deque[Call] = deque()
         self._running: list[Call] = []
@@ -328,10 +329,6 @@ class Peer:
                 self._give_up(call, 'cancelled')
                 return True
         return False
-
-    @property
-    def _main_client(self) -> Any:
-        return self._clients[self._main]
 
     @property
     def _queue_head(self) -> Call | None:

@@ -5,6 +5,7 @@
 
 from collections.abc import Callable, Mapping
 from itertools import count
+import math
 from typing import Any
 
 from colcon_yamllaunch.engine import events, limits
@@ -72,7 +73,7 @@ class Requests:
 
 class WaitWarnings:
     """
-    When to warn of a wait: after a while, then rarely.
+    When to warn of waits: after a while, then ever less often.
 
     The loop begins a turn when :meth:`is_due` would return True.
     """
@@ -82,16 +83,19 @@ class WaitWarnings:
         # the beginning of each wait, and when the next warning is due
         self._next: dict[str, tuple[float, float]] = {}
 
-    def is_due(self, key: str, since: float) -> bool:
-        """
-        Return whether to warn now.
+    def begin(self, key: str) -> None:
+        """Begin a wait, or begin it again."""
+        now = self._loop.time()
+        self._set(key, now, now + limits.WAIT_WARNING_DELAY)
 
-        :param since: The beginning of the wait; a later one is another wait
-        """
-        before = self._next.get(key)
-        if before is None or before[0] != since:
-            self._set(key, since, since + limits.WAIT_WARNING_DELAY)
-        _, due = self._next[key]
+    def is_short(self, key: str) -> bool:
+        """Return whether a wait is too short for a warning so far."""
+        since, _ = self._next.get(key, (-math.inf, 0.0))
+        return self._loop.time() < since + limits.WAIT_WARNING_DELAY
+
+    def is_due(self, key: str) -> bool:
+        """Return whether to warn now."""
+        since, due = self._next.get(key, (0.0, math.inf))
         now = self._loop.time()
         if now < due:
             return False
@@ -135,13 +139,12 @@ class RosTimers:
         self._passed = 0.0
         self._is_followed = False
         self._is_over = False
-        self._since = 0.0
         self._warnings = WaitWarnings(loop)
 
     def add(self, seconds: float, action: Callable[[], None]) -> TimerHandle:
         """Call `action` in so many seconds."""
         if not self._timers.pending():
-            self._since = self._loop.time()
+            self._warnings.begin(_CLOCK)
         handle = self._timers.add(self._passed + seconds, action)
         if seconds <= 0.0:
             self._loop.wake()
@@ -173,7 +176,7 @@ class RosTimers:
         pending = self._timers.pending()
         if not pending:
             self._warnings.cancel(_CLOCK)
-        elif self._last is None and self._warnings.is_due(_CLOCK, self._since):
+        elif self._last is None and self._warnings.is_due(_CLOCK):
             number = f'{len(pending)} timers wait'
             who = number if len(pending) > 1 else 'a timer waits'
             self._emit(

@@ -122,10 +122,11 @@ def find_program(name: str, path: str) -> str:
 
 def _explanation(error: OSError, program: str) -> StartError:
     """Return why the system cannot start a program, and the fix."""
+    interpreter = _interpreter(program)
+    start = _first_bytes(program)
     if error.errno == errno.EACCES:
         if Path(program).is_dir():
             return StartError(f"'{program}' is a folder, not a program")
-        interpreter = _interpreter(program)
         if os.access(program, os.X_OK) and interpreter is not None:
             return StartError(
                 f"the first line of '{_source(program)}' names the "
@@ -133,9 +134,33 @@ def _explanation(error: OSError, program: str) -> StartError:
             )
         return _not_executable(program)
     if error.errno == errno.ENOENT:
-        return _missing(program)
+        if not Path(program).exists():
+            return StartError(
+                f"'{program}' is a link to a file that does not exist"
+            )
+        if interpreter is None:
+            return StartError(
+                f"'{program}' needs a program loader that does not exist "
+                'here; it was made for another system'
+            )
+        if interpreter.endswith('\r'):
+            return _ends_as_on_windows(program)
+        return StartError(
+            f"the first line of '{_source(program)}' names the "
+            f"interpreter '{interpreter}', which does not exist",
+            'install it, or correct the line',
+        )
     if error.errno == errno.ENOEXEC:
-        return _wrong_format(program)
+        if start.startswith(b'\x7fELF'):
+            return StartError(
+                f"'{program}' was made for another kind of machine"
+            )
+        if not start:
+            return StartError(f"'{program}' is empty")
+        return StartError(
+            f"'{program}' is no program: a script needs a first line that "
+            'names its interpreter, such as #!/usr/bin/env python3'
+        )
     reason = os.strerror(error.errno) if error.errno else str(error)
     return StartError(f"'{program}': {reason}")
 
@@ -213,38 +238,6 @@ def _not_executable(program: str) -> StartError:
     return StartError(
         f"'{program}' may not be executed",
         f'make it executable: chmod +x {program}',
-    )
-
-
-def _missing(program: str) -> StartError:
-    interpreter = _interpreter(program)
-    if not Path(program).exists():
-        return StartError(
-            f"'{program}' is a link to a file that does not exist"
-        )
-    if interpreter is None:
-        return StartError(
-            f"'{program}' needs a program loader that does not exist here; "
-            'it was made for another system'
-        )
-    if interpreter.endswith('\r'):
-        return _ends_as_on_windows(program)
-    return StartError(
-        f"the first line of '{_source(program)}' names the interpreter "
-        f"'{interpreter}', which does not exist",
-        'install it, or correct the line',
-    )
-
-
-def _wrong_format(program: str) -> StartError:
-    start = _first_bytes(program)
-    if start.startswith(b'\x7fELF'):
-        return StartError(f"'{program}' was made for another kind of machine")
-    if not start:
-        return StartError(f"'{program}' is empty")
-    return StartError(
-        f"'{program}' is no program: a script needs a first line that names "
-        'its interpreter, such as #!/usr/bin/env python3'
     )
 
 
