@@ -25,7 +25,7 @@ from colcon_yamllaunch.engine.line_buffering import LineBuffering
 from colcon_yamllaunch.engine.loop import caught, do_nothing
 from colcon_yamllaunch.engine.own_files import ParameterFiles, Place
 from colcon_yamllaunch.engine.participants import Participant
-from colcon_yamllaunch.engine.spawn import keep_to_ourselves, Spawn
+from colcon_yamllaunch.engine.spawn import close_on_exec_all, Spawn
 from colcon_yamllaunch.engine.state import About, LaunchState
 from colcon_yamllaunch.engine.writer import Writer
 from colcon_yamllaunch.observers.failures import Failures, OwnerOf
@@ -134,7 +134,7 @@ def run(
     """
     with ExitStack() as stack:
         signals = stack.enter_context(caught())
-        keep_to_ourselves()
+        close_on_exec_all()
         launch = _Launch(plan, context, observers, stack)
         engine = launch.engine
         engine.start_client()

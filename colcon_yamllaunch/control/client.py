@@ -32,7 +32,7 @@ Reply = Callable[[Mapping[str, Any]], object]
 
 #: Seconds that a launch may take to answer; a suspended one does not answer.
 ANSWER_TIMEOUT = 3.0
-#: Seconds after which it is said what is waited for.
+#: Seconds of waiting after which a line says what is waited for.
 PROGRESS_INTERVAL = 1.0
 _CHUNK = 64 * 1024
 
@@ -53,8 +53,8 @@ class RunningLaunch:
     A launch of another process, by its control socket; see `Engine`.
 
     Without :meth:`subscribe`, its state is that of the last :meth:`status`.
-    After it, events and replies come with :meth:`events`, or, where somebody
-    waits for other things too, with :meth:`read` and :meth:`received`.
+    After it, :meth:`events` returns events and calls replies. A caller that
+    also waits for other things uses :meth:`read` and :meth:`received` instead.
     """
 
     def __init__(self, connection: socket.socket) -> None:

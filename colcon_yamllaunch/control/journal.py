@@ -421,7 +421,7 @@ class Journal:
             self._move_out()
 
     def _move_out(self) -> None:
-        """Move output from memory to a file, or drop it if nobody needs it."""
+        """Move output from memory to a file if a client needs it."""
         records = []
         while (
             self._output_size > limits.OUTPUT_BACKLOG

@@ -56,7 +56,7 @@ from colcon_yamllaunch.plan.plan import (
 
 #: Why a launch without launcher refuses a command.
 ONLY_STOPS = 'its launcher was killed; all that can be done is --stop'
-#: Seconds between two looks while somebody else stops the processes.
+#: Seconds between two looks while the guard stops the processes.
 INTERVAL = 0.05
 #: Bytes of the longest record that is read.
 _RECORD = 1 << 24
@@ -266,7 +266,7 @@ def _marked(places: Collection[Path]) -> set[str]:
         owner, number = mark_of(process.pid)
         if owner and number is not None and owner not in found:
             with suppress(OSError):
-                # in a container a process id means somebody else
+                # a process id of a container means another process here
                 if (
                     os.stat(f'/proc/{process.pid}').st_uid == os.getuid()
                     and _namespace(process.pid) == _namespace(os.getpid())
@@ -297,7 +297,7 @@ def _records(folder: Path) -> _Records:
     try:
         descriptor = open_folder(folder, make=False)
     except (FileNotFoundError, FolderError):
-        # it is no place for records, and whoever looks for sockets says why
+        # it has no records; the search for sockets reports why
         return found
     try:
         for name in os.listdir(descriptor):

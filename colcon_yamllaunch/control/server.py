@@ -64,7 +64,7 @@ class LaunchRecord:
         self._content |= {n: getattr(engine.state, n) for n in _LAUNCH}
         self.note(engine.state, engine.supervisor.tasks)
         for folder in socket_folder.folders(environment):
-            # why there is no socket there is said with that
+            # the reason is reported with the missing socket
             with suppress(OSError, socket_folder.FolderError):
                 self._folder = socket_folder.open_folder(folder, make=True)
                 return self._make(os.path.abspath(folder / self._name))
@@ -105,7 +105,7 @@ class LaunchRecord:
 
     def _make(self, path: str) -> Place:
         try:
-            # whoever had our process id before is gone
+            # of an ended process with our process id
             with suppress(FileNotFoundError):
                 os.unlink(self._name, dir_fd=self._folder)
             self._descriptor = os.open(
@@ -140,7 +140,7 @@ def serve(
     """
     Serve a launch to other terminals of the user.
 
-    Where that cannot be, it is said, and the launch goes on.
+    If that is not possible, it warns, and the launch goes on.
 
     :param guard: Removes the socket of a launch that is killed
     :param record: Describes one whose guard was killed, too

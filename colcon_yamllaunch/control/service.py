@@ -6,8 +6,8 @@ What a running launch does for its clients; see `protocol`.
 
 The one that holds the launch acknowledges what it has, and the journal keeps
 the rest for it, so that it gets everything exactly once, however often it has
-to connect again. It may also hold a lease: the launch is stopped once the
-holder is silent for so many seconds.
+to connect again. It may also hold a lease: the launch is stopped when the
+lease expires without a message of the holder.
 """
 
 from collections.abc import Callable, Mapping
@@ -60,7 +60,7 @@ class Service:
         self._supervisor = engine.supervisor
         self._terminals = engine.terminals
         self._viewers: dict[str, list[Client]] = {}
-        #: What happened, for those who subscribe.
+        #: Events and output for clients that subscribe.
         self.journal = journal
         journal.state = engine.state
         self.subscribers = Subscribers(journal, lease)
@@ -151,7 +151,7 @@ class Service:
         self._terminals.type(label, keys)
 
     def detach(self, label: str, viewer: 'Client') -> None:
-        """Show a process to somebody no more."""
+        """Stop showing a process to a client."""
         self._viewers[label].remove(viewer)
         self._terminals.remove_sink(label, viewer.show)
         self._engine.emit(events.Detached(self._process(label)))

@@ -51,8 +51,8 @@ def folders(environment: Mapping[str, str]) -> tuple[Path, ...]:
     """
     Return the folders where sockets may be, the one to be tried first.
 
-    Who gives both variables, and a runtime folder that is not the system's,
-    wants to be apart from the other launches of the user.
+    With both variables, and a runtime folder that is not the system's, the
+    launches are separate from the other ones of the user.
     """
     usual = f'{USER_FOLDERS}/{os.getuid()}'
     runtime = environment.get('XDG_RUNTIME_DIR', '')
@@ -84,7 +84,7 @@ def open_folder(path: Path, *, make: bool) -> int:
     """
     try:
         if make:
-            # if there is one already, whose it is shows below
+            # the owner of an existing one is checked below
             with suppress(FileExistsError):
                 path.mkdir(mode=0o700)
         descriptor = os.open(path, _FLAGS)
@@ -177,7 +177,7 @@ class Address:
     def _listen(self) -> None:
         unready = self._name + _UNREADY
         for name in (self._name, unready):
-            # whoever had our process id before is gone
+            # of an ended process with our process id
             with suppress(FileNotFoundError):
                 os.unlink(name, dir_fd=self._folder)
         self.socket.bind(inside(self._folder, unready))

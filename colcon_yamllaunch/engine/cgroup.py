@@ -6,12 +6,12 @@ The control group of a launch, where one can be made; see cgroups(7).
 
 It is a folder in that of the control group (version 2) that the launcher is
 in, with one folder for each process of the plan. What is born there cannot
-leave it by another session, another parent or another environment, so who
-belongs to which process is known exactly, and all of it can be killed at
-once. The launcher itself, and its guard, stay where they are.
+leave it by another session, another parent or another environment. So it is
+exact which process of the plan each one belongs to, and all of them can be
+killed at once. The launcher and its guard stay in their group.
 
-Nothing is done to the groups of others, and nothing is asked of anybody: if
-the folder cannot be made, there is none, and nobody hears of it.
+The groups of other programs are not changed. If the folder cannot be made,
+the launch silently runs without a control group.
 
 This module is part of the guard and imports little.
 """
@@ -187,7 +187,7 @@ class LaunchCgroup:
     def _enter(self, number: int) -> bool:
         if _early_move is not None:
             _early_move.join()
-        # whoever moved the launcher elsewhere meant its processes, too
+        # if the launcher was moved to another group, its processes follow
         if not self._is_inside and cgroup_of('self') != self._path:
             return False
         folder = f'{self._folder}/{number}'
@@ -334,7 +334,7 @@ def _lock(folder: str) -> int:
         return -1
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        # whoever had the lock before may have removed it
+        # the former owner of the lock may have removed it
         if os.path.samestat(os.fstat(descriptor), os.stat(folder)):
             return descriptor
     except OSError:

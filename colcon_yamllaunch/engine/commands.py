@@ -194,8 +194,8 @@ class Shutdown(Command[Done]):
     Begin to stop everything; start nothing more.
 
     :param reason: Why, as a part of a sentence
-    :param interactive: Whether somebody at a keyboard asks for it, who can
-      ask again
+    :param interactive: Whether a user at a keyboard asks for it, and can ask
+      again
     :param drop_timers: Whether to drop the timers that outlast a shutdown
     """
 

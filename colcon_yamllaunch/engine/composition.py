@@ -55,9 +55,9 @@ class ComponentTask:
       loaded
     :param full_name: The full name of its node, from its container
     :param is_due: Whether its turn has come
-    :param is_wanted: Whether it is loaded again with its container, as
-      nobody asked to unload it
-    :param is_again: Whether it is to be loaded again once it is unloaded
+    :param is_wanted: Whether it is loaded again with its container; False
+      once a user asked to unload it
+    :param must_reload: Whether it is loaded again as soon as it is unloaded
     :param request: The number of the load or unload that is under way
     :param was_sent: Whether a client that died had been asked to load it
     :param successor: The component that replaces it when it is loaded next
@@ -70,7 +70,7 @@ class ComponentTask:
     full_name: str | None = None
     is_due: bool = False
     is_wanted: bool = True
-    is_again: bool = False
+    must_reload: bool = False
     request: int | None = None
     was_sent: bool = False
     successor: Component | None = None
@@ -311,7 +311,7 @@ class Composition:
         self._refuse_while_stopping()
         task = self.task(label)
         self._dropped.add(label)
-        task.is_again = False
+        task.must_reload = False
         if task.is_due and task.is_wanted:
             self._unload(task)
 
@@ -328,7 +328,7 @@ class Composition:
         """
         self._refuse_while_stopping()
         task = self._due_task(label)
-        if not task.is_wanted and not task.is_again:
+        if not task.is_wanted and not task.must_reload:
             raise RefusedError(
                 f'{label} is being unloaded'
                 if task.phase == 'unloading'
@@ -337,7 +337,7 @@ class Composition:
         if task.phase in ('unloaded', 'failed'):
             raise RefusedError(_NOT_LOADED.format(label))
         self._emit(events.Requested(task.component, 'stop'))
-        task.is_again = False
+        task.must_reload = False
         self._unload(task)
 
     def reload(self, label: str) -> None:
@@ -360,7 +360,7 @@ class Composition:
         if self._requests.given_up is not None:
             raise RefusedError(self._requests.given_up)
         self._emit(events.Requested(task.component, 'restart'))
-        self._lifecycles.begins_anew(label)
+        self._lifecycles.reset_goal(label)
         self._reload(task)
 
     def change_state(self, name: str, transition: str, reply: Reply) -> None:
@@ -396,7 +396,7 @@ class Composition:
     def at_ros_time(
         self, seconds: float, action: Callable[[], None]
     ) -> TimerHandle:
-        """Call `action` after so many seconds of the topic `/clock`."""
+        """Call `action` after `seconds` of the topic `/clock`."""
         return self._timers.add(seconds, action)
 
     def started(self, process: Process) -> None:
@@ -410,20 +410,20 @@ class Composition:
                     self._begin(task)
         self._lifecycles.process_started(process)
 
-    def leaves(self, process: Process, *, is_anew: bool) -> None:
+    def stop_requested(self, process: Process, *, is_restart: bool) -> None:
         """
-        Note that a process is asked to end.
+        Handle that a user asked to stop or restart a process.
 
-        :param is_anew: Whether it is then started again. A lifecycle node of
-          its own begins as the launch file says; components get their states
-          back.
+        :param is_restart: Whether it starts again. Then its own lifecycle node
+          begins with the goal of the launch file; its components get their
+          states back.
         """
         container = self._provided_by(process)
         for task in () if container is None else container.tasks:
-            self._lifecycles.leaves(task.label)
-        self._lifecycles.leaves(process.label)
-        if is_anew:
-            self._lifecycles.begins_anew(process.label)
+            self._lifecycles.stop_requested(task.label)
+        self._lifecycles.stop_requested(process.label)
+        if is_restart:
+            self._lifecycles.reset_goal(process.label)
 
     def ended(
         self,
@@ -565,7 +565,7 @@ class Composition:
             self._requests.cancel(task.request)
             self._begin(task)
             return
-        task.is_again = True
+        task.must_reload = True
         self._unload(task)
 
     def _container_ended(
@@ -651,7 +651,7 @@ class Composition:
         self._succeed(task)
         container = self._container_of(task)
         task.request = None
-        task.is_again = False
+        task.must_reload = False
         if not [t for t in container.open() if t is not task]:
             self._warnings.begin(container.name)
         self._enter(task, 'waiting')
@@ -706,7 +706,7 @@ class Composition:
         if task.is_wanted:
             self._fail(task, reason)
             return
-        again, task.is_again = task.is_again, False
+        again, task.must_reload = task.must_reload, False
         task.is_wanted = again
         self._enter(task, 'unloaded')
         if again:
@@ -761,7 +761,7 @@ class Composition:
     def _unload_failed(self, task: ComponentTask, reason: str) -> None:
         """Handle that a component cannot be unloaded."""
         task.is_wanted = True
-        task.is_again = False
+        task.must_reload = False
         self._enter(task, 'loaded', f'could not be unloaded: {reason}')
         self._emit(events.Warned(f'{task.label}: {task.state.ending}'))
 
@@ -774,7 +774,7 @@ class Composition:
         self._enter(task, 'unloaded')
         if was_loaded:
             self._emit(events.Unloaded(task.component, reason))
-        again, task.is_again = task.is_again, False
+        again, task.must_reload = task.must_reload, False
         if again:
             task.is_wanted = True
             self._begin(task)
@@ -793,8 +793,8 @@ class Composition:
         task.request = None
         task.was_sent = False
         # an open reload is done with the container
-        task.is_wanted |= task.is_again
-        task.is_again = False
+        task.is_wanted |= task.must_reload
+        task.must_reload = False
         if task.unique_id is not None:
             self._unloaded(task, events.CONTAINER_ENDED)
         reason = f'its container {container.ending}'
@@ -876,7 +876,7 @@ def _loaded_as(
     Return the id of a component that was being loaded, if it is.
 
     :param left: The nodes that are no other component, by their unique ids
-    :param own: Whether nobody but this launch loads into the container
+    :param own: Whether only this launch loads into the container
     """
     name = task.component.node_name
     for unique_id, full_name in sorted(left.items()):

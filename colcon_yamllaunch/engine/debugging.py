@@ -49,7 +49,7 @@ def debugged(process: Process, environment: Mapping[str, str]) -> Process:
     try:
         argv = _under_debugger(process, path)
     except StartError:
-        # which is said when it is started
+        # the error is reported when it is started
         argv = (*_GDB, *process.argv)
     if argv[0] == _GDB[0]:
         try:

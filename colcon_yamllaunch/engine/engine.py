@@ -30,8 +30,8 @@ from colcon_yamllaunch.engine.loop import (
     ended_children,
     Loop,
     received,
-    stop_ourselves,
     STOPPING,
+    suspend_ourselves,
     suspended_children,
 )
 from colcon_yamllaunch.engine.outcome import Outcome
@@ -89,8 +89,8 @@ class Settings:
 
     :param identity: Its identity, see `launch_scan`
     :param environment: The environment that processes change for themselves
-    :param screen: The descriptor of the screen, whose size terminals for
-      processes have, or -1
+    :param screen: The descriptor of the screen, or -1; the terminals of
+      processes have its size
     :param clock: Returns seconds that never go back
     :param spawn: Starts a program as :func:`os.posix_spawn` does
     :param adoption: The children that others started
@@ -127,7 +127,7 @@ class Engine:
     part of a launch on a machine, `remote.remote_part.RemotePart`.
 
     :param guard: Receives all processes
-    :param writer: The screen, whose pace output keeps to
+    :param writer: The screen; processes wait if it is slow
     :param listeners: Receive all events
     :param recorders: Receive all output as it is read
     :param publish: Is called once a turn, to write what has been collected,
@@ -302,7 +302,7 @@ class Engine:
             self.supervisor.stop(reason)
 
     def show(self, label: str, stream: events.Stream, data: bytes) -> None:
-        """Show who is attached to a process what it wrote or echoed."""
+        """Send output or echo of a process to the clients attached to it."""
         self._relay.show(label, stream, data)
 
     def accepts(self, key: tuple[str, events.Stream]) -> bool:
@@ -313,7 +313,7 @@ class Engine:
 
     @property
     def is_ended_by_others(self) -> bool:
-        """Whether not only what changes the plan has asked for the end."""
+        """Whether the end was requested by more than a change of the plan."""
         return self._stopped_by_signal or len(self.supervisor.stop_reasons) > 1
 
     def add_helper(
@@ -388,10 +388,10 @@ class Engine:
             participant.begin()
         self._look_for_children()
         while True:
-            self._follow_up()
+            self._end_turn()
             if self.supervisor.done:
                 break
-            self._pass_on()
+            self._flush()
             self.loop.run_once(self._due())
         self.loop.remove_reader(signals)
         self._close_helpers()
@@ -401,7 +401,7 @@ class Engine:
         self._conditions.end()
 
     def finish(self, signals: int) -> None:
-        """Wait until the screen has taken everything, or nobody wants it."""
+        """Wait until the screen has taken everything, or was closed."""
         numbers: list[int] = []
         self.loop.add_reader(
             signals, lambda: numbers.extend(received(signals))
@@ -409,12 +409,12 @@ class Engine:
         ends_by = math.inf
         if self._stopped_by_signal:
             ends_by = self.loop.time() + limits.SCREEN_TIMEOUT
-        self._pass_on()
+        self._flush()
         while self._writer.waits() and not self._writer.broken:
             self.loop.run_once(min(ends_by, self._due()))
             if set(STOPPING) & set(numbers) or self.loop.time() >= ends_by:
                 return
-            self._pass_on()
+            self._flush()
 
     def close(self) -> None:
         """Free what the engine holds."""
@@ -564,7 +564,7 @@ class Engine:
         while not (ros.is_found or self.supervisor.is_stopping):
             if ros.error is not None:
                 raise UserError(ros.error)
-            self._pass_on()
+            self._flush()
             self.loop.run_once(self._due())
 
     def _close_helpers(self) -> None:
@@ -573,8 +573,8 @@ class Engine:
         for participant in self.participants:
             participant.close()
 
-    def _follow_up(self) -> None:
-        """Do what follows from all that happened in this turn."""
+    def _end_turn(self) -> None:
+        """Handle the consequences of all events of this turn."""
         self.check_conditions()
         for end_turn in self._end_turns:
             end_turn()
@@ -586,8 +586,8 @@ class Engine:
             self._reap()
         self.supervisor.end_turn()
 
-    def _pass_on(self) -> None:
-        """Pass on to the guard, the logs and the screen what there is."""
+    def _flush(self) -> None:
+        """Send what has been collected to guard, logs and screen."""
         self._guard.flush()
         publish = None if self.supervisor.is_starting else self._publish
         if publish is not None and publish():
@@ -641,7 +641,7 @@ class Engine:
             name = signal.Signals(number).name
             by_key = number == signal.SIGINT
             reason = 'interrupted' if by_key else f'{name} received'
-            # who is at a keyboard can ask again
+            # a user at a keyboard can ask again
             self.dispatcher.do(commands.Shutdown(reason, by_key, not by_key))
             return
         # a terminal that closes sends SIGHUP, and so does its shell
@@ -652,8 +652,8 @@ class Engine:
         for listener in self.when_suspended:
             listener(True)
         self._do_hold(is_held=True)
-        stop_ourselves()
-        # where nobody could continue us, the system has not stopped us
+        suspend_ourselves()
+        # an orphaned process group is not suspended, see suspend_ourselves
         self._do_hold(is_held=False)
 
     def _do_hold(self, *, is_held: bool) -> None:
@@ -689,7 +689,7 @@ class Engine:
         if self._size is not None:
             # that of a screen elsewhere
             self._size = size
-        # the terminals control no session, so the kernel signals nobody
+        # the terminals control no session, so the kernel sends no SIGWINCH
         self.terminals.resize(size)
         for group in self._relay.resize(size):
             with suppress(ProcessLookupError, PermissionError):

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from colcon_yamllaunch.engine.state import LaunchState
 
 Stream = Literal['stdout', 'stderr']
-#: What is asked of a part of a launch.
+#: What a user requests of a part of a launch.
 Action = Literal['stop', 'kill', 'restart', 'debug', 'change']
 #: The phases of a process: `waiting` for its turn or its timer, `running`,
 #: `stopping` on request, waiting for its `respawn`, or `ended`; of a
@@ -56,7 +56,7 @@ LAUNCHER = 'launch'
 WATCHER = 'watch'
 #: The name that messages of the launch file have, as in ROS 2.
 MESSENGER = 'launch.user'
-#: The severities of what is shown even to those who want it quiet.
+#: The severities of messages that are shown even with `--quiet`.
 LOUD = frozenset(('WARNING', 'ERROR', 'CRITICAL'))
 #: Why a component is unloaded, as a rule.
 REQUESTED = 'requested'
@@ -119,12 +119,12 @@ class Event:
 @dataclass(frozen=True, slots=True)
 class Planned(Event):
     """
-    More has come to a launch that runs, or something in it is another.
+    Parts were added to a running launch, or replaced.
 
     It comes before any other event of these parts.
 
-    :param parts: Processes and components; one with a label that is known
-      takes the place of what had it
+    :param parts: Processes and components; one with the label of a part
+      replaces that part
     """
 
     parts: tuple[Process | Component, ...]
@@ -134,7 +134,7 @@ class Planned(Event):
 
 @dataclass(frozen=True, slots=True)
 class Dropped(Event):
-    """Something that has ended is no part of the launch any more."""
+    """A part that has ended was removed from the launch."""
 
     process: Process | Component
 
@@ -274,10 +274,10 @@ class Silent(Event):
 @dataclass(frozen=True, slots=True)
 class Respawned(Event):
     """
-    A process that ended is started once more; `Started` follows.
+    A process that ended is started again; `Started` follows.
 
-    :param attempt: The number of the respawn, counted from 1; a restart on
-      request counts anew
+    :param attempt: The number of the respawn, from 1; a restart on request
+      resets it
     """
 
     process: Process
@@ -314,10 +314,10 @@ class Signalled(Event):
 @dataclass(frozen=True, slots=True)
 class Requested(Event):
     """
-    Somebody asks to stop or kill one process, or to start it anew.
+    A user asks to stop, kill, restart or debug one process.
 
-    The latter may be under a debugger. For a component, that is to unload it,
-    or to load it anew. A `change` of what it runs asks for the latter, too.
+    For a component, stopping is unloading it, and restarting is reloading it.
+    `change` is a restart after a change of its files.
     """
 
     process: Process | Component
@@ -354,7 +354,7 @@ class Attached(Event):
 
 @dataclass(frozen=True, slots=True)
 class Detached(Event):
-    """The keyboard and the screen of a process are not its own any more."""
+    """Keyboard and screen were disconnected from a process."""
 
     process: Process
 
@@ -437,7 +437,7 @@ class LeftBehind(Event):
 
 @dataclass(frozen=True, slots=True)
 class Said(Event):
-    """The launch file has something to say; see `plan.Message`."""
+    """A message of the launch file; see `plan.Message`."""
 
     level: str
     text: str
@@ -454,7 +454,7 @@ class Said(Event):
 
 @dataclass(frozen=True, slots=True)
 class Warned(Event):
-    """The launcher itself is in some trouble, yet goes on."""
+    """The launcher has a problem, but goes on."""
 
     text: str
 
@@ -555,7 +555,7 @@ class StateChanged(Event):
     name = 'state_changed'
 
     def lines(self) -> tuple[str, ...]:
-        # those in between last a moment, and so every node begins
+        # states between two others last a moment; the first is no news
         if self.state not in LASTING_STATES or self.before is None:
             return ()
         return (f'{self.process.label}: {self.state}',)
@@ -638,7 +638,7 @@ class RosLost(Event):
 @dataclass(frozen=True, slots=True)
 class LinkLost(Event):
     """
-    Nothing is heard of a machine that parts of the launch run on.
+    The connection to a machine of the launch is lost.
 
     :param reason: Why, as a part of a sentence
     :param is_kept: Whether its part runs on meanwhile; else it is stopped
@@ -668,7 +668,7 @@ class LinkLost(Event):
 @dataclass(frozen=True, slots=True)
 class LinkBack(Event):
     """
-    A machine is heard of again, and what was missed has come or is coming.
+    The connection to a machine is back; missed events follow.
 
     :param seconds: For how long the link was lost
     """
@@ -687,9 +687,9 @@ class LinkBack(Event):
 @dataclass(frozen=True, slots=True)
 class MachineGone(Event):
     """
-    Nothing will be heard of a machine any more; its part is lost.
+    A machine is lost for good, and so is its part of the launch.
 
-    That of each process there which ran follows, as `Exited`.
+    `Exited` follows for each process that ran there.
 
     :param reason: Why, and the way out, as a part of a sentence
     :param labels: The processes that ran there
@@ -733,7 +733,7 @@ class LinkChanged(Event):
 @dataclass(frozen=True, slots=True)
 class Measured(Event):
     """
-    It is known what the processes of a machine use.
+    The resource usage of the processes of a machine was measured.
 
     It is neither shown nor recorded.
 
@@ -763,7 +763,7 @@ class StateReceived(Event):
 @dataclass(frozen=True, slots=True)
 class Changed(Event):
     """
-    Files were changed, and something follows from that.
+    Files were changed, and the launch reacts to it.
 
     :param files: Their paths
     """
@@ -793,11 +793,11 @@ class Built(Event):
 @dataclass(frozen=True, slots=True)
 class Replanned(Event):
     """
-    The launch files were evaluated anew, and the plan is another one now.
+    The launch files were evaluated again, and the plan has changed.
 
-    :param started: The labels of what is new
-    :param stopped: Those of what is gone
-    :param restarted: Those of what differs
+    :param started: The labels of new parts
+    :param stopped: The labels of removed parts
+    :param restarted: The labels of changed parts
     """
 
     started: tuple[str, ...]
@@ -810,7 +810,7 @@ class Replanned(Event):
 @dataclass(frozen=True, slots=True)
 class Restarted(Event):
     """
-    A process runs, or a component is loaded, anew after a change.
+    A process was restarted, or a component reloaded, after a change.
 
     :param seconds: How long that took, from the change on
     """
@@ -824,14 +824,14 @@ class Restarted(Event):
 @dataclass(frozen=True, slots=True)
 class Watched(Event):
     """
-    What came of a change, or what is done about it.
+    The result of a change, or what is done about it.
 
-    :param text: That, in one line
-    :param failed: Whether it came to nothing, or the check failed
+    :param text: The result, in one line
+    :param failed: Whether the build, the evaluation or the check failed
     :param details: Lines that say why, as a build or an evaluation shows them
     :param is_final: Whether nothing more follows from the change
-    :param is_paused: Whether changes are ignored from now on, if that is what
-      it tells; None if it is about a change
+    :param is_paused: Whether changes are ignored from now on; None if the
+      event is about a change
     """
 
     text: str
@@ -948,7 +948,7 @@ class WorkerLost(Event):
 @dataclass(frozen=True, slots=True)
 class Idle(Event):
     """
-    A part of a launch on a machine has nothing to do now, or has again.
+    The part of a launch on a machine became idle, or busy again.
 
     It is not shown.
     """
@@ -986,7 +986,7 @@ class FailureReport:
     :param text: What happened, in one line
     :param tail: The last lines of its output
     :param log_file: The file that has all of its output, if there is one
-    :param advice: The way out, if its last words contain one
+    :param advice: How to fix it, if the output shows that
     """
 
     process: Process | Component | None
@@ -999,10 +999,10 @@ class FailureReport:
 @dataclass(frozen=True, slots=True)
 class Verdict:
     """
-    What came of an exit condition.
+    The result of an exit condition.
 
-    :param name: What it is, as the user wrote it
-    :param seconds: When that was clear, from the start of the launch on
+    :param name: The condition, as the user wrote it
+    :param seconds: When the result was clear, from the start of the launch
     :param failure: What is wrong, in one line, or None
     """
 
@@ -1019,7 +1019,7 @@ class Ended(Event):
     :param exit_code: What the launcher exits with
     :param summary: Lines that say what failed, if anything did
     :param failures: The processes that failed, in order
-    :param verdicts: What came of what the launch was to achieve
+    :param verdicts: The results of the exit conditions
     :param state: The state of the launch
     """
 

@@ -203,10 +203,12 @@ class ExitConditions:
         return f'all {len(self._seen)} that --until waits for were seen'
 
     def _not_seen(self, text: str) -> str:
-        when = f'before the launch ended after {self._seconds:.1f} s'
+        problem = (
+            f"'{text}' was not seen before the launch ended after "
+            f'{self._seconds:.1f} s (--until)'
+        )
         if self._timed_out:
-            when = f'in {self._timeout:g} s'
-        problem = f"'{text}' was not seen {when} (--until)"
+            problem = f"'{text}' was not seen in {self._timeout:g} s (--until)"
         if text in self._slow:
             problem += (
                 ', but not all lines could be searched to the end, as that '

@@ -126,14 +126,14 @@ class OrphanedOutput:
     def finish(self) -> None:
         """Pass on what is left."""
         for descriptor in tuple(self._outputs):
-            # what is there, and no more: somebody may write for ever
+            # no more than what was written before, as a process may go on
             rounds = limits.LARGE_PIPE // limits.READ_SIZE + 1
             while rounds and self._read(descriptor):
                 rounds -= 1
             if descriptor in self._outputs:
                 self._close(descriptor)
 
-    def say(self, text: str) -> None:
+    def log(self, text: str) -> None:
         """Write a line of our own to the log of all processes."""
         for common in self._commons:
             self._append(str(common), _stamped(_TAG, f'{text}\n'.encode()))
@@ -145,7 +145,7 @@ class OrphanedOutput:
         except BlockingIOError:
             return False
         except OSError:
-            # a terminal that nobody has open any more
+            # a terminal without an open other end
             data = b''
         if not data:
             self._close(descriptor)
@@ -200,16 +200,16 @@ class GuardedLaunch(Targets):
         self._is_expired = False
         #: The terminal that the launcher has drawn something in, if any.
         self.terminal: HeldTerminal | None = None
-        # whether somebody types into that
+        # whether a user types into it
         self._is_typing = False
-        # who had the terminal when the launcher took it
+        # the foreground group of the terminal before the launcher took it
         self._foreground = -1
 
     def note(self, frame: list[Any], descriptors: list[int]) -> None:
         """
         Process one frame of the launcher.
 
-        :param descriptors: Those of the message that nobody has taken yet
+        :param descriptors: Those of the message that no frame has taken yet
         """
         match frame:
             case ['start', number, group, sigterm, sigkill]:
@@ -273,7 +273,7 @@ class GuardedLaunch(Targets):
             os.close(output.descriptor)
 
     def groups(self) -> dict[int, int]:
-        """Return the groups whose leader runs, and is not somebody else."""
+        """Return the groups whose leader runs, and whose id was not reused."""
         return {
             group: number
             for group, number in self.made.items()
@@ -293,7 +293,7 @@ class GuardedLaunch(Targets):
             self.made,
             groups,
             known=self.known,
-            # whose child the guard became, those of the launcher did, too
+            # the process that adopted the guard adopts those of the launcher
             adopter=Adopter(os.getppid(), links, None),
         )
 
@@ -359,12 +359,12 @@ def _take_over(launch: GuardedLaunch) -> None:
     launch.restore_terminal()
     launch.remove('socket', remove_file)
     output = OrphanedOutput(launch.outputs.values())
-    output.say('the launcher was killed; the guard stops its processes')
+    output.log('the launcher was killed; the guard stops its processes')
     escalation = Escalation(launch, launch.timeouts, time.monotonic())
     escalation.run(sleep=output.pass_on)
     launch.cgroup.remove()
     output.finish()
-    output.say('the guard has stopped what it could')
+    output.log('the guard has stopped what it could')
     launch.remove('folder', remove_parameter_files)
     launch.remove('record', remove_file)
 
@@ -380,7 +380,7 @@ def _messages(
                 connection, limits.GUARD_MESSAGE, limits.GUARD_FRAMES
             )
         except TimeoutError:
-            # who made the connection, see unix(7)
+            # the process that made the connection, see unix(7)
             credentials = connection.getsockopt(
                 socket.SOL_SOCKET, socket.SO_PEERCRED, struct.calcsize('3i')
             )

@@ -195,10 +195,10 @@ class GuardLink:
 
     def writers(self) -> dict[str, int]:
         """
-        Return whose output goes where.
+        Return which process of the plan writes to each pipe or terminal.
 
-        That is what /proc shows of the ends that processes write to, with
-        their numbers in the plan.
+        :returns: The numbers of the processes by the link that /proc/PID/fd
+          shows for their end
         """
         return {
             writer_link(frame[1]) or '': frame[2]
@@ -248,7 +248,7 @@ class GuardLink:
         self.flush()
 
     def no_terminal(self) -> None:
-        """Withdraw the terminal, whose modes are restored."""
+        """Withdraw the terminal, as its modes are restored."""
         self._revoke(('terminal', None), ['no terminal'])
         self.flush()
 

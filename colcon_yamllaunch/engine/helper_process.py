@@ -252,7 +252,7 @@ def _decoded(line: bytes) -> dict[str, Any] | None:
     try:
         message = json.loads(line)
     except (ValueError, RecursionError):
-        # somebody else has written it
+        # another program, such as a library, has written it
         return None
     return message if isinstance(message, dict) else None
 
@@ -266,7 +266,7 @@ def open_log(path: Path | None) -> int:
     """
     if path is not None:
         with suppress(OSError):
-            # it may be the first one who writes there
+            # it may be the first file in the folder
             path.parent.mkdir(parents=True, exist_ok=True)
             flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC
             return os.open(path, flags, 0o666)
@@ -287,5 +287,5 @@ def pythons(path: str) -> list[str]:
         if os.path.isfile(candidate) and os.access(candidate, os.X_OK):
             # not that of the program: each virtual environment is one
             found.setdefault(os.path.realpath(folder), candidate)
-    # whose lack is reported when it is started
+    # if that is missing, the error is reported when it is started
     return list(found.values())[: limits.PYTHONS] or ['python3']

@@ -55,7 +55,7 @@ def new_identity() -> str:
     """
     Return an identity that no other launch has, of 16 hexadecimal digits.
 
-    It contains who the launcher is, see :func:`launcher_of`.
+    It identifies the launcher, see :func:`launcher_of`.
     """
     pid = os.getpid()
     process = read_process(pid)
@@ -90,7 +90,7 @@ def is_guarded(identity: str) -> bool:
 @dataclass(frozen=True, slots=True)
 class Adopter:
     """
-    Whose children processes become that lose their parent.
+    The process that becomes the parent of orphans.
 
     :param pid: Its process id
     :param outputs: The ends that processes of the launch write to, as the
@@ -127,18 +127,18 @@ def find_orphans(
     elders: set[tuple[str, int]] | None = None,
 ) -> list[Orphan]:
     """
-    Find the running processes of a launch, but those whose leader runs.
+    Find the running processes of a launch whose group has no leader.
 
-    :param session: The session of the launcher, as a group's id may have been
-      given to somebody else after the group's end
+    :param session: The session of the launcher, as the id of a group may be
+      reused after its end
     :param groups: The process groups that it made, with their numbers
     :param with_leader: The groups whose leader runs; a signal to the group
-      reaches their processes, so these are left out
+      reaches their processes, so they are left out
     :param known: What was found before; brought up to date
-    :param adopter: Whose children those became that lost their parent
-    :param since: The birth of the launcher, if it is known; who is older is
-      none of the launch, and most of the machine is
-    :param elders: Those that are, see :func:`.young_processes`
+    :param adopter: The parent of those that lost their own
+    :param since: The birth of the launcher, if it is known; most processes of
+      the machine are older and cannot belong to the launch
+    :param elders: The older ones, see :func:`.young_processes`
     """
     known = {} if known is None else known
     numbers: dict[int, int] = {}
@@ -256,7 +256,7 @@ class OrphanFinder:
             since=self._birth,
             elders=_ELDERS,
         )
-        # what a helper that has ended left behind, or who was dropped
+        # left behind by a helper or a dropped process that has ended
         return [
             orphan
             if orphan.number in numbers or orphan.group in self._helpers

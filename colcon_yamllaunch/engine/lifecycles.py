@@ -57,8 +57,9 @@ class LifecycleTask:
     :param goal: The state that it is to reach when it starts: that of the
       launch file, or the state that it had before it was respawned
     :param is_running: Whether its process runs, or it is loaded
-    :param is_leaving: Whether its process was asked to end
-    :param is_anew: Whether its next goal is that of the launch file
+    :param is_stopping: Whether its process was asked to stop
+    :param is_goal_reset: Whether its next start has the goal of the launch
+      file
     :param is_driven: Whether it is on the way to its goal
     :param request: The number of the transition that is under way
     :param requested: The transition that a user requested, and how to reply;
@@ -70,8 +71,8 @@ class LifecycleTask:
     goal: str | None = None
     state: str | None = None
     is_running: bool = False
-    is_leaving: bool = False
-    is_anew: bool = False
+    is_stopping: bool = False
+    is_goal_reset: bool = False
     is_driven: bool = False
     request: int | None = None
     requested: tuple[str, Reply] | None = None
@@ -193,11 +194,11 @@ class Lifecycles:
         task.node = node
         task.state = None
         task.is_running = True
-        task.is_leaving = False
+        task.is_stopping = False
         # a node that was shut down comes back by a new start only
-        if task.is_anew or task.goal == 'finalized':
+        if task.is_goal_reset or task.goal == 'finalized':
             task.goal = _first_goal(task.owner)
-        task.is_anew = False
+        task.is_goal_reset = False
         task.is_driven = task.goal in ('inactive', 'active')
         task.request = None
         self._warnings.begin(task.label)
@@ -218,21 +219,21 @@ class Lifecycles:
         self._drop(task, 'it ended')
         self._warnings.cancel(task.label)
 
-    def leaves(self, label: str) -> None:
+    def stop_requested(self, label: str) -> None:
         """
-        Note that the process of a node is asked to end.
+        Handle that a user asked to stop or restart the process of a node.
 
         Its states from now on lead to its end, and are not restored.
         """
         task = self._by_label.get(label)
         if task is not None:
-            task.is_leaving = task.is_running
+            task.is_stopping = task.is_running
 
-    def begins_anew(self, label: str) -> None:
+    def reset_goal(self, label: str) -> None:
         """Start a node with the goal of the launch file next time."""
         task = self._by_label.get(label)
         if task is not None:
-            task.is_anew = True
+            task.is_goal_reset = True
 
     def changed(self, node: str, state: str, before: str | None) -> None:
         """Handle a new state of a node."""
@@ -447,9 +448,9 @@ class Lifecycles:
             self._drive(task)
             return
         task.state = state
-        is_requested = not (task.is_driven or task.is_leaving)
+        is_requested = not (task.is_driven or task.is_stopping)
         if (before, state) in _REACHED and is_requested:
-            # somebody else decided so
+            # another program changed the state
             task.goal = state
         self._emit(events.StateChanged(task.owner, node, state, before))
         self._drive(task)
@@ -491,7 +492,7 @@ class Lifecycles:
         if requested is not None:
             requested[1](reason)
         elif not has_ended(answer):
-            # or else its end says more
+            # else the end of its process is the failure
             task.is_driven = False
             self._fail(task, transition, reason)
 

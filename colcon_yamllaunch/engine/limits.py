@@ -21,7 +21,7 @@ MAXIMUM_LINES = 16 * 1024 * 1024
 STREAM_BACKLOG = 256 * 1024
 #: Bytes of all streams that may wait before no stream may add to its own.
 SCREEN_BACKLOG = 4 * 1024 * 1024
-#: Bytes of all streams that may wait before nobody may add any.
+#: Bytes of all streams that may wait before no process is read any more.
 SCREEN_MAXIMUM = 16 * 1024 * 1024
 #: Pieces that are handed to the screen in one system call.
 WRITE_BATCH = 256
@@ -95,7 +95,7 @@ SIGNAL_ECHO = 0.1
 SCREEN_TIMEOUT = 5.0
 #: Seconds between two looks for processes that the launcher adopted, while
 #: something happens; and seconds after which it looks while nothing does. What
-#: it has not seen, the guard does not hear of.
+#: it has not seen, the guard does not know.
 ADOPTION_INTERVAL = 1.0
 ADOPTION_PAUSE = 10.0
 #: Seconds that the worker of Python launch files gets, once all has ended, to
@@ -124,8 +124,8 @@ LEASE_STOP_TIMEOUT = 5.0
 #: Seconds by which the time of a file may be before that of the clock.
 FILE_TIME_STEP = 1.0
 
-#: Seconds after which it is said what loading components, activating lifecycle
-#: nodes and timers on ROS time wait for; each pause after that is longer.
+#: Seconds after which a warning says what loading components, activating
+#: lifecycle nodes and timers on ROS time wait for; later pauses are longer.
 WAIT_WARNING_DELAY = 5.0
 #: Seconds of the longest of these pauses.
 LONGEST_WARNING_PAUSE = 600.0

@@ -36,8 +36,8 @@ _CAUGHT = (
     *(signal.SIGTSTP, signal.SIGCONT),
     *(signal.SIGCHLD, signal.SIGWINCH),
 )
-# whoever ignores these for us means it, as nohup and a shell without job
-# control do; a SIGINT that is sent all the same is meant, too
+# these stay ignored if a parent ignored them, as nohup and a shell without job
+# control do; an ignored SIGINT is caught all the same
 _RESPECTED = frozenset((signal.SIGHUP, signal.SIGTSTP))
 
 _PEEK = os.WNOHANG | os.WNOWAIT
@@ -236,7 +236,7 @@ class Loop:
         self, descriptor: int, callback: Callable[..., object], *args: Any
     ) -> None:
         """
-        Call `callback(*args)` when nobody has the other end of `descriptor`.
+        Call `callback(*args)` when the other end of `descriptor` is closed.
 
         :raises PermissionError: when it is an ordinary file
         """
@@ -357,12 +357,12 @@ def received(reader: int) -> list[int]:
     return numbers
 
 
-def stop_ourselves() -> None:
+def suspend_ourselves() -> None:
     """
     Do what SIGTSTP does to a program that does not handle it.
 
-    The system does not stop a process whose group is orphaned (POSIX): nobody
-    could continue it, as there is no shell with job control.
+    The system does not stop a process whose group is orphaned (POSIX), as no
+    shell with job control could continue it.
     """
     handler = signal.signal(signal.SIGTSTP, signal.SIG_DFL)
     os.kill(os.getpid(), signal.SIGTSTP)

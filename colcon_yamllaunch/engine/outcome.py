@@ -10,8 +10,8 @@ from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.plan.plan import Process
 
-#: Signals that end a process on request; whoever stops a whole session, as
-#: systemd and a closed terminal do, sends them to our processes too.
+#: Signals that end a process on request. systemd and a closed terminal send
+#: them to a whole session, and so to our processes, too.
 STOP_SIGNALS = frozenset(
     (signal.SIGINT, signal.SIGTERM, signal.SIGKILL, signal.SIGHUP)
 )
@@ -25,8 +25,8 @@ class Outcome:
     :param code: Its exit code, or None when a signal ended it
     :param signal: The number of that signal, or None
     :param core_dumped: Whether the system wrote a core dump
-    :param lost: The machine that it was lost with, if nobody knows how it
-      ended; else empty
+    :param lost: The machine that it was lost with, if its end is not known;
+      else empty
     """
 
     code: int | None = None
@@ -64,7 +64,7 @@ def ending_of(outcome: Outcome, asked: bool) -> str:
     if outcome.code == 0:
         return 'finished'
     if asked and outcome.signal == signal.SIGINT:
-        # as usual as an end of one's own accord
+        # most processes end so
         return 'stopped'
     if asked and not is_failure(outcome, asked):
         return f'stopped, {outcome}'

@@ -35,8 +35,8 @@ class Relay:
     """
     Reads the output of all processes.
 
-    A process whose output waits for the screen is not read, so that it is
-    held up by its own pipe; others are not.
+    While output of a process waits for the screen, no more is read from that
+    process, so that it waits when its pipe is full. Others go on.
 
     :param accepts: Whether the screen takes more of a process's stream
     :param recorders: Receive each piece of output first, so that it is not
@@ -87,7 +87,7 @@ class Relay:
             self._watch(source)
 
     def resize(self, size: os.terminal_size) -> list[int]:
-        """Set the size of all terminals, and return whose they are."""
+        """Set the size of all terminals; return the groups that have one."""
         resized = []
         for group, sources in self._groups.items():
             for source in sources:
@@ -131,7 +131,7 @@ class Relay:
         if source is None:
             source = self._fed[key] = _Source(-1, process, stream)
         source.process = process
-        # who is attached is shown it before, see `show`
+        # attached clients have received it before, see `show`
         self._handle_chunk(source, data, is_shown=True)
 
     def resume(self) -> None:

@@ -91,12 +91,12 @@ POLL_PERIOD = 0.25
 CONNECTING = 0.05
 #: Seconds until a node is asked for its state, if it has not reported the one
 #: that follows from a transition.
-SILENCE = 0.3
+STATE_TIMEOUT = 0.3
 #: Seconds without an answer until the outcome of a call is looked for, as the
 #: middleware may lose answers; each wait doubles.
 ANSWER_TIMEOUT = 5.0
 #: How often that may find nothing until the call is given up.
-LAST_DOUBT = 3
+MAXIMUM_CHECKS = 3
 READ_SIZE = 1 << 16
 #: Log messages go to standard error only, not to a file or a topic.
 QUIET = ('--disable-external-lib-logs', '--disable-rosout-logs')
@@ -199,13 +199,13 @@ class Call:
     servers: Servers = frozenset()
     #: Whether it is not sent again, to a server that takes their place.
     is_final: bool = False
-    #: Finds out its outcome. A call without this changes nothing, and is just
+    #: Checks its outcome. A call without this changes nothing, so it is just
     #: sent again.
-    find_out: Callable[[], None] | None = None
+    check_outcome: Callable[[], None] | None = None
     #: The call that does so.
     question: Call | None = None
-    #: How often that found nothing.
-    doubts: int = 0
+    #: How many checks found no outcome.
+    failed_checks: int = 0
     #: Seconds until that is done, and when.
     timeout: float = ANSWER_TIMEOUT
     due: float = 0.0
@@ -293,8 +293,8 @@ class Peer:
                 continue
             call.timeout *= 2
             call.due = now + call.timeout
-            if call.find_out is not None:
-                call.find_out()
+            if call.check_outcome is not None:
+                call.check_outcome()
             elif self._can_send(call):
                 self._transmit(call)
 
@@ -306,7 +306,7 @@ class Peer:
         self.look(time.monotonic())
 
     def call(self, call: Call) -> None:
-        """Call a service at once, of nobody but the one that is there."""
+        """Call a service at once, only of the server that exists now."""
         call.is_final = True
         if not self.is_present:
             call.refused('not there')
@@ -379,10 +379,10 @@ class Peer:
             call.question = Call(None, service, message, received, _nothing)
             self.call(call.question)
 
-    def _doubt(self, call: Call, reason: str) -> None:
-        """Count that a call had no effect, and give it up at last."""
-        call.doubts += 1
-        if call.doubts == LAST_DOUBT:
+    def _check_failed(self, call: Call, reason: str) -> None:
+        """Count a check without an effect; after some, give the call up."""
+        call.failed_checks += 1
+        if call.failed_checks == MAXIMUM_CHECKS:
             self._give_up(call, f'there was no answer, and {reason}')
 
     def _give_up(self, call: Call, reason: str) -> None:
@@ -515,7 +515,7 @@ class Container(Peer):
                 self.unload({'id': None, 'unique_id': response.unique_id})
 
         call.answered = answered
-        call.find_out = lambda: self._find_loaded(call)
+        call.check_outcome = lambda: self._find_loaded(call)
         self.call_in_order(call)
 
     def unload(self, request: Json) -> None:
@@ -523,7 +523,7 @@ class Container(Peer):
         message = self._kinds.UnloadNode.Request()
         message.unique_id = request['unique_id']
         call = self._ros.call(request, '_container/unload_node', message)
-        call.find_out = lambda: self._find_unloaded(call)
+        call.check_outcome = lambda: self._find_unloaded(call)
         self.call(call)
 
     def list(self, request: Json) -> None:
@@ -555,7 +555,7 @@ class Container(Peer):
                 )
                 self._answer(call, loaded)
             else:
-                self._doubt(call, 'the container does not list it')
+                self._check_failed(call, 'the container does not list it')
 
         self._ask_list(call, listed)
 
@@ -564,7 +564,7 @@ class Container(Peer):
 
         def listed(response: Any) -> None:
             if call.message.unique_id in response.unique_ids:
-                self._doubt(call, 'the container still lists it')
+                self._check_failed(call, 'the container still lists it')
             else:
                 unloaded = self._kinds.UnloadNode.Response(success=True)
                 self._answer(call, unloaded)
@@ -643,7 +643,7 @@ class LifecycleNode(Peer):
                 self._explain(call.request, transition, call.state)
 
         call.answered = answered
-        call.find_out = lambda: self._find_changed(call, transition)
+        call.check_outcome = lambda: self._find_changed(call, transition)
         self.call_in_order(call)
 
     def _find_changed(self, call: Call, transition: str) -> None:
@@ -662,7 +662,7 @@ class LifecycleNode(Peer):
                     call, self._kinds.ChangeState.Response(success=is_made)
                 )
             elif state in starts:
-                self._doubt(call, f'the node is {state!r}')
+                self._check_failed(call, f'the node is {state!r}')
 
         message = self._kinds.GetState.Request()
         self._ask_about(call, 'get_state', message, answered)
@@ -671,7 +671,7 @@ class LifecycleNode(Peer):
         """Ask for the state if the node does not report it for a while."""
         if self._subscription is not None and state != self.state:
             self._expected = state
-            self._refresh_at = time.monotonic() + SILENCE
+            self._refresh_at = time.monotonic() + STATE_TIMEOUT
             self._ros.look_soon()
 
     def _explain(
@@ -785,7 +785,7 @@ class Ros:
         self._clock: Clock | None = None
         self._next_look: float | None = None
         self._pause = FIRST_LOOK
-        self._is_told = _watch_graph(self.node, self.look_soon)
+        self._is_notified = _watch_graph(self.node, self.look_soon)
         wake = self.node.create_guard_condition(_nothing)
         requests.wake = wake.trigger
 
@@ -816,20 +816,20 @@ class Ros:
         return call
 
     def answer(self, request: int | None, **fields: Any) -> None:
-        """Answer a request, unless nobody wants to know any more."""
+        """Answer a request, unless it was cancelled."""
         if request is not None:
             self.output.write(id=request, **fields)
 
     def _handle(self, line: bytes) -> None:
         try:
             request = json.loads(line)
-            number, does = request['id'], _DOES[request['do']]
+            number, handler = request['id'], _HANDLERS[request['do']]
         except (ValueError, LookupError, TypeError):
             text = line.decode(errors='replace')
             self.output.write(event='trouble', text=f'strange request: {text}')
             return
         try:
-            does(self, request)
+            handler(self, request)
         except Refused as e:
             self.answer(number, ok=False, reason=str(e))
         except Exception as e:  # noqa: BLE001 - ROS has many for bad names
@@ -883,7 +883,7 @@ class Ros:
         if is_unsettled:
             self._next_look = now + self._pause
             self._pause = min(2 * self._pause, LAST_LOOK)
-        if peers and not self._is_told and self._next_look is None:
+        if peers and not self._is_notified and self._next_look is None:
             self._next_look = now + POLL_PERIOD
 
     def _seconds_to_wait(self) -> float | None:
@@ -897,7 +897,7 @@ class Ros:
         return max(0.0005, min(moments) - now) if moments else None
 
 
-_DOES: dict[str, Callable[[Ros, Json], object]] = {
+_HANDLERS: dict[str, Callable[[Ros, Json], object]] = {
     'load': lambda ros, request: ros._container(request).load(request),
     'unload': lambda ros, request: ros._container(request).unload(request),
     'list': lambda ros, request: ros._container(request).list(request),

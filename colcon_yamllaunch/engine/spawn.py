@@ -300,13 +300,13 @@ _PER_PROCESS = 6
 _BESIDES = 128
 
 
-def keep_to_ourselves() -> None:
+def close_on_exec_all() -> None:
     """
     Mark all descriptors but the first three as close-on-exec.
 
-    Whoever started the launcher may have left some open for it; no process of
-    the launch inherits them. The first three are opened if they are closed,
-    so that nothing else gets their numbers.
+    The launcher may have inherited some; no process of the launch does. The
+    first three are opened if they are closed, so that no other file gets their
+    numbers.
     """
     while (descriptor := os.open(os.devnull, os.O_RDWR)) <= 2:
         os.set_inheritable(descriptor, True)

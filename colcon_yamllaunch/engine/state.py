@@ -147,7 +147,7 @@ class PartState:
     has_failed: bool = False
     was_asked: bool = False
     is_held: bool = False
-    # whether a signal ends it, though nobody stopped it on request
+    # whether a signal ends it that was not sent on request
     is_signalled: bool = False
 
 
@@ -762,10 +762,10 @@ class LaunchState:
             if event.phase != part.phase:
                 part.since = self.clock()
         elif event.phase == 'waiting':
-            # its machine is back, and starts it once more
+            # its machine is back, and starts it again
             part.is_kept_stopped = False
         elif event.ending:
-            # nobody knows more
+            # no more is known
             self._reset(part)
             part.ending, part.was_asked = event.ending, True
         part.phase = event.phase

@@ -117,9 +117,9 @@ class Stop(Targets):
     ) -> None:
         self._tasks = {task.number: task for task in tasks}
         if whole and tasks:
-            # their lines and records need a process
-            nobody = replace(tasks[0].process, label=UNATTRIBUTED)
-            self._tasks[WHOLE] = Task(WHOLE, nobody)
+            # lines and records of orphans of no known process need one
+            unknown = replace(tasks[0].process, label=UNATTRIBUTED)
+            self._tasks[WHOLE] = Task(WHOLE, unknown)
         self._engine = engine
         self._loop = loop
         self._groups = groups
@@ -259,9 +259,9 @@ class Supervisor:
         self._single_stops: dict[int, Stop] = {}
         # what restarts after a change, in the order of the launch
         self._queue: list[int] = []
-        #: Whether a failure ends no launch, as a change may mend it.
+        #: Whether the launch goes on after a failure, as a change may fix it.
         self.outlasts_failures = False
-        #: Why everything is being stopped, by all who asked for it.
+        #: The reasons of all requests to stop everything.
         self.stop_reasons: set[str] = set()
         #: Whether the launch is over.
         self.done = False
@@ -360,8 +360,8 @@ class Supervisor:
         Stop one process, with all that it started, and keep it stopped.
 
         Whatever follows from the end of a process otherwise, such as
-        `respawn` and `on_exit: shutdown`, does not follow from this one. To
-        ask once more takes the next step of stopping at once.
+        `respawn` and `on_exit: shutdown`, does not follow from this one. A
+        second call sends the next signal at once.
 
         :raises RefusedError: when there is nothing to stop
         """
@@ -471,7 +471,7 @@ class Supervisor:
             is_left = self._state(task).is_kept_stopped or task.is_dropped
             if label in labels and not is_left and self._is_begun(task):
                 self._engine.emit(events.Requested(task.process, 'change'))
-                self._prepare_stop(task, is_anew=False)
+                self._prepare_stop(task, is_restart=False)
                 task.is_restarting = True
                 self._stop_single(task)
                 if task.number not in self._queue:
@@ -784,7 +784,7 @@ class Supervisor:
         if not self._is_begun(task):
             raise RefusedError(f'{name} has not been started yet')
         self._engine.emit(events.Requested(task.process, action))
-        self._prepare_stop(task, is_anew=action in ('restart', 'debug'))
+        self._prepare_stop(task, is_restart=action in ('restart', 'debug'))
         return task
 
     def _cancel_restart(self, task: Task) -> None:
@@ -792,14 +792,17 @@ class Supervisor:
         if task.number in self._queue:
             self._queue.remove(task.number)
 
-    def _prepare_stop(self, task: Task, *, is_anew: bool) -> None:
+    def _prepare_stop(self, task: Task, *, is_restart: bool) -> None:
         """
         Get ready to stop a process on request.
 
-        :param is_anew: Whether its node begins as the launch file says
+        :param is_restart: Whether it starts again, so that its node begins
+          with the goal of the launch file
         """
         if self._composition is not None:
-            self._composition.leaves(task.process, is_anew=is_anew)
+            self._composition.stop_requested(
+                task.process, is_restart=is_restart
+            )
         respawn = self._respawns.pop(task.number, None)
         if respawn is not None:
             respawn.cancel()

@@ -75,7 +75,7 @@ class Terminals:
         self._null = os.open(os.devnull, os.O_RDONLY | os.O_CLOEXEC)
         self._keyboards: dict[str, int] = {}
         self._typed: dict[int, bytes] = {}
-        # those whose modes are of the terminal that their process writes to
+        # those that have the modes of the output terminal of their process
         self._followers: set[int] = set()
         #: Is called with each descriptor of a keyboard before it is closed.
         self.closing: Callable[[int], object] = do_nothing
@@ -215,7 +215,7 @@ class Terminals:
         except BlockingIOError:
             return
         except OSError:
-            # nobody has the other end open any more
+            # the other end is closed
             self._close(label)
             return
         self._relay.show(label, 'stdout', echo)

@@ -37,7 +37,7 @@ class Writer:
         if descriptor != -1:
             self._is_terminal = os.isatty(descriptor)
             self.descriptor, self._careful = _open_again(descriptor)
-        #: Why something could not be shown that somebody may miss, if so.
+        #: Why output could not be shown although it has a reader.
         self.error: OSError | None = None
         #: Whether there is no reader any more; then everything is dropped.
         self.broken = False
@@ -74,7 +74,7 @@ class Writer:
         except OSError as error:
             self._drop()
             self.broken = error.errno not in _PASSING
-            # a terminal that was closed fails, too: nobody reads it any more
+            # a terminal that was closed fails, too, but has no reader
             if not self._is_terminal:
                 self.error = self.error or error
 

@@ -10,8 +10,8 @@ from typing import Any
 from colcon_yamllaunch.engine.ros_client import (
     ANSWER_TIMEOUT,
     Container,
-    LAST_DOUBT,
     LifecycleNode,
+    MAXIMUM_CHECKS,
     Peer,
     Ros,
 )
@@ -132,7 +132,7 @@ def test_unfinished_change_is_waited_for(
     played: Played, node: LifecycleNode
 ) -> None:
     _change(node, 'configure')
-    for n in range(2 * LAST_DOUBT):
+    for n in range(2 * MAXIMUM_CHECKS):
         played.waits(node, ANSWER_TIMEOUT * 2**n)
         _state(played, 'configuring')
     assert not played.answers
@@ -144,7 +144,7 @@ def test_change_without_effect_is_given_up(
     played: Played, node: LifecycleNode
 ) -> None:
     _change(node, 'configure')
-    for n in range(LAST_DOUBT):
+    for n in range(MAXIMUM_CHECKS):
         assert not played.answers
         played.waits(node, ANSWER_TIMEOUT * 2**n)
         _state(played, 'unconfigured')
@@ -182,7 +182,7 @@ def test_load_without_effect_is_given_up_not_repeated(
 ) -> None:
     _load(box, 1)
     _load(box, 2)
-    for n in range(LAST_DOUBT):
+    for n in range(MAXIMUM_CHECKS):
         assert not played.answers
         played.waits(box, ANSWER_TIMEOUT * 2**n)
         _list(played)
@@ -213,7 +213,7 @@ def test_abandoned_load_is_not_sent_to_the_next_container(
 def test_list_confirms_an_unload(played: Played, box: Container) -> None:
     box.unload({'id': 1, 'unique_id': 3})
     box.unload({'id': 2, 'unique_id': 4})
-    for n in range(LAST_DOUBT):
+    for n in range(MAXIMUM_CHECKS):
         played.waits(box, ANSWER_TIMEOUT * 2**n)
         for service, future in played.node.calls:
             if service == 'list_nodes':

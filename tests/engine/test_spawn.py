@@ -9,8 +9,8 @@ import subprocess
 import sys
 
 from colcon_yamllaunch.engine.spawn import (
+    close_on_exec_all,
     find_program,
-    keep_to_ourselves,
     spawn_process,
     StartError,
 )
@@ -63,7 +63,7 @@ def test_a_process_inherits_nothing_but_its_three_streams(start):
     reader, writer = os.pipe()
     try:
         os.set_inheritable(writer, True)
-        keep_to_ourselves()
+        close_on_exec_all()
         listing = start(['ls', '/proc/self/fd']).split()
     finally:
         os.close(reader)
@@ -216,9 +216,9 @@ def test_a_closed_standard_stream_does_not_confuse_anything(tmp_path):
     code = (
         'import os\n'
         'from colcon_yamllaunch.engine.spawn import '
-        'keep_to_ourselves\n'
+        'close_on_exec_all\n'
         'os.close(0); os.close(1)\n'
-        'keep_to_ourselves()\n'
+        'close_on_exec_all()\n'
         'assert min(os.pipe()) > 2\n'
         'assert os.get_inheritable(0) and os.get_inheritable(1)\n'
     )
