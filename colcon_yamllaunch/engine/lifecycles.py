@@ -310,17 +310,15 @@ class Lifecycles:
             if not (task.is_driven and task.is_running):
                 self._warnings.cancel(task.label)
             elif self._warnings.is_due(task.label):
-                text = (
-                    f'{task.label}: waiting for {task.node} to become '
-                    f'{task.goal}'
-                )
-                if task.state is None:
-                    text += (
-                        '; it does not offer the services of a lifecycle node'
+                reason = 'it does not offer the services of a lifecycle node'
+                if task.state is not None:
+                    reason = f'it is {task.state}'
+                self._emit(
+                    events.Warned(
+                        f'{task.label}: waiting for {task.node} to become '
+                        f'{task.goal}; {reason}'
                     )
-                else:
-                    text += f'; it is {task.state}'
-                self._emit(events.Warned(text))
+                )
         for node, planned in self._planned.items():
             is_elsewhere = self._of_node(node) is None
             if is_elsewhere and self._warnings.is_due(node):

@@ -16,7 +16,7 @@ first, ours are checked one by one.
 
 from collections import deque
 from collections.abc import Callable, Collection, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 import heapq
 from itertools import count
@@ -349,11 +349,9 @@ def caught(
 def received(reader: int) -> list[int]:
     """Return the signals that arrived since the last call."""
     numbers: list[int] = []
-    try:
+    with suppress(BlockingIOError):
         while data := os.read(reader, 4096):
             numbers.extend(data)
-    except BlockingIOError:
-        return numbers
     return numbers
 
 

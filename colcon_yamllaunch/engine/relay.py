@@ -4,6 +4,7 @@
 """Reading what the processes write, fairly and without any waiting."""
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import field
 import fcntl
 import os
@@ -247,10 +248,8 @@ class Relay:
             return
         self._large_pipes += 1
         source.is_large = True
-        try:
+        # the user's share of pipe memory may be used up, or it is a terminal
+        with suppress(OSError):
             fcntl.fcntl(
                 source.descriptor, fcntl.F_SETPIPE_SZ, limits.LARGE_PIPE
             )
-        except OSError:
-            # the user's share of pipe memory is used up, or a terminal
-            return

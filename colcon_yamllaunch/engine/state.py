@@ -50,16 +50,6 @@ BETWEEN_STATES = ('configuring', 'activating')
 
 # the phases that a lost connection does not make doubtful
 _CERTAIN = ('waiting', 'ended', 'unloaded', 'failed')
-_STARTED: Mapping[str, Condition] = {
-    'waiting': 'starting',
-    'loading': 'starting',
-    'running': 'running',
-    'loaded': 'running',
-    'stopping': 'stopping',
-    'unloading': 'stopping',
-    'respawn': 'respawn',
-    'failed': 'failed',
-}
 
 Failure = (
     events.Exited
@@ -418,11 +408,12 @@ class LaunchState:
         """Change it as an event says."""
         if isinstance(event, events.Output):
             return
-        self._note_failure(event)
         planned = getattr(event, 'process', None)
         if planned is None:
             planned = getattr(event, 'component', None)
-        part = planned and self.by_label.get(planned.label)
+        label = '' if planned is None else planned.label
+        self._note_failure(label, event)
+        part = self.by_label.get(label)
         if part is not None and self._apply_to_part(part, event):
             self._show(part)
         elif part is not None or not self._apply_to_launch(event):
@@ -594,28 +585,32 @@ class LaunchState:
                 process.cpu, process.memory = usage
                 process.version = self.version + 1
 
-    def _note_failure(self, event: events.Event) -> None:
+    def _note_failure(self, label: str, event: events.Event) -> None:
         match event:
-            case events.Started() | events.StateChanged(state='active'):
-                self._forget_failure(event.process.label)
-            case events.Loaded():
-                self._forget_failure(event.component.label)
-            case events.Dropped():
-                self._forget_failure(event.process.label)
+            case (
+                events.Started()
+                | events.Loaded()
+                | events.Dropped()
+                | events.StateChanged(state='active')
+            ):
+                # a machine may start a process again until it is stopped, too
+                if not self.stopping:
+                    self.failures.pop(label, None)
             case events.Exited(outcome=outcome) if outcome.lost:
                 # that the machine is gone is a failure already
                 if not event.asked:
                     self.lost.append(event)
-            case events.Exited(failed=True) | events.StartFailed():
-                self.failures[event.process.label] = event
-            case events.LoadFailed():
-                self.failures[event.component.label] = event
+            case (
+                events.Exited(failed=True)
+                | events.StartFailed()
+                | events.LoadFailed()
+            ):
+                self.failures[label] = event
             case events.TransitionFailed():
                 # that its process failed says more
-                self.failures.setdefault(event.process.label, event)
+                self.failures.setdefault(label, event)
             case events.LeftBehind():
-                key = event.process.label, event.pid
-                self.left_behind[key] = event
+                self.left_behind[label, event.pid] = event
             case events.RosLost():
                 self.problems.append(event.reason)
             case events.WorkerLost():
@@ -629,11 +624,6 @@ class LaunchState:
                 self.lost = [e for e in self.lost if e.outcome.lost != name]
             case _:
                 return
-
-    def _forget_failure(self, label: str) -> None:
-        # a machine may start a process again until it learns of the stop
-        if not self.stopping:
-            self.failures.pop(label, None)
 
     def _apply_to_part(self, part: Part, event: events.Event) -> bool:
         """Apply an event about a part; return whether that changed."""
@@ -797,8 +787,7 @@ class LaunchState:
 
 def _condition_of(part: Part) -> Condition:
     """Return what views show of a process or component."""
-    phase = part.phase
-    match phase:
+    match part.phase:
         case 'waiting' if not part.is_due:
             return 'waiting'
         case 'waiting' if part.has_failed:
@@ -815,8 +804,12 @@ def _condition_of(part: Part) -> Condition:
             return 'failed'
         case 'ended' | 'unloaded':
             return 'stopped' if part.was_asked else 'ended'
+        case 'stopping' | 'unloading':
+            return 'stopping'
+        case 'respawn' | 'failed' as phase:
+            return phase
         case _:
-            return _STARTED.get(phase, 'starting')
+            return 'starting'
 
 
 def _in_short(outcome: Outcome) -> str:

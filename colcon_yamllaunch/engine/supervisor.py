@@ -470,8 +470,7 @@ class Supervisor:
             label = task.process.label
             is_left = self._state(task).is_kept_stopped or task.is_dropped
             if label in labels and not is_left and self._is_begun(task):
-                self._engine.emit(events.Requested(task.process, 'change'))
-                self._prepare_stop(task, is_restart=False)
+                self._request(task, 'change')
                 task.is_restarting = True
                 self._stop_single(task)
                 if task.number not in self._queue:
@@ -783,8 +782,7 @@ class Supervisor:
         task = self.task(name)
         if not self._is_begun(task):
             raise RefusedError(f'{name} has not been started yet')
-        self._engine.emit(events.Requested(task.process, action))
-        self._prepare_stop(task, is_restart=action in ('restart', 'debug'))
+        self._request(task, action)
         return task
 
     def _cancel_restart(self, task: Task) -> None:
@@ -792,14 +790,12 @@ class Supervisor:
         if task.number in self._queue:
             self._queue.remove(task.number)
 
-    def _prepare_stop(self, task: Task, *, is_restart: bool) -> None:
-        """
-        Get ready to stop a process on request.
-
-        :param is_restart: Whether it starts again, so that its node begins
-          with the goal of the launch file
-        """
+    def _request(self, task: Task, action: events.Action) -> None:
+        """Emit a request to stop a process, and cancel its respawn."""
+        self._engine.emit(events.Requested(task.process, action))
         if self._composition is not None:
+            # after a restart, its node begins with the goal of the launch file
+            is_restart = action in ('restart', 'debug')
             self._composition.stop_requested(
                 task.process, is_restart=is_restart
             )
