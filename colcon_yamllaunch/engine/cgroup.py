@@ -351,7 +351,8 @@ def _remove_stale(home: str) -> None:
         return
     for name in names:
         folder = f'{home}/{name}'
-        if not _NAME.fullmatch(name) or _is_populated(folder):
+        is_empty = 'populated 0' in _read(f'{folder}/cgroup.events')
+        if not (_NAME.fullmatch(name) and is_empty):
             continue
         with suppress(OSError):
             if os.stat(folder).st_uid != os.geteuid():
@@ -360,11 +361,6 @@ def _remove_stale(home: str) -> None:
             if lock != -1:
                 _remove(folder)
                 os.close(lock)
-
-
-def _is_populated(folder: str) -> bool:
-    events = _read(f'{folder}/cgroup.events').splitlines()
-    return 'populated 0' not in events
 
 
 def _remove(folder: str) -> bool:

@@ -326,7 +326,6 @@ class Composition:
 
         :raises RefusedError: when there is nothing to unload
         """
-        self._refuse_while_stopping()
         task = self._due_task(label)
         if not task.is_wanted and not task.must_reload:
             raise RefusedError(
@@ -348,7 +347,6 @@ class Composition:
 
         :raises RefusedError: when it cannot be loaded now
         """
-        self._refuse_while_stopping()
         task = self._due_task(label)
         container = self._container_of(task)
         if container.is_gone:
@@ -554,6 +552,7 @@ class Composition:
             raise RefusedError('the whole launch is being stopped')
 
     def _due_task(self, label: str) -> ComponentTask:
+        self._refuse_while_stopping()
         task = self.task(label)
         if not task.is_due:
             raise RefusedError(f'{label} has not been loaded yet')
@@ -669,20 +668,21 @@ class Composition:
             self._fail(task, str(error))
             return
 
-        def answered(answer: Mapping[str, Any]) -> None:
+        def answered(answer: Mapping[str, Any], refusal: str | None) -> None:
             task.request = None
             task.was_sent = False
             # those behind it go on from now
             self._warnings.begin(container.name)
-            if container.runs and has_ended(answer):
+            if refusal is None:
+                self._loaded(task, answer['unique_id'], answer['full_name'])
+            elif container.runs and has_ended(refusal):
                 # the end of its process, which comes soon, says more
                 container.must_list = True
                 self._enter(task, 'waiting')
-                return
-            if not answer.get('ok'):
-                self._refused(task, str(answer.get('reason') or 'no reason'))
-                return
-            self._loaded(task, answer['unique_id'], answer['full_name'])
+            elif task.is_wanted:
+                self._fail(task, refusal)
+            else:
+                self._unloaded(task, refusal)
 
         task.request = self._requests.ask('load', answered, **request)
         if container.is_present:
@@ -701,16 +701,6 @@ class Composition:
             self._ask_to_unload(task)
         elif task.lifecycle is not None:
             self._lifecycles.up(task.lifecycle, full_name)
-
-    def _refused(self, task: ComponentTask, reason: str) -> None:
-        if task.is_wanted:
-            self._fail(task, reason)
-            return
-        again, task.must_reload = task.must_reload, False
-        task.is_wanted = again
-        self._enter(task, 'unloaded')
-        if again:
-            self._begin(task)
 
     def _fail(
         self, task: ComponentTask, reason: str, *, again: bool = False
@@ -742,14 +732,12 @@ class Composition:
         if not self._requests.is_ready or container.must_list:
             return
 
-        def answered(answer: Mapping[str, Any]) -> None:
+        def answered(_: object, refusal: str | None) -> None:
             task.request = None
-            if answer.get('ok'):
+            if refusal is None:
                 self._unloaded(task, events.REQUESTED)
             else:
-                self._unload_failed(
-                    task, str(answer.get('reason') or 'no reason')
-                )
+                self._unload_failed(task, refusal)
 
         task.request = self._requests.ask(
             'unload',
@@ -822,9 +810,9 @@ class Composition:
         if not self._requests.is_ready or container.listing is not None:
             return
 
-        def answered(answer: Mapping[str, Any]) -> None:
+        def answered(answer: Mapping[str, Any], refusal: str | None) -> None:
             container.listing = None
-            if answer.get('ok'):
+            if refusal is None:
                 container.must_list = False
                 self._compare(container, answer['nodes'])
                 self._request_open(container)

@@ -91,17 +91,8 @@ class ExitConditions:
 
     def due(self) -> float | None:
         """Return when to ask for a reason to stop, on the clock, or None."""
-        if self._stopping:
-            return None
-        if self._failed or self._given_up or self._is_reached:
-            return self._start
-        if self._lasts:
-            assert self._duration is not None
-            return self._start + self._found_at + self._duration
-        if self._timeout is None:
-            return None
-        begun = self._start if self._begun_at is None else self._begun_at
-        return begun + self._timeout
+        end = self._end()
+        return None if end is None else end[0]
 
     def waited_for(self) -> tuple[str, ...]:
         """Return what has not been seen yet, as the user wrote it."""
@@ -109,20 +100,12 @@ class ExitConditions:
 
     def reason_to_stop(self) -> str | None:
         """Return once, when it is time, why the launch is to be stopped."""
-        due = self.due()
-        if due is None or self._clock() < due:
+        end = self._end()
+        if end is None or self._clock() < end[0]:
             return None
+        _, reason, self._timed_out = end
         self._stopping = True
-        if self._failed is not None:
-            return f'{self._failed} failed'
-        if self._given_up is not None:
-            return f"to search for '{self._given_up}' takes too long"
-        if self._is_reached:
-            return self._found()
-        if self._lasts:
-            return f'it ran for {self._duration:g} s'
-        self._timed_out = True
-        return f'{self._timeout:g} s are over'
+        return reason
 
     def end(self) -> None:
         """Note that the launch is over."""
@@ -152,17 +135,29 @@ class ExitConditions:
         """Return what was not achieved, one a line."""
         return tuple(v.failure for v in self.verdicts() if v.failure)
 
-    @property
-    def _is_reached(self) -> bool:
-        """Whether all was found, and nothing more is to be done."""
-        return bool(
-            self._patterns and not self._unseen and self._duration is None
-        )
+    def _end(self) -> tuple[float, str, bool] | None:
+        """
+        Return when to stop the launch, and why; None for not yet known.
 
-    @property
-    def _lasts(self) -> bool:
-        """Whether the launch is only to go on for a while."""
-        return not self._unseen and self._duration is not None
+        :returns: The time on the clock, the reason, and whether it is a
+          timeout
+        """
+        if self._stopping:
+            return None
+        if self._failed is not None:
+            return self._start, f'{self._failed} failed', False
+        if self._given_up is not None:
+            reason = f"to search for '{self._given_up}' takes too long"
+            return self._start, reason, False
+        if not self._unseen and self._duration is not None:
+            due = self._start + self._found_at + self._duration
+            return due, f'it ran for {self._duration:g} s', False
+        if self._patterns and not self._unseen:
+            return self._start, self._found(), False
+        if self._timeout is None:
+            return None
+        begun = self._start if self._begun_at is None else self._begun_at
+        return begun + self._timeout, f'{self._timeout:g} s are over', True
 
     def _search(self, event: events.Output) -> None:
         lines = bare(event.data)

@@ -4,13 +4,12 @@
 """Lifecycle nodes: their states, and the transitions that a launch makes."""
 
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine.loop import Loop
+from colcon_yamllaunch.engine.loop import do_nothing, Loop
 from colcon_yamllaunch.engine.ros_requests import (
     has_ended,
     Requests,
@@ -369,18 +368,17 @@ class Lifecycles:
                 self._planned_made(node)
                 return
 
-        def answered(answer: Mapping[str, Any]) -> None:
+        def answered(_: object, refusal: str | None) -> None:
             planned.request = None
-            if answer.get('ok'):
+            if refusal is None:
                 if task is not None:
                     goal = TRANSITIONS[entry.transition].goal
                     self._reach(task, goal, is_requested=True)
                 self._planned_made(node)
                 return
             self._forget_planned(node)
-            if not has_ended(answer):
-                reason = str(answer.get('reason') or 'it was refused')
-                self._report_failure(entry, task, reason)
+            if not has_ended(refusal):
+                self._report_failure(entry, task, refusal)
 
         planned.request = self._requests.ask(
             'change_state', answered, node=node, transition=entry.transition
@@ -432,7 +430,7 @@ class Lifecycles:
 
     def _follow(self, task: LifecycleTask) -> None:
         if task.node is not None:
-            self._requests.ask('follow', lambda _: None, node=task.node)
+            self._requests.ask('follow', do_nothing, node=task.node)
 
     def _changed(
         self,
@@ -466,19 +464,19 @@ class Lifecycles:
             self._ask(task, step)
 
     def _ask(self, task: LifecycleTask, transition: str) -> None:
-        def answered(answer: Mapping[str, Any]) -> None:
+        def answered(_: object, refusal: str | None) -> None:
             task.request = None
-            self._answered(task, transition, answer)
+            self._answered(task, transition, refusal)
 
         task.request = self._requests.ask(
             'change_state', answered, node=task.node, transition=transition
         )
 
     def _answered(
-        self, task: LifecycleTask, transition: str, answer: Mapping[str, Any]
+        self, task: LifecycleTask, transition: str, refusal: str | None
     ) -> None:
         requested, task.requested = task.requested, None
-        if answer.get('ok'):
+        if refusal is None:
             # the event may come later
             goal = TRANSITIONS[transition].goal
             self._reach(task, goal, is_requested=requested is not None)
@@ -486,13 +484,12 @@ class Lifecycles:
             if requested is not None:
                 requested[1](None)
             return
-        reason = str(answer.get('reason') or 'it was refused')
         if requested is not None:
-            requested[1](reason)
-        elif not has_ended(answer):
+            requested[1](refusal)
+        elif not has_ended(refusal):
             # else the end of its process is the failure
             task.is_driven = False
-            self._fail(task, transition, reason)
+            self._fail(task, transition, refusal)
 
     def _drop(self, task: LifecycleTask, reason: str) -> None:
         """Cancel the open transition, if there is one."""

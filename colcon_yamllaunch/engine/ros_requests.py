@@ -9,15 +9,15 @@ import math
 from typing import Any
 
 from colcon_yamllaunch.engine import events, limits
-from colcon_yamllaunch.engine.loop import Loop, TimerHandle, Timers
+from colcon_yamllaunch.engine.loop import do_nothing, Loop, TimerHandle, Timers
 
-#: Called with an answer: `ok`, and `reason` if that is false.
-Answered = Callable[[Mapping[str, Any]], None]
+#: Is called with an answer, and the reason of a refusal, else None.
+Answered = Callable[[Mapping[str, Any], str | None], object]
 
 
-def has_ended(answer: Mapping[str, Any]) -> bool:
-    """Return whether there is no answer, as the node has ended."""
-    return str(answer.get('reason')).endswith('has ended')
+def has_ended(refusal: str) -> bool:
+    """Return whether a request was refused because the node has ended."""
+    return refusal.endswith('has ended')
 
 
 class Requests:
@@ -54,7 +54,8 @@ class Requests:
         """Pass an answer to the function that waits for it, if any."""
         answered = self._open.pop(answer['id'], None)
         if answered is not None:
-            answered(answer)
+            refusal = str(answer.get('reason') or 'no reason')
+            answered(answer, None if answer.get('ok') else refusal)
 
     def gone(self, **who: str) -> None:
         """
@@ -63,7 +64,7 @@ class Requests:
         One that crashed stays visible in ROS for a while.
         """
         if self.is_ready:
-            self.ask('gone', lambda _: None, **who)
+            self.ask('gone', do_nothing, **who)
 
     def reset(self) -> None:
         """Forget the requests to a client that is gone."""
@@ -195,4 +196,4 @@ class RosTimers:
             and self._timers.pending()
         ):
             self._is_followed = True
-            self._requests.ask('clock', lambda _: None)
+            self._requests.ask('clock', do_nothing)
