@@ -10,10 +10,9 @@ a label is the name of the node where the launch file gives one.
 """
 
 from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from dataclasses import replace
 from itertools import chain, count
-from typing import NamedTuple
 
 from colcon_yamllaunch.plan.plan import (
     changed_entries,
@@ -35,62 +34,35 @@ def machine_of(label: str) -> str:
     return name + separator if separator else ''
 
 
-class Unlabelled(NamedTuple):
+def with_labels(plan: Plan, taken: Collection[str] = ()) -> Plan:
     """
-    Something that gets a label.
+    Return a plan whose processes and components have labels, all different.
 
-    :param name: What it is called without a node name; nothing else in the
-      launch has the same
-    :param node: The full name of its node, None when the launch file gives it
-      none
-    """
-
-    name: str
-    node: str | None
-
-
-def labels_of(
-    things: Sequence[Unlabelled], taken: Collection[str] = ()
-) -> list[str]:
-    """
-    Return a label for each of some things, all different.
-
-    It is the name of the node; its full name without the first slash where
-    nodes in several namespaces have that name; and the name of the thing
+    A label is the name of the node; its full name without the first slash
+    where nodes in several namespaces have that name; and the name in ROS 2
     where there is no node name, or several nodes have the same full name.
 
     :param taken: The labels of what runs already, which stay as they are
     """
-    short = [_last_part(thing.node) for thing in things]
-    full = [(thing.node or '').lstrip('/') for thing in things]
-    kept = {*RESERVED, *taken, *(thing.name for thing in things)}
-    uses = Counter(short), Counter(full)
-    labels = []
-    for thing, *wishes in zip(things, short, full, strict=True):
-        fitting = (
-            wish
-            for wish, used in zip(wishes, uses, strict=True)
-            if wish and used[wish] == 1 and wish not in kept
-        )
-        labels.append(next(fitting, None) or _free(thing.name, taken))
-    return labels
+    entries: list[Process | Component]
+    entries = [*plan.processes(), *plan.components()]
+    full_names = {e.ros_name: (e.node_name or '').lstrip('/') for e in entries}
+    short_names = {n: f.rpartition('/')[2] for n, f in full_names.items()}
+    kept = {*RESERVED, *taken, *full_names}
+    choices = [
+        (names, Counter(names.values())) for names in (short_names, full_names)
+    ]
 
-
-def with_labels(plan: Plan, taken: Collection[str] = ()) -> Plan:
-    """
-    Return a plan whose processes and components have their labels.
-
-    :param taken: The labels of what runs already, which stay as they are
-    """
-    things = [Unlabelled(p.ros_name, p.node_name) for p in plan.processes()]
-    things += [Unlabelled(c.label, c.node_name) for c in plan.components()]
-    labels = dict(
-        zip((t.name for t in things), labels_of(things, taken), strict=True)
-    )
+    def label_of(name: str) -> str:
+        for names, uses in choices:
+            label = names[name]
+            if label and uses[label] == 1 and label not in kept:
+                return label
+        return _free(name, taken)
 
     def labelled(entry: Entry) -> Entry:
         if isinstance(entry, Process | Component):
-            return replace(entry, label=labels[entry.label])
+            return replace(entry, label=label_of(entry.ros_name))
         return entry
 
     return replace(plan, entries=changed_entries(plan.entries, labelled))
@@ -100,7 +72,3 @@ def _free(name: str, taken: Collection[str]) -> str:
     """Return a name, or one like it if something that runs has it."""
     names = chain([name], (f'{name}-{number}' for number in count(2)))
     return next(n for n in names if n not in taken)
-
-
-def _last_part(node: str | None) -> str:
-    return (node or '').rpartition('/')[2]

@@ -17,10 +17,9 @@ from collections.abc import (
     Iterable,
     Iterator,
     Mapping,
-    Sequence,
 )
 from dataclasses import replace
-from typing import TypeVar
+from typing import Any
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.plan.labels import machine_of
@@ -41,9 +40,8 @@ from colcon_yamllaunch.plan.plan import (
 #: What has a label.
 Labelled = Process | Component
 
-_One = TypeVar('_One', Process, Component)
 #: Tells what something is known by; None for what is not to be known by that.
-_Key = Callable[[_One], Hashable]
+_Key = Callable[[Any], Hashable]
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,15 +82,13 @@ def plan_difference(
     :param taken: Labels and names that nothing new may have, besides those
       that the old plan has
     """
-    kept: dict[str, Labelled] = {}
-    for mine, its in _matches(
-        tuple(old.processes()), tuple(new.processes()), _PROCESS_KEYS
-    ):
-        kept[its.ros_name] = mine
-    for one, other in _matches(
-        tuple(old.components()), tuple(new.components()), _COMPONENT_KEYS
-    ):
-        kept[other.ros_name] = one
+    kept = {
+        entry.ros_name: earlier
+        for earlier, entry in (
+            *_matches(old.processes(), new.processes(), _PROCESS_KEYS),
+            *_matches(old.components(), new.components(), _COMPONENT_KEYS),
+        )
+    }
     before = _labelled(old)
     plan, labels = _relabelled(new, kept, before, taken)
     by_label = {entry.label: entry for entry in before}
@@ -103,14 +99,15 @@ def plan_difference(
             is_same = _content(by_label[entry.label]) == _content(entry)
             (same if is_same else differs).append(entry.label)
     stays = {*differs, *same}
-    others = Counter(key for key, _ in _others(old.entries))
+    old_others = list(_others(old.entries))
+    others = Counter(key for key, _ in old_others)
     fresh = tuple(_new(plan.entries, labels, others))
     # what is left of them is in the old plan only
     dropped = []
-    for key, other_entry in reversed([*_others(old.entries)]):
+    for key, other in reversed(old_others):
         if others[key] > 0:
             others[key] -= 1
-            dropped.append(other_entry)
+            dropped.append(other)
     return PlanDifference(
         plan,
         tuple(entry.label for entry in before if entry.label not in stays),
@@ -122,13 +119,12 @@ def plan_difference(
 
 
 def _matches(
-    old: Sequence[_One], new: Sequence[_One], keys: Sequence['_Key[_One]']
-) -> Iterator[tuple[_One, _One]]:
+    old: Iterable[Labelled], new: Iterable[Labelled], keys: Iterable[_Key]
+) -> Iterator[tuple[Labelled, Labelled]]:
     """Iterate over what stays, as it was and as it is."""
+    old, new = list(old), list(new)
     for key in keys:
-        if not old or not new:
-            return
-        waiting: dict[Hashable, list[_One]] = {}
+        waiting: dict[Hashable, list[Labelled]] = {}
         for one in reversed(old):
             # what runs on a machine is none that runs on another one
             place = machine_of(one.label), key(one)
@@ -319,7 +315,7 @@ def _program(process: Process) -> Hashable:
 
 #: What stays is known by the first of these that fits; nodes of other names
 #: are others.
-_PROCESS_KEYS: tuple['_Key[Process]', ...] = (
+_PROCESS_KEYS: tuple[_Key, ...] = (
     lambda p: (_process_content(p), p.position),
     _process_content,
     lambda p: p.node_name and (_program(p), p.position),
@@ -329,7 +325,7 @@ _PROCESS_KEYS: tuple['_Key[Process]', ...] = (
     lambda p: (_program(p), p.position.path),
     _program,
 )
-_COMPONENT_KEYS: tuple['_Key[Component]', ...] = (
+_COMPONENT_KEYS: tuple[_Key, ...] = (
     lambda c: (_component_content(c), c.position),
     _component_content,
     lambda c: c.node_name and (c.node_name, c.plugin),

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.plan.plan import Block, Component, Plan, Process
+from colcon_yamllaunch.plan.plan import Block, Plan
 from colcon_yamllaunch.plan.plan_text import when
 from colcon_yamllaunch.plan.position import shown_path
 
@@ -18,7 +18,7 @@ def plan_to_mermaid(plan: Plan, cwd: str) -> str:
 
     :param cwd: The folder that paths are shown relative to
     """
-    return '\n'.join(['flowchart TB', *_Drawing(plan, cwd).lines(_MERMAID)])
+    return '\n'.join(['flowchart TB', *_drawn(plan, cwd, _MERMAID)])
 
 
 def plan_to_dot(plan: Plan, cwd: str) -> str:
@@ -28,7 +28,7 @@ def plan_to_dot(plan: Plan, cwd: str) -> str:
     :param cwd: The folder that paths are shown relative to
     """
     lines = ['digraph launch {', '  node [shape=box];']
-    return '\n'.join([*lines, *_Drawing(plan, cwd).lines(_DOT), '}'])
+    return '\n'.join([*lines, *_drawn(plan, cwd, _DOT), '}'])
 
 
 class _Language(NamedTuple):
@@ -65,72 +65,52 @@ class _Language(NamedTuple):
         )
 
 
-class _Drawing:
-    """The blocks, processes and components of a plan as a tree."""
+def _drawn(plan: Plan, cwd: str, language: _Language) -> Iterator[str]:
+    """Draw the blocks, processes and components of a plan as a tree."""
+    processes = list(enumerate(plan.processes()))
+    components = list(enumerate(plan.components()))
+    names = {process.ros_name: number for number, process in processes}
+    containers = {process.node_name: number for number, process in processes}
 
-    def __init__(self, plan: Plan, cwd: str) -> None:
-        self._cwd = cwd
-        self._blocks = plan.blocks
-        self._children: dict[int | None, list[int]] = {}
-        self._processes: dict[int | None, list[tuple[int, Process]]] = {}
-        for index, block in enumerate(plan.blocks):
-            self._children.setdefault(block.parent, []).append(index)
-        for number, process in enumerate(plan.processes()):
-            here = self._processes.setdefault(process.block, [])
-            here.append((number, process))
-        self._components: dict[int | None, list[tuple[int, Component]]] = {}
-        for number, component in enumerate(plan.components()):
-            inside = self._components.setdefault(component.block, [])
-            inside.append((number, component))
-        self._handlers = plan.handlers
-        self._names = {
-            process.ros_name: number
-            for number, process in enumerate(plan.processes())
-        }
-        self._containers = {
-            process.node_name: number
-            for number, process in enumerate(plan.processes())
-        }
+    def block(index: int | None, indent: str) -> Iterator[str]:
+        for number, process in processes:
+            if process.block == index:
+                text = language.lines(process.label, process.node_name)
+                yield indent + language.process.format(number, text)
+        for number, component in components:
+            if component.block == index:
+                # of one that no process of the launch is, there is no arrow
+                is_here = component.container in containers
+                text = language.lines(
+                    component.label,
+                    component.node_name,
+                    None if is_here else f'in {component.container}',
+                )
+                yield indent + language.component.format(number, text)
+        for number, inner in enumerate(plan.blocks):
+            if inner.parent == index:
+                title = language.lines(_title(inner, cwd))
+                yield indent + language.opening.format(number, title)
+                yield from block(number, indent + '  ')
+                yield indent + language.closing
 
-    def lines(self, language: _Language) -> Iterator[str]:
-        yield from self._block(None, language, '  ')
-        for components in self._components.values():
-            for number, component in components:
-                container = self._containers.get(component.container)
-                if container is not None:
-                    yield '  ' + language.loaded.format(container, number)
-        for number, handler in enumerate(self._handlers):
-            text = language.lines(f'{when(handler)}:', *handler.actions)
-            yield '  ' + language.handler.format(number, text)
-            for name in handler.processes:
-                if name in self._names:
-                    process = self._names[name]
-                    yield '  ' + language.handled.format(process, number)
+    yield from block(None, '  ')
+    for number, component in components:
+        container = containers.get(component.container)
+        if container is not None:
+            yield '  ' + language.loaded.format(container, number)
+    for number, handler in enumerate(plan.handlers):
+        text = language.lines(f'{when(handler)}:', *handler.actions)
+        yield '  ' + language.handler.format(number, text)
+        for name in handler.processes:
+            if name in names:
+                yield '  ' + language.handled.format(names[name], number)
 
-    def _block(
-        self, index: int | None, language: _Language, indent: str
-    ) -> Iterator[str]:
-        for number, process in self._processes.get(index, ()):
-            text = language.lines(process.label, process.node_name)
-            yield indent + language.process.format(number, text)
-        for number, component in self._components.get(index, ()):
-            # of one that no process of the launch is, there is no arrow
-            is_here = component.container in self._containers
-            into = None if is_here else f'in {component.container}'
-            text = language.lines(component.label, component.node_name, into)
-            yield indent + language.component.format(number, text)
-        for child in self._children.get(index, ()):
-            title = language.escaped(
-                one_line(self._title(self._blocks[child]))
-            )
-            yield indent + language.opening.format(child, title)
-            yield from self._block(child, language, indent + '  ')
-            yield indent + language.closing
 
-    def _title(self, block: Block) -> str:
-        if block.kind == 'file':
-            return shown_path(block.title, self._cwd)
-        return f'{block.kind} {block.title}'.rstrip()
+def _title(block: Block, cwd: str) -> str:
+    if block.kind == 'file':
+        return shown_path(block.title, cwd)
+    return f'{block.kind} {block.title}'.rstrip()
 
 
 def _escaped(text: str) -> str:

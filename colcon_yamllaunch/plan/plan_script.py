@@ -100,17 +100,15 @@ def plan_to_script(plan: Plan, cwd: str, setup: str | None = None) -> str:
     :param setup: The setup script of the workspace, if there is one
     """
     processes = list(plan.processes())
-    times = [
-        max((p.sigterm_timeout for p in processes), default=None),
-        max((p.sigkill_timeout for p in processes), default=None),
-    ]
+    sigterm = [p.sigterm_timeout for p in processes]
+    sigkill = [p.sigkill_timeout for p in processes]
     lines = [_BEGIN]
     if setup is not None:
         lines.append(f'. {quoted(setup)} || exit\n')
     lines.append(
         _COMMON.format(
-            sigterm=DEFAULT_SIGTERM_TIMEOUT if times[0] is None else times[0],
-            sigkill=DEFAULT_SIGKILL_TIMEOUT if times[1] is None else times[1],
+            sigterm=max(sigterm, default=DEFAULT_SIGTERM_TIMEOUT),
+            sigkill=max(sigkill, default=DEFAULT_SIGKILL_TIMEOUT),
         )
     )
     if _needs_ros2(plan):
@@ -120,11 +118,14 @@ def plan_to_script(plan: Plan, cwd: str, setup: str | None = None) -> str:
 
 
 def _needs_ros2(plan: Plan) -> bool:
-    activated = any(p.is_lifecycle and p.autostart for p in plan.processes())
-    return (
-        activated
-        or any(True for _ in plan.components())
-        or any(True for _ in plan.changes_of_state())
+    return any(
+        isinstance(entry, Component | ChangeState)
+        or (
+            isinstance(entry, Process)
+            and entry.is_lifecycle
+            and entry.autostart
+        )
+        for entry in plan.walk()
     )
 
 
@@ -132,29 +133,31 @@ def _jobs(entries: tuple[Entry, ...], cwd: str, delay: float) -> Iterator[str]:
     loads: dict[str, list[Component]] = {}
     changes: dict[str, list[str]] = {}
     for entry in entries:
-        if isinstance(entry, Component):
-            loads.setdefault(entry.container, []).append(entry)
-            continue
-        if isinstance(entry, ChangeState):
-            changes.setdefault(entry.node, []).append(entry.transition)
-            continue
-        if isinstance(entry, SignalProcess | WorkerCall):
-            place = one_line(shown_position(entry.position, cwd))
-            yield f'# {place}: not done, as only a launch can\n'
-            continue
-        if isinstance(entry, Timer):
-            if entry.on_ros_time:
-                yield (
-                    f'# the next {entry.period:g} s are not those of /clock: '
-                    'the clock of the system counts them'
-                )
-            yield from _jobs(entry.entries, cwd, delay + entry.period)
-            continue
-        if isinstance(entry, Process):
-            yield _title(entry, cwd)
-        yield _job(_steps(entry), delay)
-        if isinstance(entry, Process) and entry.is_lifecycle:
-            yield from _activation(entry, delay)
+        match entry:
+            case Component():
+                loads.setdefault(entry.container, []).append(entry)
+            case ChangeState():
+                changes.setdefault(entry.node, []).append(entry.transition)
+            case SignalProcess() | WorkerCall():
+                place = one_line(shown_position(entry.position, cwd))
+                yield f'# {place}: not done, as only a launch can\n'
+            case Timer():
+                if entry.on_ros_time:
+                    yield (
+                        f'# the next {entry.period:g} s are not those of '
+                        '/clock: the clock of the system counts them'
+                    )
+                yield from _jobs(entry.entries, cwd, delay + entry.period)
+            case Message():
+                text = quoted(f'{entry.level}: {entry.text}')
+                yield _job([f"printf '%s\\n' {text}"], delay)
+            case Shutdown():
+                yield _job(['kill -s USR2 $$'], delay)
+            case Process():
+                yield _title(entry, cwd)
+                yield _job(_steps(entry), delay)
+                if entry.is_lifecycle and entry.autostart:
+                    yield _activation(entry, delay)
     for container, components in loads.items():
         yield from (_title(component, cwd) for component in components)
         yield _job(_loading(container, components), delay)
@@ -168,12 +171,11 @@ def _title(entry: Process | Component, cwd: str) -> str:
     return f'# {one_line(entry.label)}  ({place})'
 
 
-def _activation(process: Process, delay: float) -> Iterator[str]:
-    if process.autostart and process.node_name is not None:
-        steps = [_ON_SIGNAL, f'activate {quoted(process.node_name)}']
-        yield _job(steps, delay)
-    elif process.autostart:
-        yield f'# {_UNNAMED}\n'
+def _activation(process: Process, delay: float) -> str:
+    if process.node_name is None:
+        return f'# {_UNNAMED}\n'
+    activate = f'activate {quoted(process.node_name)}'
+    return _job([_ON_SIGNAL, activate], delay)
 
 
 def _loading(container: str, components: list[Component]) -> list[str]:
@@ -196,28 +198,20 @@ def _job(steps: list[str], delay: float) -> str:
     return f'(\n{body}\n) < /dev/null &\njobs+=($!)\n'
 
 
-def _steps(entry: Entry) -> list[str]:
-    if isinstance(entry, Message):
-        text = quoted(f'{entry.level}: {entry.text}')
-        return [f"printf '%s\\n' {text}"]
-    if isinstance(entry, Shutdown):
-        return ['kill -s USR2 $$']
-    assert isinstance(entry, Process)
-    steps = [command(entry)]
-    if entry.on_exit_shutdown:
+def _steps(process: Process) -> list[str]:
+    run = command(process)
+    if process.on_exit_shutdown:
         end = 'then kill -s USR2 $$; else kill -s USR1 $$; fi'
-        return [f'if {steps[0]}; {end}']
-    if entry.respawn:
-        # a signal ends the rounds, also where the process takes it for its
-        # end and returns 0
-        retries = entry.respawn_max_retries
-        rounds = (
-            'while :'
-            if retries < 0
-            else (f'for ((round = 0; round <= {retries}; round++))')
-        )
-        steps = [
-            _ON_SIGNAL,
-            f'{rounds}; do {steps[0]}; sleep {entry.respawn_delay:g}; done',
-        ]
-    return steps
+        return [f'if {run}; {end}']
+    if not process.respawn:
+        return [run]
+    retries = process.respawn_max_retries
+    rounds = f'for ((round = 0; round <= {retries}; round++))'
+    if retries < 0:
+        rounds = 'while :'
+    # a signal ends the rounds, also where the process takes it for its end
+    # and returns 0
+    return [
+        _ON_SIGNAL,
+        f'{rounds}; do {run}; sleep {process.respawn_delay:g}; done',
+    ]

@@ -6,7 +6,6 @@
 from collections.abc import Iterable, Iterator, Mapping
 import shlex
 import signal
-from typing import NamedTuple
 
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.plan.plan import (
@@ -29,6 +28,15 @@ from colcon_yamllaunch.plan.plan import (
 from colcon_yamllaunch.plan.position import shown_position
 
 _INDENT = '    '
+#: Who does what when an event handler acts, by the event.
+_OCCASIONS = {
+    'start': ('a process', 'starts'),
+    'exit': ('a process', 'ends'),
+    'output': ('a process', 'writes something'),
+    'complete': ('something', 'is done'),
+    'shutdown': ('the launch', 'ends'),
+    'state': ('a lifecycle node', 'changes its state'),
+}
 
 
 def plan_to_text(
@@ -50,10 +58,31 @@ def plan_to_text(
     :param machines: The machines of what runs elsewhere, by its label
     :param parameters_of: Returns the parameters of a process
     """
-    described = _Described(cwd, machines or {}, parameters_of)
-    lines = list(map(one_line, described.entries(plan.entries)))
+    machines = machines or {}
+
+    def described(entry: Entry) -> Iterator[str]:
+        match entry:
+            case Process():
+                lines = process_as_text(entry, cwd, parameters_of)
+            case Component():
+                lines = _component_as_text(entry, cwd)
+            case Timer():
+                clock = ' on /clock' if entry.on_ros_time else ''
+                yield f'after {entry.period:g} s{clock}:'
+                for inner in entry.entries:
+                    yield from (_INDENT + line for line in described(inner))
+                return
+            case _:
+                yield _step_as_text(entry, cwd)
+                return
+        yield next(lines)
+        if entry.label in machines:
+            yield f'{_INDENT}machine: {machines[entry.label]}'
+        yield from lines
+
+    lines = [one_line(text) for e in plan.entries for text in described(e)]
     for handler in plan.handlers:
-        lines += map(one_line, handler_as_text(handler, cwd))
+        lines += map(one_line, _handler_as_text(handler, cwd))
     if not lines:
         lines = ['nothing would run']
     if setup is not None and any(True for _ in plan.processes()):
@@ -126,56 +155,23 @@ def _variables(environment: Variables) -> Iterator[str]:
             yield f'{name}={quoted(value)}'
 
 
-class _Described(NamedTuple):
-    """
-    Describes the entries of a plan, see :func:`plan_to_text`.
-
-    :param cwd: The folder that paths are shown relative to
-    """
-
-    cwd: str
-    machines: Mapping[str, str]
-    parameters_of: ParametersOf
-
-    def entries(
-        self, entries: tuple[Entry, ...], indent: str = ''
-    ) -> Iterator[str]:
-        for entry in entries:
-            for line in self._entry(entry):
-                yield indent + line
-
-    def _entry(self, entry: Entry) -> Iterator[str]:
-        match entry:
-            case Process():
-                lines = process_as_text(entry, self.cwd, self.parameters_of)
-                yield from self._with_machine(entry.label, lines)
-            case Component():
-                lines = component_as_text(entry, self.cwd)
-                yield from self._with_machine(entry.label, lines)
-            case Message():
-                yield f'{entry.level}: {entry.text}'
-            case Shutdown():
-                reason = f': {entry.reason}' if entry.reason else ''
-                yield f'the launch ends{reason}'
-            case ChangeState():
-                yield f'{entry.transition} {entry.node}{self._place(entry)}'
-            case SignalProcess():
-                yield _signal(entry) + self._place(entry)
-            case WorkerCall():
-                yield f'at its time: {entry.title}{self._place(entry)}'
-            case Timer():
-                clock = ' on /clock' if entry.on_ros_time else ''
-                yield f'after {entry.period:g} s{clock}:'
-                yield from self.entries(entry.entries, _INDENT)
-
-    def _with_machine(self, label: str, lines: Iterator[str]) -> Iterator[str]:
-        yield next(lines)
-        if label in self.machines:
-            yield f'{_INDENT}machine: {self.machines[label]}'
-        yield from lines
-
-    def _place(self, entry: ChangeState | SignalProcess | WorkerCall) -> str:
-        return f'  ({shown_position(entry.position, self.cwd)})'
+def _step_as_text(
+    entry: Message | Shutdown | ChangeState | SignalProcess | WorkerCall,
+    cwd: str,
+) -> str:
+    """Describe what is done besides starting and loading nodes."""
+    if isinstance(entry, Message):
+        return f'{entry.level}: {entry.text}'
+    if isinstance(entry, Shutdown):
+        return f'the launch ends{f": {entry.reason}" if entry.reason else ""}'
+    match entry:
+        case ChangeState():
+            text = f'{entry.transition} {entry.node}'
+        case SignalProcess():
+            text = _signal(entry)
+        case WorkerCall():
+            text = f'at its time: {entry.title}'
+    return f'{text}  ({shown_position(entry.position, cwd)})'
 
 
 def _signal(entry: SignalProcess) -> str:
@@ -188,7 +184,7 @@ def _signal(entry: SignalProcess) -> str:
     return f'{name} to {entry.process}'
 
 
-def handler_as_text(handler: EventHandler, cwd: str) -> Iterator[str]:
+def _handler_as_text(handler: EventHandler, cwd: str) -> Iterator[str]:
     """
     Describe what is done when something happens, line by line.
 
@@ -206,27 +202,15 @@ def handler_as_text(handler: EventHandler, cwd: str) -> Iterator[str]:
 
 def when(handler: EventHandler) -> str:
     """Return when an event handler acts."""
-    who = ' or '.join(handler.processes)
     condition = handler.condition
+    if handler.event not in _OCCASIONS:
+        return f'when {condition or "something else happens"}'
+    who, occasion = _OCCASIONS[handler.event]
+    who = ' or '.join(handler.processes) or who
+    if handler.event == 'state' and condition and ' ' not in condition:
+        return f'when {who} is {condition}'
     rest = f' ({condition})' if condition else ''
-    match handler.event:
-        case 'start':
-            return f'when {who or "a process"} starts{rest}'
-        case 'exit':
-            return f'when {who or "a process"} ends{rest}'
-        case 'output':
-            return f'when {who or "a process"} writes something{rest}'
-        case 'complete':
-            return f'when {who or "something"} is done{rest}'
-        case 'shutdown':
-            return f'when the launch ends{rest}'
-        case 'state':
-            who = who or 'a lifecycle node'
-            if condition and ' ' not in condition:
-                return f'when {who} is {condition}'
-            return f'when {who} changes its state{rest}'
-        case _:
-            return f'when {condition or "something else happens"}'
+    return f'when {who} {occasion}{rest}'
 
 
 def process_as_text(
@@ -252,7 +236,7 @@ def process_as_text(
     yield from _settings('parameters', parameters_of(process), cwd)
 
 
-def component_as_text(component: Component, cwd: str) -> Iterator[str]:
+def _component_as_text(component: Component, cwd: str) -> Iterator[str]:
     """
     Describe a component, line by line.
 

@@ -6,12 +6,7 @@
 from dataclasses import replace
 
 from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.plan.labels import (
-    labels_of,
-    RESERVED,
-    Unlabelled,
-    with_labels,
-)
+from colcon_yamllaunch.plan.labels import RESERVED, with_labels
 from colcon_yamllaunch.plan.plan import Component, Plan, Process, Timer
 from colcon_yamllaunch.plan.position import Position
 from hypothesis import given
@@ -19,11 +14,17 @@ from hypothesis import strategies as st
 import pytest
 from support.language_fixtures import Launcher
 
+HERE = Position('/ws/demo.yaml', 14, 9)
+
 
 def labels(*nodes: str | None, taken: tuple[str, ...] = ()) -> list[str]:
     """Return the labels of nodes of one program."""
-    things = [Unlabelled(f'a.py-{n}', node) for n, node in enumerate(nodes, 1)]
-    return labels_of(things, taken)
+    processes = tuple(
+        Process(f'a.py-{number}', (), '/', HERE, node_name=node)
+        for number, node in enumerate(nodes, 1)
+    )
+    labelled = with_labels(Plan(processes), taken)
+    return [process.label for process in labelled.processes()]
 
 
 @pytest.mark.parametrize(
@@ -56,8 +57,10 @@ def test_what_runs_already_keeps_its_label() -> None:
 
 
 def test_a_node_is_not_taken_for_another_process() -> None:
-    things = [Unlabelled('talker', None), Unlabelled('echo', '/talker')]
-    assert labels_of(things) == ['talker', 'echo']
+    talker = Process('talker', (), '/', HERE)
+    echo = Process('echo', (), '/', HERE, node_name='/talker')
+    labelled = with_labels(Plan((talker, echo)))
+    assert [p.label for p in labelled.processes()] == ['talker', 'echo']
 
 
 def test_no_node_is_taken_for_the_launcher() -> None:
@@ -91,9 +94,8 @@ def test_processes_behind_timers_have_labels_too(launcher: Launcher) -> None:
 
 
 def test_nothing_but_labels_changes() -> None:
-    here = Position('/ws/demo.yaml', 14, 9)
-    a = Process('a-1', ('a',), '/', here, 'a-1', node_name='/one')
-    b = Process('b-2', ('b',), '/', here, 'b-2')
+    a = Process('a-1', ('a',), '/', HERE, 'a-1', node_name='/one')
+    b = Process('b-2', ('b',), '/', HERE, 'b-2')
     late = Timer(1.0, (b,), cancel_on_shutdown=False)
     labelled = with_labels(Plan((late, a)))
     assert labelled == Plan((late, replace(a, label='one')))
@@ -105,9 +107,8 @@ def test_nothing_but_labels_changes() -> None:
     [([], 'talker'), (['talker', 'a.py-1'], 'talker-2')],
 )
 def test_a_component_keeps_its_label_if_it_is_free(taken, label) -> None:
-    position = Position('/demo.yaml', 1, 1)
-    talker = Process('a.py-3', (), '/', position, node_name='/talker')
-    component = Component('talker', 'demo', 'demo::T', '/box', position)
+    talker = Process('a.py-3', (), '/', HERE, node_name='/talker')
+    component = Component('talker', 'demo', 'demo::T', '/box', HERE)
     plan = with_labels(Plan((talker, component)), taken)
     assert [p.label for p in plan.processes()] == ['a.py-3']
     assert [c.label for c in plan.components()] == [label]
