@@ -13,8 +13,10 @@ The functions that write and read a class are made when its first object is
 written or read.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 import dataclasses
+from functools import partial
+from itertools import repeat
 import math
 import re
 import types
@@ -187,14 +189,13 @@ class Codec:
             return _literal_reader(arguments)
         if origin in _MAPPINGS:
             return self._mapping_reader(arguments)
-        if items := _item_types(hint):
-            return self._items_reader(origin, items)
-        if origin in (tuple, list, frozenset):
-            return self._list_reader(origin, arguments)
+        items = _item_types(hint)
+        if items or origin in (tuple, list, frozenset):
+            return self._list_reader(origin, items, arguments)
         if hint in (Any, object):
             return _same
         if hint in (str, bool, types.NoneType):
-            return _scalar_reader(hint)
+            return partial(only, hint)
         if hint in (float, int):
             return read_float if hint is float else _read_int
         raise TypeError(f'{hint} has no form in JSON')
@@ -275,38 +276,32 @@ class Codec:
         return read_mapping
 
     def _list_reader(
-        self, origin: Callable[[Any], Any], arguments: tuple[Any, ...]
+        self, kind: Any, items: tuple[Any, ...], arguments: tuple[Any, ...]
     ) -> Read:
-        read = self._reader(arguments[0] if arguments else Any)
+        """
+        Return what reads a list.
+
+        :param items: The types of a named tuple, or of a tuple of a fixed
+          length; else all are of the first type of the arguments
+        """
+        readers: Iterable[Read] = [self._reader(hint) for hint in items]
+        required = len(items) - len(getattr(kind, '_field_defaults', ()))
+        if not items:
+            readers = repeat(self._reader(arguments[0] if arguments else Any))
 
         def read_list(data: Any) -> Any:
             found: list[Any] = []
             data = only(list, data)
-            try:
-                for one in data:
-                    found.append(read(one))
-            except CodecError as e:
-                raise e.within(f'[{len(found)}]') from None
-            return origin(found)
-
-        return read_list
-
-    def _items_reader(self, kind: Any, hints: tuple[Any, ...]) -> Read:
-        readers = [self._reader(hint) for hint in hints]
-        required = len(hints) - len(getattr(kind, '_field_defaults', ()))
-
-        def read_items(data: Any) -> Any:
-            if not required <= len(only(list, data)) <= len(readers):
-                raise CodecError(f'does not have {len(readers)} values')
-            found: list[Any] = []
+            if items and not required <= len(data) <= len(items):
+                raise CodecError(f'does not have {len(items)} values')
             try:
                 for read, one in zip(readers, data, strict=False):
                     found.append(read(one))
             except CodecError as e:
                 raise e.within(f'[{len(found)}]') from None
-            return tuple(found) if kind is tuple else kind(*found)
+            return kind(*found) if hasattr(kind, '_fields') else kind(found)
 
-        return read_items
+        return read_list
 
 
 def only(kind: type[_T], data: Any) -> _T:
@@ -343,13 +338,6 @@ def _read_int(data: Any) -> int:
     if abs(number) > _LARGEST:
         raise CodecError('is too large a number')
     return number
-
-
-def _scalar_reader(kind: type) -> Read:
-    def read_scalar(data: Any) -> Any:
-        return data if type(data) is kind else only(kind, data)
-
-    return read_scalar
 
 
 def _same(value: Any) -> Any:

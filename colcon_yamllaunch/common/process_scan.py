@@ -91,9 +91,7 @@ def young_processes(
 
 def read_process(pid: int) -> RunningProcess | None:
     """Read one process, or return None if it does not run."""
-    # the name in parentheses may itself hold spaces and parentheses
-    _, _, fields = _read(f'/proc/{pid}/stat', _STAT_SIZE).rpartition(b') ')
-    values = fields.split()
+    values = _status(pid)
     if len(values) < 22 or values[0] in (b'Z', b'X'):
         return None
     parent, group, session = map(int, values[1:4])
@@ -110,14 +108,12 @@ def is_alive(pid: int, birth: int) -> bool:
 
 def is_suspended(pid: int) -> bool:
     """Return whether a process was stopped, as Ctrl-Z does it."""
-    _, _, fields = _read(f'/proc/{pid}/stat', _STAT_SIZE).rpartition(b') ')
-    return fields[:1] in (b'T', b't')
+    return _status(pid)[:1] in ([b'T'], [b't'])
 
 
 def foreground_group(pid: int) -> int:
     """Return the group that has the terminal of a process, -1 for none."""
-    _, _, fields = _read(f'/proc/{pid}/stat', _STAT_SIZE).rpartition(b') ')
-    values = fields.split()
+    values = _status(pid)
     return int(values[5]) if len(values) > 5 else -1
 
 
@@ -146,6 +142,13 @@ def cgroup_of(pid: int | str) -> str | None:
         if line.startswith(b'0::'):
             return os.fsdecode(line[3:])
     return None
+
+
+def _status(pid: int) -> list[bytes]:
+    """Return what /proc/PID/stat has behind the name of the program."""
+    # the name in parentheses may itself hold spaces and parentheses
+    _, _, fields = _read(f'/proc/{pid}/stat', _STAT_SIZE).rpartition(b') ')
+    return fields.split()
 
 
 def _read(path: str, size: int) -> bytes:

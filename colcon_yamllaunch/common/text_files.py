@@ -52,6 +52,14 @@ def text_of(path: Path) -> str:
     return text.replace('\r\n', '\n').replace('\r', '\n')
 
 
+def names_in(folder: str | Path) -> list[str]:
+    """Return the names in a folder, in any order; none without one."""
+    try:
+        return os.listdir(folder)
+    except OSError:
+        return []
+
+
 def write_file(path: Path, content: bytes, mode: int = 0o666) -> None:
     """
     Write a file that appears complete, with its folder.
