@@ -70,7 +70,7 @@ class PackageBuilds:
         attempt = freshness.prepare(self.package, mode)
         compiler()
         if fails:
-            freshness.give_up(attempt)
+            freshness.record_failure(attempt)
         else:
-            freshness.finish(attempt, self.context)
+            freshness.record_success(attempt, self.context)
         let_files_settle(self.root)

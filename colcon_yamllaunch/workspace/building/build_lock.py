@@ -33,8 +33,8 @@ _NAME_TIMEOUT = 1.0
 #: How what it does begins when it builds.
 _BUILDS = 'builds'
 #: Where nobody can build, and what is up to date stays so.
-_NOT_WRITABLE = frozenset(
-    (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM)
+_NOT_WRITABLE = (
+    *(errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM),
 )
 
 
@@ -64,7 +64,7 @@ class WorkspaceLock:
 
     def __exit__(self, kind: object, *error: object) -> None:
         # what a failed build has left is looked for by who takes it next
-        self._release(clear=kind is None)
+        self.release(clear=kind is None)
 
     def look(self, build_base: Path) -> None:
         """Remember when it was last taken, before the workspace is read."""
@@ -140,11 +140,12 @@ class WorkspaceLock:
         if self._descriptor is not None:
             os.ftruncate(self._descriptor, 0)
 
-    def release(self) -> None:
-        """Release the lock."""
-        self._release(clear=True)
+    def release(self, *, clear: bool = True) -> None:
+        """
+        Release the lock.
 
-    def _release(self, *, clear: bool) -> None:
+        :param clear: Whether all that this process started has ended
+        """
         self._is_held = False
         descriptor, self._descriptor = self._descriptor, None
         if descriptor is not None:
@@ -191,9 +192,15 @@ def _wait(descriptor: int, announce: Callable[[str], None]) -> bool | None:
                 'give it --no-build',
             )
         return None
-    announce(
-        WAITING if holder is None else f'waiting for {holder.description()}'
-    )
+    if holder is None:
+        announce(WAITING)
+    elif is_suspended(holder.pid):
+        announce(
+            f'waiting for {holder} and is suspended: '
+            f"'kill -CONT {holder.pid}' goes on"
+        )
+    else:
+        announce(f'waiting for {holder}…')
     fcntl.flock(descriptor, fcntl.LOCK_EX)
     return True
 
@@ -239,19 +246,10 @@ class _Holder:
     what: str
 
     def __str__(self) -> str:
-        return f'{self._name}, which {self.what}'
-
-    @property
-    def _name(self) -> str:
-        if not self.title:
-            return f'process {self.pid}'
-        return f"'{self.title}' (process {self.pid})"
-
-    def description(self) -> str:
-        """Return what is told to who waits for it."""
-        if not is_suspended(self.pid):
-            return f'{self}…'
-        return f"{self} and is suspended: 'kill -CONT {self.pid}' goes on"
+        name = f'process {self.pid}'
+        if self.title:
+            name = f"'{self.title}' ({name})"
+        return f'{name}, which {self.what}'
 
 
 def _holder(descriptor: int) -> _Holder | None:

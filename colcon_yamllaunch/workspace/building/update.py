@@ -27,11 +27,11 @@ from colcon_yamllaunch.workspace.freshness.build_products import (
     remove_builds,
 )
 from colcon_yamllaunch.workspace.freshness.build_record import (
-    build_of,
+    build_identifier,
     BuildContext,
     BuildMode,
     Decision,
-    mode_after,
+    mode_for_dependents,
     Reason,
     relevant_environment,
 )
@@ -129,7 +129,7 @@ def bring_up_to_date(
                 colcon, request, environment, announce, explain, lock
             )
     waited = lock.acquire(colcon.build_base, announce)
-    work = _Work(colcon, environment.variables)
+    work = _Builder(colcon, environment.variables)
     work.remove_relocated(needed, announce)
     decisions = work.decide(needed, request)
     if explain is not None:
@@ -165,7 +165,7 @@ def decide(
         return ()
     with WorkspaceLock() as lock:
         lock.acquire(colcon.build_base, announce)
-        return _Work(colcon, environment.variables).decide(needed, request)
+        return _Builder(colcon, environment.variables).decide(needed, request)
 
 
 def _needed(colcon: CachedColcon, request: BuildRequest) -> list[Package]:
@@ -179,7 +179,7 @@ def _needed(colcon: CachedColcon, request: BuildRequest) -> list[Package]:
     ]
 
 
-class _Work:
+class _Builder:
     """Deciding and building under the same context."""
 
     def __init__(
@@ -219,9 +219,21 @@ class _Work:
         """Decide about packages that are given in build order."""
         decisions: dict[str, Decision] = {}
         for package in needed:
-            force = request.force and package.name not in request.built
-            decision = self._decide(package, decisions, force)
-            decisions[package.name] = decision
+            name = package.name
+            own, _ = build_closure(self._known, name)
+            before = [
+                _after(other)
+                for other in decisions.values()
+                if other.is_stale and other.name in own
+            ]
+            context = self._context(name)
+            decision = self._freshness.decide(package, context, before, own)
+            if request.force and name not in request.built:
+                is_damaged = any(r.is_damage for r in decision.reasons)
+                mode = BuildMode.CLEAN if is_damaged else BuildMode.CONFIGURE
+                reasons = (Reason('asked for', mode), *decision.reasons)
+                decision = replace(decision, reasons=reasons)
+            decisions[name] = decision
         return tuple(decisions.values())
 
     def build(self, stale: Sequence[tuple[Package, BuildMode]]) -> BuildResult:
@@ -241,9 +253,9 @@ class _Work:
         finally:
             for name, attempt in begun.items():
                 if name in built:
-                    freshness.finish(attempt, self._context(name))
+                    freshness.record_success(attempt, self._context(name))
                 else:
-                    freshness.give_up(attempt)
+                    freshness.record_failure(attempt)
             # most launches build nothing
             from colcon_yamllaunch.common.file_sync import sync_file_systems
 
@@ -251,34 +263,9 @@ class _Work:
             sync_file_systems([colcon.build_base, colcon.install_base])
         return result
 
-    def _decide(
-        self, package: Package, before: Mapping[str, Decision], force: bool
-    ) -> Decision:
-        needed, _ = build_closure(self._known, package.name)
-        decision = self._freshness.decide(
-            package,
-            self._context(package.name),
-            [
-                _after(other)
-                for other in before.values()
-                if other.is_stale and other.name in needed
-            ],
-            needed,
-        )
-        if not force:
-            return decision
-        is_damaged = any(reason.is_damage for reason in decision.reasons)
-        asked = Reason(
-            'asked for',
-            BuildMode.CLEAN if is_damaged else BuildMode.CONFIGURE,
-        )
-        return replace(decision, reasons=(asked, *decision.reasons))
-
     def _context(self, name: str) -> BuildContext:
         own, others = build_closure(self._known, name)
-        dependencies: dict[str, str | None] = {}
-        for needed in sorted(own):
-            dependencies[needed] = self._freshness.last_build(needed)
+        dependencies = {n: self._freshness.last_build(n) for n in sorted(own)}
         for needed in sorted(others):
             # as it was before this build, which may have seen either if that
             # one was built meanwhile
@@ -287,11 +274,8 @@ class _Work:
             build = self._in_underlays[needed]
             if build is not None:
                 dependencies[needed] = build
-        return BuildContext(
-            self._colcon.settings(name),
-            self._relevant,
-            dependencies,
-        )
+        settings = self._colcon.settings(name)
+        return BuildContext(settings, self._relevant, dependencies)
 
     def _build_in_underlay(self, name: str) -> str | None:
         """Return which build of a package an underlay has."""
@@ -303,11 +287,11 @@ class _Work:
         for file in ('package.sh', 'package.xml'):
             with suppress(OSError):
                 times.append(Path(share, file).stat().st_mtime_ns)
-        return build_of(' '.join([share, *map(str, times)]), '', '')
+        return build_identifier(' '.join([share, *map(str, times)]), '', '')
 
 
 def _after(dependency: Decision) -> Reason:
     """Return the reason to build a package again after one it needs."""
     is_new = dependency.built_at is None or dependency.mode is BuildMode.CLEAN
-    mode = mode_after(BuildMode.CLEAN if is_new else dependency.mode)
+    mode = mode_for_dependents(BuildMode.CLEAN if is_new else dependency.mode)
     return Reason(f'{dependency.name} is built', mode)

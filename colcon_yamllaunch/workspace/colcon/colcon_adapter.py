@@ -28,7 +28,7 @@ from contextlib import (
     redirect_stdout,
     suppress,
 )
-from functools import partial
+from functools import cached_property, partial
 from glob import glob, has_magic
 import importlib
 import io
@@ -198,7 +198,12 @@ class Colcon:
             names.update(n for f in folders if (n := self._select_one(f)))
         for group, names in found.items():
             if not names:
-                raise _no_package(given[group])
+                folder = given[group].rstrip('/*') or '.'
+                raise UserError(
+                    f"--paths: there is no package at '{given[group]}'",
+                    'name a folder that has a package.xml or a CMakeLists.txt '
+                    f"itself, or '{folder}/*' for all packages in a folder",
+                )
         return tuple(sorted(set().union(*found.values())))
 
     def settings(self, name: str) -> dict[str, str]:
@@ -271,7 +276,7 @@ class Colcon:
             found = self._folders.describe(folders)
         self._discovered = set(found.values())
 
-    def adopt(self, packages: Mapping[str, Package]) -> None:
+    def use_known(self, packages: Mapping[str, Package]) -> None:
         """
         Use packages that were identified before, and no others.
 
@@ -288,16 +293,11 @@ class Colcon:
         :raises WorkspaceError: when the workspace was built in another way
         """
         args = self._args
-        with self._in_root():
-            try:
-                check_and_mark_build_tool(args.build_base)
-                check_and_mark_install_layout(
-                    args.install_base, merge_install=args.merge_install
-                )
-            except RuntimeError as e:
-                raise WorkspaceError(str(e)) from e
-            except OSError as e:
-                raise WorkspaceError(f'cannot build: {e}') from e
+        with self._in_root(), _build_errors():
+            check_and_mark_build_tool(args.build_base)
+            check_and_mark_install_layout(
+                args.install_base, merge_install=args.merge_install
+            )
 
     def build(
         self, names: Collection[str], environment: Mapping[str, str]
@@ -315,15 +315,16 @@ class Colcon:
         descriptors = self._needed(names)
         self.mark()
         variables = _INSTALL_MODE | dict(environment)
-        with self._in_root(), _changed(variables), _own_signals():
+        with (
+            self._in_root(),
+            _changed(variables),
+            _own_signals(),
+            _build_errors(),
+        ):
             try:
                 return self._build(descriptors, frozenset(names))
             except KeyboardInterrupt:
                 return BuildResult(INTERRUPTED, frozenset())
-            except RuntimeError as e:
-                raise WorkspaceError(str(e)) from e
-            except OSError as e:
-                raise WorkspaceError(f'cannot build: {e}') from e
 
     def warm_up(self, environment: Mapping[str, str]) -> None:
         """
@@ -367,36 +368,31 @@ class Colcon:
             with redirect_stderr(output), redirect_stdout(output):
                 return parser.parse_args(args=arguments)
         except SystemExit:
-            raise UserError(self._refused(output.getvalue())) from None
-
-    def _refused(self, output: str) -> str:
-        given = ' '.join(self.build_arguments)
-        reason = output.rpartition(' error: ')[2].strip()
-        if ' error: ' not in output:
-            reason = 'they do not ask for a build'
-        return f"colcon build does not take the arguments '{given}': {reason}"
+            given = ' '.join(self.build_arguments)
+            _, error, reason = output.getvalue().rpartition(' error: ')
+            reason = reason.strip() if error else 'they do not ask for a build'
+            raise UserError(
+                f"colcon build does not take the arguments '{given}': {reason}"
+            ) from None
 
     def _descriptors(self) -> set[Any]:
         if self._discovered is None:
-            with self._in_root():
-                self._discovered = self._discover()
-        selected = set(self._selected.values())
-        return self._discovered | selected
-
-    def _discover(self) -> set[Any]:
-        try:
-            found: set[Any] = get_package_descriptors(
-                self._args,
-                additional_argument_names=self._verb.task_argument_destinations,
-                discovery_extensions=self._folders.discovery,
-                identification_extensions=self._folders.identification,
-                augmentation_extensions=self._folders.augmentation,
-            )
-        except SystemExit as e:
-            raise WorkspaceError(f'colcon build: {e}') from None
-        except (RuntimeError, AssertionError) as e:
-            raise WorkspaceError(str(e)) from e
-        return found
+            folders = self._folders
+            names = self._verb.task_argument_destinations
+            try:
+                with self._in_root():
+                    self._discovered = get_package_descriptors(
+                        self._args,
+                        additional_argument_names=names,
+                        discovery_extensions=folders.discovery,
+                        identification_extensions=folders.identification,
+                        augmentation_extensions=folders.augmentation,
+                    )
+            except SystemExit as e:
+                raise WorkspaceError(f'colcon build: {e}') from None
+            except (RuntimeError, AssertionError) as e:
+                raise WorkspaceError(str(e)) from e
+        return self._discovered | set(self._selected.values())
 
     def _select_one(self, folder: Path) -> str | None:
         real = os.path.realpath(folder)
@@ -514,12 +510,13 @@ def _text(value: Any) -> str:
 
 
 def _package(desc: Any, root: Path) -> Package:
+    needs = desc.dependencies
     return Package(
         name=str(desc.name),
         path=Path(os.path.normpath(root / desc.path)),
         type=str(desc.type),
-        build_depends=_names(desc, 'build'),
-        run_depends=_names(desc, 'run'),
+        build_depends=frozenset(map(str, needs.get('build', ()))),
+        run_depends=frozenset(map(str, needs.get('run', ()))),
     )
 
 
@@ -532,10 +529,6 @@ def _descriptor(folder: str, package: Package) -> Any:
     return desc
 
 
-def _names(desc: Any, category: str) -> frozenset[str]:
-    return frozenset(str(name) for name in desc.dependencies.get(category, ()))
-
-
 def _expand(text: str, base: Path) -> tuple[Path, list[Path]]:
     path = Path(os.path.normpath(base / Path(text).expanduser()))
     if has_magic(text) and not os.path.exists(path):
@@ -545,14 +538,14 @@ def _expand(text: str, base: Path) -> tuple[Path, list[Path]]:
     return path.parent, [path]
 
 
-def _no_package(text: str) -> UserError:
-    folder = text.rstrip('/*') or '.'
-    return UserError(
-        f"--paths: there is no package at '{text}'",
-        'name a folder that has a '
-        f"package.xml or a CMakeLists.txt itself, or '{folder}/*' for all "
-        'packages in a folder',
-    )
+@contextmanager
+def _build_errors() -> Iterator[None]:
+    try:
+        yield
+    except RuntimeError as e:
+        raise WorkspaceError(str(e)) from e
+    except OSError as e:
+        raise WorkspaceError(f'cannot build: {e}') from e
 
 
 def _exit_code(returncode: Any) -> int:
@@ -621,34 +614,26 @@ class Identification:
         self._destinations = destinations
         self._found: dict[str, tuple[str, Any]] = {}
         self._augmented: set[str] = set()
-        self._discovery: dict[str, Any] = {}
 
-    @property
+    @cached_property
     def discovery(self) -> dict[str, Any]:
         """The discovery extensions; each is asked for parameters once."""
-        if not self._discovery:
-            extensions = get_package_discovery_extensions()
-            self._discovery = {
-                name: _AskedOnce(extension)
-                for name, extension in extensions.items()
-            }
-        return self._discovery
+        extensions = get_package_discovery_extensions()
+        return {n: _AskedOnce(found) for n, found in extensions.items()}
 
     @property
     def identification(self) -> dict[int, dict[str, Any]]:
         """The identification extensions, by their priorities."""
-        found: dict[int, dict[str, Any]]
-        found = get_package_identification_extensions()
-        if self._runs:
-            return found
         return {
             priority: {
-                name: _NameReader(extension, self.guessed)
-                if _is_running(extension)
-                else extension
+                name: extension
+                if self._runs or not _is_running(extension)
+                else _NameReader(extension, self.guessed)
                 for name, extension in extensions.items()
             }
-            for priority, extensions in found.items()
+            for priority, extensions in (
+                get_package_identification_extensions().items()
+            )
         }
 
     @property
@@ -800,44 +785,53 @@ def remember_command_environment(folder: Path) -> None:
                 found = asyncio.run(ask(_TASK, folder, {}))
             except (NotImplementedError, SkipExtensionException):
                 continue
-            known = _Known(ask, folder, found)
-            if known.is_plain:
-                extension.generate_command_environment = known.answer
+            expected = {**os.environ, _FOLDER: str(folder)}
+            if all(found.get(n) == expected[n] for n in expected):
+                extension.generate_command_environment = _answering(
+                    ask, found, expected, _scripts(folder)
+                )
             # the first one that can is asked for all
             return
 
 
-class _Known:
-    def __init__(self, ask: Ask, folder: Path, found: dict[str, str]) -> None:
-        self._ask = ask
-        self._type = type(found)
-        self._scripts = _scripts(folder)
-        self._names = set(os.environ)
-        expected = {**os.environ, _FOLDER: str(folder)}
-        # such as those that libraries in C have set
-        self._more = found.items() - expected.items()
-        #: Whether the shell has passed all variables on as they are.
-        self.is_plain = all(found.get(n) == expected[n] for n in expected)
+def _answering(
+    ask: Ask,
+    found: dict[str, str],
+    expected: Mapping[str, str],
+    scripts: Mapping[str, bytes],
+) -> Ask:
+    """
+    Return what answers as a shell would that passes all variables on.
+
+    :param ask: Asks that shell
+    :param found: What the shell returned
+    :param expected: The variables that it was given
+    :param scripts: What there was for it to source
+    """
+    # such as those that libraries in C have set
+    more = found.items() - expected.items()
 
     async def answer(
-        self, task: str, folder: Path, dependencies: Mapping[str, Any]
+        task: str, folder: Path, dependencies: Mapping[str, Any]
     ) -> dict[str, str]:
-        """Return the variables for a task, as the shell would print them."""
+        is_passed_on = all(
+            name in expected or (name.isascii() and name.isidentifier())
+            for name in os.environ
+        )
         if (
             task != _TASK
             or dependencies
-            or not all(map(self._is_passed_on, os.environ))
-            or _scripts(folder) != self._scripts
+            or not is_passed_on
+            or _scripts(folder) != scripts
         ):
-            return await self._ask(task, folder, dependencies)
+            return await ask(task, folder, dependencies)
         # colcon has a type of its own where names have no case
-        environment = self._type(self._more)
+        environment = type(found)(more)
         environment.update(os.environ)
         environment[_FOLDER] = str(folder)
         return environment
 
-    def _is_passed_on(self, name: str) -> bool:
-        return name in self._names or (name.isascii() and name.isidentifier())
+    return answer
 
 
 def _scripts(folder: Path) -> dict[str, bytes]:

@@ -152,7 +152,12 @@ def cache_key(
         'python': [sys.executable, sys.version],
         'root': str(root),
         'arguments': list(build_arguments),
-        'variables': _variables(environment),
+        'variables': {
+            name: value
+            for name, value in sorted(environment.items())
+            if name == 'HOME'
+            or (name.startswith('COLCON_') and name not in _OTHER_VARIABLES)
+        },
         'extensions': extensions,
         # an installed or removed distribution shows in its folder
         'installed': fingerprints(
@@ -165,13 +170,6 @@ def cache_key(
     }
 
 
-def is_settled(values: Mapping[str, Any]) -> bool:
-    """Return whether any later change will show in :func:`cache_key`."""
-    return are_settled(
-        [*values['installed'].values(), *values['files'].values()]
-    )
-
-
 def configuration_folder(environment: Mapping[str, str]) -> Path:
     """Return colcon's configuration folder (`COLCON_HOME`)."""
     given = environment.get('COLCON_HOME')
@@ -182,15 +180,6 @@ def metadata_files(environment: Mapping[str, str]) -> list[str]:
     """Return the user's files with metadata of packages (colcon-metadata)."""
     folder = configuration_folder(environment) / 'metadata'
     return [p for p in _files(str(folder)) if p.endswith('.meta')]
-
-
-def _variables(environment: Mapping[str, str]) -> dict[str, str]:
-    return {
-        name: value
-        for name, value in sorted(environment.items())
-        if name == 'HOME'
-        or (name.startswith('COLCON_') and name not in _OTHER_VARIABLES)
-    }
 
 
 def _configuration_files(
@@ -268,13 +257,15 @@ class CachedColcon:
         self._colcon: Colcon | None = None
         self._index: PackageIndex | None = None
         self._packages: dict[str, Package] = {}
-        self._sorted: tuple[Package, ...] = ()
         self._metadata: dict[str, str] = {}
         #: Is called when packages were built, or failed to.
-        self.when_built: Callable[[], None] = _do_nothing
+        self.when_built: Callable[[], object] = lambda: None
         # before anything is asked, so that a change in between will show
         self._key = cache_key(self.root, self.build_arguments, os.environ)
-        self._is_settled = self._key is not None and is_settled(self._key)
+        # whether any later change will show in it
+        self._is_settled = self._key is not None and are_settled(
+            [*self._key['installed'].values(), *self._key['files'].values()]
+        )
         self._cache = self._read()
         if not self._cache:
             self._arguments = self._ask().arguments
@@ -299,8 +290,12 @@ class CachedColcon:
         if self._is_left_to_colcon:
             return self._ask().packages()
         if self._index is None:
-            self._find()
-        return self._sorted
+            self._index = self._find()
+            self._packages = self._index.packages()
+            self._metadata = self._index.metadata()
+            self._write()
+        packages = self._packages.values()
+        return tuple(sorted(packages, key=lambda p: (p.name, p.path)))
 
     def select(
         self, paths: Iterable[str], cwd: Path | None = None
@@ -369,7 +364,7 @@ class CachedColcon:
                 if package.name in needed
             }
             if all(map(self._is_simple, names)):
-                colcon.adopt(known)
+                colcon.use_known(known)
             else:
                 colcon.restrict_to(known)
         result = colcon.build(names, environment)
@@ -392,7 +387,7 @@ class CachedColcon:
         """Return whether colcon builds a package by what is known of it."""
         assert self._key is not None
         tasks = self._key['extensions'][BUILD_TASKS]
-        types = {p.type for p in self._sorted if p.name == name}
+        types = {p.type for p in self._packages.values() if p.name == name}
         return (
             self._metadata.get(name, _NO_METADATA) == _NO_METADATA
             and types <= _SIMPLE_TYPES
@@ -427,7 +422,7 @@ class CachedColcon:
         named = self._named()['named']
         return json.dumps([str(self.root), self._runs, self._key, named])
 
-    def _find(self) -> None:
+    def _find(self) -> PackageIndex:
         index = PackageIndex(
             self.root,
             self._arguments.base_paths,
@@ -435,12 +430,7 @@ class CachedColcon:
             everywhere=self._named()['everywhere'],
         )
         index.find(self._cache.get('folders', {}), self._ask)
-        self._index = index
-        self._packages = index.packages()
-        packages = self._packages.values()
-        self._sorted = tuple(sorted(packages, key=lambda p: (p.name, p.path)))
-        self._metadata = index.metadata()
-        self._write()
+        return index
 
     def _named(self) -> dict[str, Any]:
         """Return what follows from files that the arguments name."""
@@ -494,7 +484,7 @@ class CachedColcon:
                 'key': self._key,
                 **named,
                 'arguments': to_json(self._arguments),
-                'folders': index.lasting_entries(),
+                'folders': index.cacheable_entries(),
             },
         )
 
@@ -517,10 +507,6 @@ def read_cache(root: Path) -> dict[str, Any]:
 
 def _path(root: Path) -> Path:
     return root / 'build' / CACHE_NAME
-
-
-def _do_nothing() -> None:
-    """Leave it at that."""
 
 
 def _is_same(stored: object, now: object) -> bool:

@@ -12,7 +12,6 @@ read.
 from collections.abc import Mapping
 import os
 from pathlib import Path
-from typing import Any
 
 from colcon_yamllaunch.common.codec import from_json
 from colcon_yamllaunch.common.search_path import split_path
@@ -55,30 +54,20 @@ def scan_packages(
         return PackageLocator((), Path(), False, environment)
     root = Path(os.path.realpath(root))
     cache = read_cache(root)
-    arguments = _arguments(cache)
+    try:
+        arguments = from_json(BuildArguments, cache['arguments'])
+    except (KeyError, TypeError, ValueError):
+        arguments = _USUAL
+    index = PackageIndex(root, arguments.base_paths, os.environ)
+    reader = _FolderReader(root)
+    index.find(cache.get('folders', {}), lambda: reader)
     install_base = root / arguments.install_base
     return PackageLocator(
-        _packages(root, arguments, cache),
+        index.packages().values(),
         install_base,
         arguments.merge_install or is_merged(install_base),
         _with_underlays(environment, install_base),
     )
-
-
-def _arguments(cache: Mapping[str, Any]) -> BuildArguments:
-    try:
-        return from_json(BuildArguments, cache['arguments'])
-    except (KeyError, TypeError, ValueError):
-        return _USUAL
-
-
-def _packages(
-    root: Path, arguments: BuildArguments, cache: Mapping[str, Any]
-) -> list[Package]:
-    index = PackageIndex(root, arguments.base_paths, os.environ)
-    reader = _FolderReader(root)
-    index.find(cache.get('folders', {}), lambda: reader)
-    return list(index.packages().values())
 
 
 def _with_underlays(

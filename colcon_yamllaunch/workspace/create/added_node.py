@@ -19,6 +19,8 @@ from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.workspace.create.new_package import (
     class_name,
     client_library,
+    module_name,
+    node_template,
     write_file,
 )
 from colcon_yamllaunch.workspace.packages.build_files import source_programs
@@ -31,7 +33,6 @@ _CONSOLE_SCRIPTS = re.compile(
     re.M,
 )
 _DEPEND = r'<(?:depend|exec_depend|build_depend|run_depend)\b[^>]*>\s*{}\s*<'
-_MODULE = '__init__.py'
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,27 +74,14 @@ class AddedNode:
             return f'src/{self.node}.cpp'
         if self.is_script:
             return f'scripts/{self.node}.py'
-        folder = self.package.path
-        modules = [
-            name
-            for name in (
-                self.package.name,
-                self.package.name.replace('-', '_'),
-            )
-            if os.path.isfile(folder / name / _MODULE)
-        ]
-        if not modules:
-            raise UserError(
-                f'{self.package.name} has no folder {self.package.name} with '
-                f'{_MODULE} for its modules: nothing was changed'
-            )
-        return f'{modules[0]}/{self.node}.py'
-
-    @property
-    def template(self) -> str:
-        """The template of its code."""
-        kind = 'ros' if self.is_ros else 'plain'
-        return f'{kind}_node.{"cpp" if self.is_cpp else "py"}'
+        name = self.package.name
+        for module in (name, module_name(name)):
+            if os.path.isfile(self.package.path / module / '__init__.py'):
+                return f'{module}/{self.node}.py'
+        raise UserError(
+            f'{name} has no folder {name} with __init__.py for its modules: '
+            'nothing was changed'
+        )
 
 
 def add_node(added: AddedNode) -> list[str]:
@@ -122,7 +110,8 @@ def add_node(added: AddedNode) -> list[str]:
     }
     try:
         file.parent.mkdir(exist_ok=True)
-        write_file(file, added.template, values)
+        template = node_template(is_ros=added.is_ros, is_cpp=added.is_cpp)
+        write_file(file, template, values)
         for name, text in changed.items():
             (folder / name).write_bytes(text.encode())
     except OSError as e:

@@ -26,12 +26,10 @@ from colcon_yamllaunch.workspace.packages.package import manifest_error
 _PACKAGE = re.compile(r'[a-zA-Z][a-zA-Z0-9_-]*')
 _NODE = re.compile(r'[a-zA-Z][a-zA-Z0-9_]*')
 #: Names that CMake (policy CMP0037) and ament_cmake keep for themselves.
-_CMAKE_TARGETS = frozenset(
-    (
-        *('all', 'clean', 'depend', 'edit_cache', 'help', 'install'),
-        *('package', 'rebuild_cache', 'test', 'uninstall'),
-    )
-)
+_CMAKE_TARGETS = {
+    *('all', 'clean', 'depend', 'edit_cache', 'help', 'install'),
+    *('package', 'rebuild_cache', 'test', 'uninstall'),
+}
 #: The licenses, as SPDX calls them, whose texts are known.
 LICENSES = ('Apache-2.0', 'BSD-3-Clause', 'MIT')
 #: What `ros2 pkg create` writes where no license was chosen, too: tools that
@@ -180,42 +178,36 @@ class NewPackage:
 
         The template of an empty file is empty.
         """
-        config, template = 'ini', 'settings.ini'
+        node = node_template(is_ros=self.is_ros, is_cpp=self.is_cpp)
+        files = {'package.xml': 'package.xml'}
+        if self.is_cpp or self.build_type != 'ament_python':
+            place = 'src/{}.cpp' if self.is_cpp else 'scripts/{}.py'
+            files['CMakeLists.txt'] = 'CMakeLists.txt'
+            files[place.format(self.node)] = node
+        else:
+            module = module_name(self.name)
+            files |= {
+                'setup.py': 'setup.py',
+                'setup.cfg': 'setup.cfg',
+                f'resource/{self.name}': '',
+                f'{module}/__init__.py': '',
+                f'{module}/{self.node}.py': node,
+            }
+        files[f'launch/{self.launch_file}'] = 'launch.yaml'
         if self.is_ros:
-            config, template = 'yaml', 'parameters.yaml'
-        files = {
-            'package.xml': 'package.xml',
-            **self._code(),
-            f'launch/{self.launch_file}': 'launch.yaml',
-            f'config/{self.name}.{config}': template,
-        }
+            files[f'config/{self.name}.yaml'] = 'parameters.yaml'
+        else:
+            files[f'config/{self.name}.ini'] = 'settings.ini'
         if not self.is_cpp:
             files[f'test/test_{self.node}.py'] = 'test_node.py'
         if self.license in LICENSES:
             files['LICENSE'] = f'license_{self.license}'
         return files
 
-    def _code(self) -> dict[str, str]:
-        node = 'ros_node.py' if self.is_ros else 'plain_node.py'
-        if self.is_cpp:
-            node = 'ros_node.cpp' if self.is_ros else 'plain_node.cpp'
-            return {
-                'CMakeLists.txt': 'CMakeLists.txt',
-                f'src/{self.node}.cpp': node,
-            }
-        if self.build_type != 'ament_python':
-            return {
-                'CMakeLists.txt': 'CMakeLists.txt',
-                f'scripts/{self.node}.py': node,
-            }
-        module = module_name(self.name)
-        return {
-            'setup.py': 'setup.py',
-            'setup.cfg': 'setup.cfg',
-            f'resource/{self.name}': '',
-            f'{module}/__init__.py': '',
-            f'{module}/{self.node}.py': node,
-        }
+
+def node_template(*, is_ros: bool, is_cpp: bool) -> str:
+    """Return the template of the code of a node."""
+    return f'{"ros" if is_ros else "plain"}_node.{"cpp" if is_cpp else "py"}'
 
 
 def client_library(is_cpp: bool) -> str:
@@ -241,24 +233,20 @@ def make_package(package: NewPackage, folder: Path) -> None:
     except OSError as e:
         raise UserError(f'cannot make {folder}: {e.strerror}') from e
     try:
-        _write(package, folder)
+        values = _values(package)
+        for path, template in package.files().items():
+            write_file(folder / path, template, values)
+        reason = manifest_error(folder)
+        if reason is not None:
+            # catkin_pkg names the file, which will not be there
+            reason = reason.rpartition("package.xml': ")[2]
+            raise UserError(f'package.xml would be invalid: {reason}')
     except OSError as e:
         shutil.rmtree(folder)
         raise UserError(f'cannot write {folder}: {e.strerror}') from e
     except BaseException:
         shutil.rmtree(folder)
         raise
-
-
-def _write(package: NewPackage, folder: Path) -> None:
-    values = _values(package)
-    for path, template in package.files().items():
-        write_file(folder / path, template, values)
-    reason = manifest_error(folder)
-    if reason is not None:
-        # catkin_pkg names the file, which will not be there
-        reason = reason.rpartition("package.xml': ")[2]
-        raise UserError(f'package.xml would be invalid: {reason}')
 
 
 def write_file(file: Path, template: str, values: Mapping[str, Any]) -> None:

@@ -30,7 +30,6 @@ from colcon_yamllaunch.common.fingerprint import (
     COARSE_TICK,
     content_digest,
     digest,
-    Fingerprint,
     fingerprints,
     TICK,
 )
@@ -139,13 +138,25 @@ def _source(
     try:
         result = sourcing(setup, environment)
     except WorkspaceError as e:
-        raise WorkspaceError(f'{e}{_fix(setup, str(e))}') from e
+        for script in (setup.parent / name for name in _COLCON_SCRIPTS):
+            if f'{script}: line ' in str(e):
+                raise WorkspaceError(
+                    f'{e}\n{script} is damaged: run `colcon build` in the '
+                    'workspace to have it written anew'
+                ) from e
+        raise
     if result.messages:
         return replace(result, notes=gone_notes(setup.parent))
-    if not described.explains(result.variables):
+    if not described.matches(result.variables):
         return result
     result = replace(result, packages=frozenset(described.packages))
-    if _state(paths) == state and _are_older(before, started):
+    # nothing was changed since it started, or just before
+    is_older = all(
+        one is None
+        or one.ctime + (TICK if one.ctime % _SECOND else COARSE_TICK) < started
+        for one in before
+    )
+    if _state(paths) == state and is_older:
         values = {
             'paths': paths,
             'state': state,
@@ -155,18 +166,6 @@ def _source(
         }
         _write(record, values)
     return result
-
-
-def _fix(setup: Path, error: str) -> str:
-    """Return the fix, in a line, where a script of colcon is to blame."""
-    for name in _COLCON_SCRIPTS:
-        script = setup.parent / name
-        if f'{script}: line ' in error:
-            return (
-                f'\n{script} is damaged: run `colcon build` in the workspace '
-                'to have it written anew'
-            )
-    return ''
 
 
 def _state(paths: Iterable[str]) -> str:
@@ -179,15 +178,6 @@ def _state(paths: Iterable[str]) -> str:
         except OSError:
             found.append(None)
     return digest(repr(found).encode())
-
-
-def _are_older(found: Iterable[Fingerprint | None], then: int) -> bool:
-    """Return whether nothing was changed at a time or since."""
-    return all(
-        one is None
-        or one.ctime + (TICK if one.ctime % _SECOND else COARSE_TICK) < then
-        for one in found
-    )
 
 
 def _contents(paths: Iterable[str]) -> str:

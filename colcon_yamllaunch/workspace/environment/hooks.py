@@ -23,7 +23,7 @@ import re
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.search_path import split_path
-from colcon_yamllaunch.common.text_files import content_of, text_of
+from colcon_yamllaunch.common.text_files import content_of, names_in, text_of
 from colcon_yamllaunch.workspace.environment.sourcing import (
     chained_underlays,
     Environment,
@@ -113,7 +113,10 @@ def _read(chain: tuple[str, ...], prefix: str, hooks: Hooks) -> None:
             if not separator:
                 raise ValueError('there is no semicolon')
             if operation == 'source':
-                _add_source(remainder, sources)
+                base, extension = os.path.splitext(remainder)
+                if not extension:
+                    raise ValueError(f"'{remainder}' has no extension")
+                sources.setdefault(base, set()).add(extension)
             else:
                 _change(operation, remainder, prefix, hooks)
         except ValueError as e:
@@ -123,18 +126,14 @@ def _read(chain: tuple[str, ...], prefix: str, hooks: Hooks) -> None:
         description = f'{base}.dsv'
         hooks.paths.append(description)
         if os.path.exists(description):
-            _check_not_empty(description, base)
+            # both are written together, so a write was cut off
+            is_empty = os.path.getsize(description) == 0
+            if is_empty and os.path.exists(f'{base}.sh'):
+                raise DamagedHooksError(description, 'it is empty')
             _read((*chain, description), prefix, hooks)
         else:
             scripts = [base + e for e in _SHELLS if e in extensions]
             hooks.scripts.extend(scripts[-1:])
-
-
-def _add_source(remainder: str, sources: dict[str, set[str]]) -> None:
-    base, extension = os.path.splitext(remainder)
-    if not extension:
-        raise ValueError(f"'{remainder}' has no extension")
-    sources.setdefault(base, set()).add(extension)
 
 
 def _change(operation: str, remainder: str, prefix: str, hooks: Hooks) -> None:
@@ -160,12 +159,6 @@ def _change(operation: str, remainder: str, prefix: str, hooks: Hooks) -> None:
                 continue
         end = 'append' if operation == _APPEND else 'prepend'
         hooks.changes.append((end, name, path))
-
-
-def _check_not_empty(description: str, base: str) -> None:
-    # both are written together, so a write was cut off
-    if os.path.getsize(description) == 0 and os.path.exists(f'{base}.sh'):
-        raise DamagedHooksError(description, 'it is empty')
 
 
 def _check_complete(path: str) -> None:
@@ -232,7 +225,7 @@ class Description:
             )
         return Environment(self.variables, notes=notes)
 
-    def explains(self, variables: Mapping[str, str]) -> bool:
+    def matches(self, variables: Mapping[str, str]) -> bool:
         """
         Return whether all that sourcing made is what the hooks describe.
 
@@ -302,11 +295,7 @@ class Description:
 
     def _names(self, folder: Path) -> list[str]:
         self.paths.append(str(folder))
-        try:
-            names = os.listdir(folder)
-        except OSError:
-            return []
-        return sorted(name for name in names if not name.startswith('.'))
+        return sorted(n for n in names_in(folder) if not n.startswith('.'))
 
     def _change(self, change: Change) -> None:
         operation, name, value = change
@@ -393,23 +382,15 @@ def _lack(
     variables: Mapping[str, str], changes: Sequence[Change], install_base: Path
 ) -> str | None:
     """Return what is not in the variables though hooks put it in."""
-    extended = [
-        (name, path)
-        for operation, name, path in changes
-        if operation in ('append', 'prepend')
-    ]
-    for name, path in [('COLCON_PREFIX_PATH', str(install_base)), *extended]:
-        if not _has(variables, name, path):
+    own = ('prepend', 'COLCON_PREFIX_PATH', str(install_base))
+    for operation, name, path in (own, *changes):
+        if operation not in ('append', 'prepend'):
+            continue
+        entries = split_path(variables.get(name))
+        real = os.path.realpath(path)
+        if path not in entries and real not in map(os.path.realpath, entries):
             return f'{name} lacks {os.path.normpath(path)}'
     return None
-
-
-def _has(variables: Mapping[str, str], name: str, path: str) -> bool:
-    entries = split_path(variables.get(name))
-    real = os.path.realpath(path)
-    return path in entries or any(
-        os.path.realpath(entry) == real for entry in entries
-    )
 
 
 def _fix_of_package(name: str, prefix: Path, merge_install: bool) -> str:

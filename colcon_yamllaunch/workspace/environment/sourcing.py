@@ -132,9 +132,7 @@ def source(
 def shown_messages(messages: str) -> str:
     """Return the end of a script's output, to be put behind an error."""
     lines = messages.rstrip().splitlines()
-    if not lines:
-        return ''
-    return ''.join(f'\n  {line}' for line in ['', *lines[-SHOWN_LINES:]][1:])
+    return ''.join(f'\n  {line}' for line in lines[-SHOWN_LINES:])
 
 
 def programs(environment: Mapping[str, str]) -> tuple[str, str]:
@@ -251,16 +249,22 @@ def build_environment(
     if not chained:
         return Environment(environment)
     if sourced:
-        return Environment(environment, notes=_difference(chained, sourced))
-    notes = []
+        lost = [str(path) for path in chained if path not in sourced]
+        if not lost:
+            return Environment(environment)
+        note = (
+            f'the workspace was built on top of {", ".join(lost)}, which is '
+            'not sourced in this shell: a build follows the shell. Source it '
+            'and launch again if it is still needed'
+        )
+        return Environment(environment, notes=(note,))
+    notes = list(gone_notes(install_base))
     used = []
     for prefix in chained:
         script = prefix / 'local_setup.bash'
         if os.path.isfile(script):
             environment = sourcing(script, environment).variables
             used.append(str(prefix))
-        else:
-            notes.append(_gone_note(prefix))
     if used:
         notes.append(
             'nothing is sourced in this shell: building on top of '
@@ -286,16 +290,10 @@ def gone_notes(install_base: Path) -> tuple[str, ...]:
     bash returns 0 nevertheless when it sources the workspace.
     """
     return tuple(
-        _gone_note(prefix)
-        for prefix in chained_underlays(install_base)
-        if not os.path.isfile(prefix / 'local_setup.bash')
-    )
-
-
-def _gone_note(prefix: Path) -> str:
-    return (
         f'the workspace was built on top of {prefix}, which is not '
         'there any more: source its successor if it has one'
+        for prefix in chained_underlays(install_base)
+        if not os.path.isfile(prefix / 'local_setup.bash')
     )
 
 
@@ -324,14 +322,3 @@ def sourced_underlays(
         elif os.path.isfile(path.parent / '.colcon_install_layout'):
             prefixes.append(path.parent)
     return [p for p in dict.fromkeys(prefixes) if p != install_base]
-
-
-def _difference(chained: list[Path], sourced: list[Path]) -> tuple[str, ...]:
-    lost = [str(path) for path in chained if path not in sourced]
-    if not lost:
-        return ()
-    return (
-        f'the workspace was built on top of {", ".join(lost)}, which is not '
-        'sourced in this shell: a build follows the shell. Source it and '
-        'launch again if it is still needed',
-    )

@@ -8,7 +8,7 @@ make and Ninja have the paths of all that they compare in files of their own;
 CMake has what it read itself in `Makefile.cmake` or `build.ninja`.
 """
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 import os
 from pathlib import Path
 import re
@@ -18,9 +18,9 @@ import sys
 from colcon_yamllaunch.common.text_files import content_of
 from colcon_yamllaunch.workspace.packages.build_files import (
     cmake_texts,
-    found_by,
-    may_be_meant,
+    may_be_named,
     reading_commands,
+    searched_names,
 )
 
 #: What the compilers read; CMake's own inputs are in the other ones.
@@ -67,10 +67,14 @@ class BuildInputs:
         compiled: list[str] = []
         configured: list[str] = []
         self._paths: set[str] = set()
-        for path in _written_down(build):
-            text, paths = _read(path)
-            self._paths.update(paths)
-            (configured if path.name in _CONFIGURED else compiled).append(text)
+        for folder, _, files in os.walk(build):
+            for name in files:
+                # make collects what compilers write only when it runs again
+                if name in _WRITTEN or name.endswith(_RULES_SUFFIX):
+                    text, paths = _read(Path(folder, name))
+                    self._paths.update(paths)
+                    is_configured = name in _CONFIGURED
+                    (configured if is_configured else compiled).append(text)
         self._compiled = '\n'.join(compiled)
         self._all = '\n'.join([self._compiled, *configured])
 
@@ -83,9 +87,9 @@ class BuildInputs:
             for argument in command.arguments
         )
 
-    def may_take_in(self, relative: str) -> bool:
+    def may_use(self, relative: str) -> bool:
         """Return whether a CMake file may read or install a document."""
-        return self.reads(relative) or may_be_meant(
+        return self.reads(relative) or may_be_named(
             relative, self._cmake_texts()
         )
 
@@ -102,13 +106,13 @@ class BuildInputs:
         """Return whether a file of this name is read from whatever folder."""
         return f'/{name}\n' in self._compiled
 
-    def outside(self, own: Iterable[Path]) -> list[Path]:
+    def external_files(self, own: Iterable[Path]) -> list[Path]:
         """
         Return the files that are read from elsewhere.
 
         :param own: Folders whose files are looked after in another way
         """
-        is_own = _below((*_system(), *map(str, own)))
+        is_own = _below_system_or(own)
         found = {*_PATH.findall(self._all), *self._paths}
         return [
             Path(path)
@@ -126,7 +130,7 @@ class BuildInputs:
         found = set(_FOUND.findall(_text(self._build / 'CMakeCache.txt')))
         variables = set()
         for text in self._cmake_texts():
-            packages, names = found_by(text)
+            packages, names = searched_names(text)
             found |= packages
             variables |= names
         for name in found:
@@ -137,7 +141,7 @@ class BuildInputs:
 
     def _cmake_texts(self) -> list[str]:
         """Return the CMake files of the workspace that the build reads."""
-        is_foreign = _below((*_system(), str(self._build)))
+        is_foreign = _below_system_or([self._build])
         files = {
             path
             for path in self._paths
@@ -147,35 +151,19 @@ class BuildInputs:
         return [*texts, *cmake_texts(self._source)]
 
 
-def _system() -> tuple[str, ...]:
-    return (*_SYSTEM, sys.prefix, sys.base_prefix)
-
-
-def _below(folders: Iterable[str]) -> Callable[[str], bool]:
-    known = set(folders)
+def _below_system_or(folders: Iterable[Path]) -> Callable[[str], bool]:
+    """Return whether a path is below a folder of the system, or another."""
+    known = {*_SYSTEM, sys.prefix, sys.base_prefix, *map(str, folders)}
     known |= {os.path.realpath(path) for path in known}
     prefixes = tuple(f'{path}{os.sep}' for path in known)
     return lambda path: path.startswith(prefixes)
 
 
-def _written_down(build: Path) -> Iterator[Path]:
-    for folder, _, files in os.walk(build):
-        for name in files:
-            # make collects what compilers write only when it runs again
-            if name in _WRITTEN or name.endswith(_RULES_SUFFIX):
-                yield Path(folder, name)
-
-
 def _read(path: Path) -> tuple[str, list[str]]:
     """Return the text of a file, and the absolute paths that stand out."""
-    if path.name == _NINJA_DEPENDENCIES:
-        words = [
-            word.decode('utf-8', errors='replace')
-            for word in _ninja_paths(_data(path))
-        ]
-        text = '\n'.join([*words, ''])
-    elif path.name in _RULES or path.name.endswith(_RULES_SUFFIX):
-        words = _make_words(_text(path))
+    is_rules = path.name in _RULES or path.name.endswith(_RULES_SUFFIX)
+    if is_rules or path.name == _NINJA_DEPENDENCIES:
+        words = _make_words(_text(path)) if is_rules else _ninja_paths(path)
         text = '\n'.join([*words, ''])
     else:
         raw = _text(path)
@@ -216,8 +204,9 @@ def _text(path: Path) -> str:
     return _data(path).decode('utf-8', errors='replace')
 
 
-def _ninja_paths(data: bytes) -> Iterator[bytes]:
-    position = _NINJA_HEADER
+def _ninja_paths(path: Path) -> list[str]:
+    data, position = _data(path), _NINJA_HEADER
+    paths = []
     while position + 4 <= len(data):
         (size,) = struct.unpack_from('<I', data, position)
         position += 4
@@ -225,5 +214,7 @@ def _ninja_paths(data: bytes) -> Iterator[bytes]:
             size &= ~_NINJA_NO_PATH
         else:
             # up to three zeros, and a checksum
-            yield data[position : position + size - 4].rstrip(b'\0')
+            word = data[position : position + size - 4].rstrip(b'\0')
+            paths.append(word.decode('utf-8', errors='replace'))
         position += size
+    return paths

@@ -38,28 +38,27 @@ from colcon_yamllaunch.workspace.freshness.source_changes import (
     SOURCE_SUFFIXES,
     tree,
 )
-from colcon_yamllaunch.workspace.packages.package import Package, prefix_of
+from colcon_yamllaunch.workspace.packages.package import (
+    entries_of,
+    Package,
+    prefix_of,
+)
 
 CACHE = 'CMakeCache.txt'
 #: What CMake writes for the build tool.
-CONFIGURED = frozenset(
-    (
-        *(CACHE, 'cmake_install.cmake', 'Makefile', 'Makefile2'),
-        *('build.make', 'flags.make', 'link.txt'),
-        *('build.ninja', 'rules.ninja'),
-    )
-)
+CONFIGURED = {
+    *(CACHE, 'cmake_install.cmake', 'Makefile', 'Makefile2', 'build.make'),
+    *('flags.make', 'link.txt', 'build.ninja', 'rules.ninja'),
+}
 #: What compilers and linkers write, beside programs; not compiled, as each
 #: launch imports this module and few need it.
 _COMPILED = r'.+\.(?:o|obj|lo|a|so(?:\.[\d.]+)?|mod|gch|pch)'
 _CODE = ('.py', *HEADER_SUFFIXES, *SOURCE_SUFFIXES, *INTERFACE_SUFFIXES)
 #: Written by tests and programs, or by CMake while it tries things out.
-_SKIPPED_FOLDERS = frozenset(
-    (
-        *('Testing', 'test_results', '__pycache__', '.pytest_cache', '.cmake'),
-        *('CMakeTmp', 'CMakeScratch', 'CompilerIdC', 'CompilerIdCXX'),
-    )
-)
+_SKIPPED_FOLDERS = {
+    *('Testing', 'test_results', '__pycache__', '.pytest_cache', '.cmake'),
+    *('CMakeTmp', 'CMakeScratch', 'CompilerIdC', 'CompilerIdCXX'),
+}
 #: colcon writes these at each build.
 _OF_COLCON = 'colcon_'
 _METADATA = '.egg-info'
@@ -72,8 +71,8 @@ _CACHE_ENTRY = rb'(?m)^(?!#|//)[^:\n]+:(?!INTERNAL|STATIC)[A-Z]+=.*$'
 _OWN_FOLDERS = ('share/{}', 'lib/{}', 'include/{}')
 #: Lists of what was installed: those of CMake, of ament_cmake for links, and
 #: of colcon for Python packages.
-_MANIFESTS = ('install_manifest.txt', 'symlink_install_manifest.txt')
-_PYTHON_MANIFEST = 'install.log'
+_CMAKE_MANIFESTS = ('install_manifest.txt', 'symlink_install_manifest.txt')
+_MANIFESTS = (*_CMAKE_MANIFESTS, 'install.log')
 #: colcon writes these whenever it builds a package (colcon-core,
 #: colcon-cmake, colcon-package-selection).
 ARGUMENTS = 'cmake_args.last'
@@ -95,17 +94,12 @@ class Comparison:
 
     :param missing: Those that are gone
     :param changed: Those that are others now
-    :param now: What all are like, if some only got other times; else None
+    :param touched: What those are like that only got other times
     """
 
     missing: tuple[str, ...]
     changed: tuple[str, ...]
-    now: dict[str, Fingerprint] | None
-
-    @property
-    def differing(self) -> tuple[str, ...]:
-        """All that are not as they were."""
-        return (*self.missing, *self.changed)
+    touched: dict[str, Fingerprint]
 
 
 def state(path: Path, before: Fingerprint | None = None) -> Fingerprint | None:
@@ -155,36 +149,24 @@ def compare(base: Path, before: Mapping[str, Fingerprint]) -> Comparison:
         ):
             continue
         now = state(base / name)
-        if now is None or not is_same(then, now):
+        if now is None or not _is_same(then, now):
             changed.append(name)
         else:
             touched[name] = now
-    now_all = {**before, **touched} if touched else None
-    return Comparison(tuple(missing), tuple(changed), now_all)
+    return Comparison(tuple(missing), tuple(changed), touched)
 
 
-def is_same(before: Fingerprint, now: Fingerprint) -> bool:
-    """Return whether two states have the same content."""
+def are_same(
+    before: Mapping[str, Fingerprint], now: Mapping[str, Fingerprint]
+) -> bool:
+    """Return whether the same products have the same contents."""
+    return before.keys() == now.keys() and all(
+        _is_same(before[name], now[name]) for name in before
+    )
+
+
+def _is_same(before: Fingerprint, now: Fingerprint) -> bool:
     return (before.digest, before.executable) == (now.digest, now.executable)
-
-
-def built_files(
-    build: Path,
-    targets: Collection[str],
-    before: Mapping[str, Fingerprint],
-) -> dict[str, Fingerprint]:
-    """
-    Return what the products in a build folder are like, by their paths there.
-
-    :param targets: Files in it that are linked to from the install space
-    :param before: What they were like
-    """
-    found = {}
-    for name in _products(str(build), '', targets):
-        now = state(build / name, before.get(name))
-        if now is not None:
-            found[name] = now
-    return found
 
 
 def is_compiled(name: str, found: Fingerprint) -> bool:
@@ -198,12 +180,7 @@ def is_compiled(name: str, found: Fingerprint) -> bool:
 def _products(
     folder: str, below: str, targets: Collection[str]
 ) -> Iterator[str]:
-    try:
-        with os.scandir(folder) as scanned:
-            entries = list(scanned)
-    except OSError:
-        return
-    for entry in entries:
+    for entry in entries_of(folder):
         name = below + entry.name
         if not entry.is_dir(follow_symlinks=False):
             if _is_product(entry, name, targets):
@@ -220,11 +197,12 @@ def _is_product(
         return True
     if file.startswith(_OF_COLCON) or not entry.is_file():
         return False
-    if file.endswith(_CODE) or re.fullmatch(_COMPILED, file):
-        return True
-    if f'{_METADATA}/' in name:
-        return True
-    return bool(entry.stat().st_mode & stat.S_IXUSR)
+    return (
+        file.endswith(_CODE)
+        or re.fullmatch(_COMPILED, file) is not None
+        or f'{_METADATA}/' in name
+        or bool(entry.stat().st_mode & stat.S_IXUSR)
+    )
 
 
 class Products:
@@ -296,7 +274,13 @@ class Products:
             for found in installed.values()
             if found.digest.startswith(start)
         }
-        return built_files(self.build(name), targets, known)
+        build = self.build(name)
+        found = {}
+        for path in _products(str(build), '', targets):
+            now = state(build / path, known.get(path))
+            if now is not None:
+                found[path] = now
+        return found
 
     def listed(self, name: str, *, python: bool = False) -> set[Path]:
         """
@@ -304,7 +288,7 @@ class Products:
 
         CMake leaves out links that were there before.
         """
-        manifests = (*_MANIFESTS, _PYTHON_MANIFEST) if python else _MANIFESTS
+        manifests = _MANIFESTS if python else _CMAKE_MANIFESTS
         paths: set[Path] = set()
         for manifest in manifests:
             with suppress(OSError, UnicodeDecodeError):
@@ -369,7 +353,7 @@ class Products:
                 path.parent.mkdir(parents=True, exist_ok=True)
                 path.symlink_to(target)
 
-    def prune(self, name: str, before: Collection[Path]) -> None:
+    def remove_obsolete(self, name: str, before: Collection[Path]) -> None:
         """
         Remove files that a package installed before but does not any more.
 
@@ -414,8 +398,13 @@ def relocated_packages(
     Return for each the folder that it was built from, or in if only that one
     changed.
     """
-    old = {p.name: _old_place(p, build_base / p.name) for p in packages}
-    return {name: place for name, place in old.items() if place is not None}
+    relocated = {}
+    for package in packages:
+        for old, place in _places(package.path, build_base / package.name):
+            if os.path.realpath(old) != os.path.realpath(place):
+                relocated[package.name] = old
+                break
+    return relocated
 
 
 def remove_builds(relocated: Mapping[str, Path], products: Products) -> None:
@@ -430,18 +419,14 @@ def remove_builds(relocated: Mapping[str, Path], products: Products) -> None:
     :raises WorkspaceError: when something cannot be removed
     """
     for name in relocated:
-        _remove(products.build_base, name)
-        if not products.merge_install:
-            _remove(products.install_base, name)
+        for base in (products.build_base, products.install_base):
+            path = base / name
+            if path.parent != base or name in ('', '.', '..'):
+                raise WorkspaceError(f"'{name}' is no name of a package")
+            if base is products.build_base or not products.merge_install:
+                remove_folder(path, ', which was built in another place')
     if products.merge_install:
         _remove_links(relocated, products.build_base, products.install_base)
-
-
-def _remove(base: Path, name: str) -> None:
-    path = base / name
-    if path.parent != base or name in ('', '.', '..'):
-        raise WorkspaceError(f"'{name}' is no name of a package")
-    remove_folder(path, ', which was built in another place')
 
 
 def _remove_links(
@@ -451,23 +436,13 @@ def _remove_links(
         if not path.is_symlink():
             continue
         target = path.readlink()
-        if target.is_relative_to(build_base):
-            continue
         # the old build folder is not known of all types of packages
-        built = any(
-            f'/{build_base.name}/{name}/' in str(target) for name in relocated
-        )
-        if built or any(
-            target.is_relative_to(old) for old in relocated.values()
+        if not target.is_relative_to(build_base) and any(
+            target.is_relative_to(old)
+            or f'/{build_base.name}/{name}/' in str(target)
+            for name, old in relocated.items()
         ):
             path.unlink()
-
-
-def _old_place(package: Package, build: Path) -> Path | None:
-    for old, place in _places(package.path, build):
-        if old != place and os.path.realpath(old) != os.path.realpath(place):
-            return old
-    return None
 
 
 def _places(source: Path, build: Path) -> Iterator[tuple[Path, Path]]:

@@ -124,7 +124,7 @@ class BuildContext:
     :param environment: The variables that a build may read, and the programs
       that it calls
     :param dependencies: The last build of each needed package, as
-      :func:`build_of` tells it, or None where that is not known
+      :func:`build_identifier` tells it, or None where that is not known
     """
 
     settings: Mapping[str, str]
@@ -132,7 +132,7 @@ class BuildContext:
     dependencies: Mapping[str, str | None]
 
 
-def build_of(clean_id: str, interface_id: str, build: str) -> str:
+def build_identifier(clean_id: str, interface_id: str, build: str) -> str:
     """
     Name a build of a package.
 
@@ -168,7 +168,7 @@ def context_changes(
         yield Reason(text, mode)
 
 
-def mode_after(mode: BuildMode) -> BuildMode:
+def mode_for_dependents(mode: BuildMode) -> BuildMode:
     """
     Return how a package is built after one that it needs.
 
@@ -194,13 +194,13 @@ def relevant_environment(
     relevant = {'python': f'{sys.executable} {platform.python_version()}'}
     for name, value in environment.items():
         if name in _VARIABLES or name.startswith('CMAKE_'):
-            relevant[name] = _without_own(value, install_base)
+            relevant[name] = _without_workspace(value, install_base)
     for program, variable in _PROGRAMS:
         relevant[program] = _program(program, variable, environment)
     return {name: value for name, value in relevant.items() if value}
 
 
-def own_variables(
+def searched_variables(
     names: Iterable[str], environment: Mapping[str, str], install_base: Path
 ) -> dict[str, str]:
     """
@@ -209,7 +209,7 @@ def own_variables(
     Those that any build reads are left out; one that is not set is empty.
     """
     return {
-        name: _without_own(environment.get(name, ''), install_base)
+        name: _without_workspace(environment.get(name, ''), install_base)
         for name in sorted(names)
         if name not in _VARIABLES and not name.startswith('CMAKE_')
     }
@@ -223,16 +223,16 @@ def changed_variables(
     """
     Iterate over what became different of variables.
 
-    :param before: As :func:`own_variables` returned them
+    :param before: As :func:`searched_variables` returned them
     """
     for name, value in before.items():
         now = environment.get(name, '')
-        if now != value and _without_own(now, install_base) != value:
+        if now != value and _without_workspace(now, install_base) != value:
             text = f'{name} changed in the environment'
             yield Reason(text, BuildMode.CLEAN)
 
 
-def _without_own(value: str, install_base: Path) -> str:
+def _without_workspace(value: str, install_base: Path) -> str:
     return os.pathsep.join(
         entry
         for entry in value.split(os.pathsep)
@@ -272,8 +272,8 @@ def _mode(before: str | None, now: str | None) -> BuildMode:
     clean_id, interface_id, _ = now.split('\n')
     before_clean_id, before_interface_id, _ = before.split('\n')
     if clean_id != before_clean_id:
-        return mode_after(BuildMode.CLEAN)
-    return mode_after(
+        return mode_for_dependents(BuildMode.CLEAN)
+    return mode_for_dependents(
         BuildMode.COMPILE
         if interface_id == before_interface_id
         else BuildMode.BUILD

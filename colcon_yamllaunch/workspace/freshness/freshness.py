@@ -25,32 +25,31 @@ from typing import TYPE_CHECKING
 import uuid
 
 from colcon_yamllaunch.common.errors import WorkspaceError
-from colcon_yamllaunch.common.fingerprint import Fingerprint, TICK
+from colcon_yamllaunch.common.fingerprint import TICK
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.freshness.build_products import (
+    are_same,
     ARGUMENTS,
     compare,
-    Comparison,
     CONFIGURED,
     is_compiled,
-    is_same,
     Products,
     remove_folder,
 )
 from colcon_yamllaunch.workspace.freshness.build_record import (
-    build_of,
+    build_identifier,
     BuildContext,
     BuildMode,
     changed_variables,
     context_changes,
     DamagedRecordError,
     Decision,
-    own_variables,
     read_record,
     Reason,
     Record,
     RECORD_NAME,
+    searched_variables,
     write_record,
 )
 from colcon_yamllaunch.workspace.freshness.source_changes import (
@@ -60,7 +59,7 @@ from colcon_yamllaunch.workspace.freshness.source_changes import (
     Kind,
     link_project,
     live_files,
-    remove_dangling,
+    remove_dangling_links,
     snapshot,
     SOURCE_SUFFIXES,
     with_changes,
@@ -138,7 +137,7 @@ class Freshness:
             if os.path.isdir(self._products.build(name)):
                 reason = Reason(_UNKNOWN, BuildMode.CONFIGURE)
             return Decision(name, (reason,))
-        if _is_apart(package, record, context, before, own):
+        if _is_independent(package, record, context, before, own):
             then = {n: record.context.dependencies[n] for n in own}
             context = replace(
                 context, dependencies={**context.dependencies, **then}
@@ -146,17 +145,18 @@ class Freshness:
             before = ()
         reasons = [*self._reasons(package, record, context)]
         if record.built_at:
-            reasons += _of_others(record, before)
+            reasons += _for_generated_code(record, before)
         return Decision(name, tuple(reasons), record.built_at or None)
 
     def prepare(self, package: Package, mode: BuildMode) -> Attempt:
         """
-        Get ready for a build: remove what must not stay, record the source.
+        Prepare a build: remove what it must not find, record the source.
 
-        Links to source files that are gone are removed, as builds trip over
-        them. The attempt is for :meth:`finish` or :meth:`give_up`.
+        Links to source files that are gone are removed, as builds fail with
+        them. Pass the result to :meth:`record_success` or
+        :meth:`record_failure`.
 
-        :param mode: What is to stay
+        :param mode: How the package is built
         :raises WorkspaceError: when something cannot be removed
         """
         name = package.name
@@ -179,15 +179,19 @@ class Freshness:
             record = replace(record, interface_id=record.id)
         self._write(name, record)
         listed = frozenset(self._products.listed(name))
-        links = self._make_room(package, mode, known)
+        links = self._remove_outdated(package, mode, known)
         if not os.path.exists(self._path(name)):
             # it was removed with the build folder
             self._write(name, record)
         if package.type.endswith('python'):
             link_project(package.path, self._products.build(name))
-        return Attempt(package, record, self._now(name), listed, links)
+        started = time.time_ns() - TICK
+        with suppress(OSError):
+            # by the clock of the build folder
+            started = self._path(name).stat().st_mtime_ns
+        return Attempt(package, record, started, listed, links)
 
-    def finish(self, attempt: Attempt, context: BuildContext) -> None:
+    def record_success(self, attempt: Attempt, context: BuildContext) -> None:
         """
         Write down that a package was built successfully.
 
@@ -198,13 +202,17 @@ class Freshness:
         name = package.name
         products = self._products
         if record.mode >= BuildMode.CONFIGURE:
-            products.prune(name, attempt.listed)
-        build = products.build(name)
-        self._refuse_removed(name)
+            products.remove_obsolete(name, attempt.listed)
+        if not os.path.isfile(self._path(name)):
+            # whoever removed the record may have removed more
+            raise WorkspaceError(
+                f'{self._path(name)} was removed while {name} was built, so '
+                'what it was built from is not known',
+                'launch again',
+            )
+        own = [file for file in record.files if not os.path.isabs(file)]
         inputs = self._inputs(package)
         record = self._with_sources(attempt, inputs)
-        before = attempt.record.files
-        own = [file for file in before if not Path(file).is_absolute()]
         now = time.time_ns()
         listed = products.installed(name)
         installed = products.states(name, record.installed)
@@ -215,12 +223,14 @@ class Freshness:
                 succeeded=True,
                 finished=now,
                 built_at=now,
-                live=live_files(package.path, own, build, listed, inputs),
+                live=live_files(
+                    package.path, own, products.build(name), listed, inputs
+                ),
                 installed=installed,
                 products=products.built(name, installed, record.products),
                 traces=products.traces(name),
                 arguments=self._arguments(name),
-                variables=own_variables(
+                variables=searched_variables(
                     inputs.variables(),
                     self._environment,
                     products.install_base,
@@ -229,16 +239,7 @@ class Freshness:
             ),
         )
 
-    def _refuse_removed(self, name: str) -> None:
-        # whoever removed the record may have removed more
-        if not os.path.isfile(self._path(name)):
-            raise WorkspaceError(
-                f'{self._path(name)} was removed while {name} was built, so '
-                'what it was built from is not known',
-                'launch again',
-            )
-
-    def give_up(self, attempt: Attempt) -> None:
+    def record_failure(self, attempt: Attempt) -> None:
         """Write down that the build of a package ended without success."""
         package = attempt.package
         self._products.restore_links(attempt.links)
@@ -250,12 +251,14 @@ class Freshness:
         record = self._known_record(name)
         if record is None or not record.succeeded:
             return None
-        return build_of(record.clean_id, record.interface_id, record.id)
+        return build_identifier(
+            record.clean_id, record.interface_id, record.id
+        )
 
     def _with_sources(self, attempt: Attempt, inputs: 'BuildInputs') -> Record:
         path, products = attempt.package.path, self._products
         own = (path, products.build_base, products.install_base)
-        read = inputs.outside(own)
+        read = inputs.external_files(own)
         return with_sources(attempt.record, path, read, attempt.started)
 
     def _inputs(self, package: Package) -> 'BuildInputs':
@@ -265,12 +268,6 @@ class Freshness:
         )
 
         return BuildInputs(package.path, self._products.build(package.name))
-
-    def _now(self, name: str) -> int:
-        # of what has just been written
-        with suppress(OSError):
-            return self._path(name).stat().st_mtime_ns
-        return time.time_ns() - TICK
 
     def _path(self, name: str) -> Path:
         return self._products.build(name) / RECORD_NAME
@@ -298,10 +295,10 @@ class Freshness:
             yield Reason(text, BuildMode.CLEAN)
             return
         if not record.succeeded:
-            yield self._unsuccessful(package.name, record)
+            yield self._reason_after_failure(package.name, record)
         if record.built_at:
             found = context_changes(record.context, context)
-            yield from _of_others(record, found)
+            yield from _for_generated_code(record, found)
             yield from changed_variables(
                 record.variables,
                 self._environment,
@@ -310,18 +307,24 @@ class Freshness:
         edits = changes(package.path, record.files, record.live)
         if edits and record.succeeded and package.type.endswith('cmake'):
             record, edits = self._without_documents(package, record, edits)
-        yield from self._changed_source(package, record, edits)
+        if edits:
+            inputs = self._inputs(package)
+            for edit in edits:
+                mode = _mode_for(edit, package, record, inputs)
+                if mode > BuildMode.BUILD and _generates_code(record):
+                    mode = BuildMode.CLEAN
+                yield Reason(str(edit), mode)
         if record.succeeded:
-            yield from self._changed_products(package, record, edits)
+            yield from self._changed_products(package, record, bool(edits))
 
     def _without_documents(
         self, package: Package, record: Record, found: tuple[Change, ...]
     ) -> tuple[Record, tuple[Change, ...]]:
-        """Leave out what the build cannot have to do with, for good."""
+        """Leave out changed documents that the build does not read."""
         # most launches find nothing changed
         from colcon_yamllaunch.workspace.packages.build_files import (
             is_document,
-            may_be_meant,
+            may_be_named,
         )
 
         documents = [c for c in found if is_document(c.path)]
@@ -331,77 +334,48 @@ class Freshness:
         unread = [
             c
             for c in documents
-            if not inputs.may_take_in(c.path)
-            and not may_be_meant(c.path, [record.arguments])
+            if not inputs.may_use(c.path)
+            and not may_be_named(c.path, [record.arguments])
         ]
-        if not unread:
-            return record, found
-        now = with_changes(package.path, record.files, unread)
-        record = replace(record, files=now)
-        # so that it need not be found out again
-        self._write(package.name, record)
+        if unread:
+            files = with_changes(package.path, record.files, unread)
+            record = replace(record, files=files)
+            # so that it need not be found out again
+            self._write(package.name, record)
         return record, tuple(c for c in found if c not in unread)
 
-    def _unsuccessful(self, name: str, record: Record) -> Reason:
+    def _reason_after_failure(self, name: str, record: Record) -> Reason:
         if not record.finished:
             was_begun = record.traces != self._products.traces(name)
             # a compiler that was killed leaves files that look complete
             mode = BuildMode.CLEAN if was_begun else BuildMode.CONFIGURE
             return Reason(_CUT_OFF, mode)
-        if _generates(record) and not record.built_at:
+        if _generates_code(record) and not record.built_at:
             # nothing tells what it was generated from
             return Reason(_FAILED, BuildMode.CLEAN)
         return Reason(
             _FAILED, min(BuildMode(record.mode), BuildMode.CONFIGURE)
         )
 
-    def _changed_source(
-        self, package: Package, record: Record, found: tuple[Change, ...]
-    ) -> Iterator[Reason]:
-        if not found:
-            return
-        inputs = self._inputs(package)
-        generates = _generates(record)
-        for change in found:
-            mode = _mode_for(change, package, record, inputs)
-            if generates and mode > BuildMode.BUILD:
-                mode = BuildMode.CLEAN
-            yield Reason(str(change), mode)
-
     def _changed_products(
-        self, package: Package, record: Record, found: tuple[Change, ...]
+        self, package: Package, record: Record, is_edited: bool
     ) -> Iterator[Reason]:
         name = package.name
-        built = compare(self._products.build(name), record.products)
-        installed = compare(self._products.install_base, record.installed)
         if record.traces != self._products.traces(name):
-            mode = self._built_by_others(name, record, bool(found))
+            mode = self._mode_after_other_build(name, record, is_edited)
             if mode is not None:
                 yield Reason('something else built it since', mode)
             return
-        if built.differing:
-            mode = self._mode_for_damage(package, record, built.differing)
-            for product in built.differing[:_SHOWN_PRODUCTS]:
+        build, base = self._products.build(name), self._products.install_base
+        built = compare(build, record.products)
+        installed = compare(base, record.installed)
+        if differing := (*built.missing, *built.changed):
+            mode = self._mode_for_damage(package, record, differing)
+            for product in differing[:_SHOWN_PRODUCTS]:
                 is_missing = product in built.missing
                 what = 'is missing' if is_missing else 'is not as it was built'
-                text = f'{product} {what} in {self._products.build(name)}'
+                text = f'{product} {what} in {build}'
                 yield Reason(text, mode, is_damage=True)
-        yield from self._changed_install(installed, record, bool(found))
-        if (built.now or installed.now) and not (
-            built.differing or installed.differing
-        ):
-            # so that they need not be read again
-            now = replace(
-                record,
-                products=built.now or record.products,
-                installed=installed.now or record.installed,
-            )
-            self._write(name, now)
-
-    def _changed_install(
-        self, installed: Comparison, record: Record, is_edited: bool
-    ) -> Iterator[Reason]:
-        base = self._products.install_base
         missing = [p for p in _PREFIX_SCRIPTS if not os.path.exists(base / p)]
         if not is_edited:
             # else a link may be gone because its target is
@@ -418,44 +392,53 @@ class Freshness:
         for relative in installed.changed[:_SHOWN_PRODUCTS]:
             text = f'{relative} is not as it was installed in {base}'
             yield Reason(text, is_damage=True)
+        if (built.touched or installed.touched) and not (
+            differing or installed.missing or installed.changed
+        ):
+            # so that they need not be read again
+            now = replace(
+                record,
+                products={**record.products, **built.touched},
+                installed={**record.installed, **installed.touched},
+            )
+            self._write(name, now)
 
     def _mode_for_damage(
         self, package: Package, record: Record, differing: Iterable[str]
     ) -> BuildMode:
-        kinds = {
-            BuildMode.CONFIGURE
-            if Path(product).name in CONFIGURED
-            else BuildMode.BUILD
-            if is_compiled(product, record.products[product])
-            else BuildMode.CLEAN
-            for product in differing
-        }
         if (
             not package.type.endswith('cmake')
-            or _generates(record)
+            or _generates_code(record)
             or self._inputs(package).has_commands
         ):
             # what these make of one another is not known
             return BuildMode.CLEAN
-        return max(kinds)
+        return max(
+            BuildMode.CONFIGURE
+            if os.path.basename(product) in CONFIGURED
+            else BuildMode.BUILD
+            if is_compiled(product, record.products[product])
+            else BuildMode.CLEAN
+            for product in differing
+        )
 
-    def _built_by_others(
+    def _mode_after_other_build(
         self, name: str, record: Record, is_changed: bool
     ) -> BuildMode | None:
         """Return how to build what others built; None if it is the same."""
         if self._arguments(name) != record.arguments:
             return BuildMode.REINSTALL
+        if is_changed:
+            return BuildMode.BUILD
         products = self._products
         installed = products.states(name, record.installed)
         built = products.built(name, installed, record.products)
         if not (
-            _are_same(record.installed, installed)
-            and _are_same(record.products, built)
+            are_same(record.installed, installed)
+            and are_same(record.products, built)
         ):
-            # unless the source explains it, they had another source
-            return BuildMode.BUILD if is_changed else BuildMode.CLEAN
-        if is_changed:
-            return BuildMode.BUILD
+            # the source does not explain it: they had another source
+            return BuildMode.CLEAN
         same = replace(
             record,
             traces=products.traces(name),
@@ -468,13 +451,13 @@ class Freshness:
     def _arguments(self, name: str) -> str:
         return text_of(self._products.build(name) / ARGUMENTS)
 
-    def _make_room(
+    def _remove_outdated(
         self, package: Package, mode: BuildMode, known: Record
     ) -> Mapping[Path, Path]:
         products = self._products
         name = package.name
         for folder in (*products.folders(name), products.build(name)):
-            remove_dangling(folder, package.path)
+            remove_dangling_links(folder, package.path)
         if known.traces == products.traces(name):
             # what others made of it meanwhile; build tools compare times only
             for base, states in (
@@ -527,7 +510,7 @@ def _mode_for_python(change: Change, record: Record) -> BuildMode:
     return BuildMode.BUILD if is_newer and is_code else BuildMode.CLEAN
 
 
-def _is_apart(
+def _is_independent(
     package: Package,
     record: Record,
     context: BuildContext,
@@ -546,21 +529,15 @@ def _is_apart(
     return only_installs(package.path, own)
 
 
-def _are_same(
-    before: Mapping[str, Fingerprint], now: Mapping[str, Fingerprint]
-) -> bool:
-    return before.keys() == now.keys() and all(
-        is_same(before[name], now[name]) for name in before
-    )
-
-
-def _generates(record: Record) -> bool:
+def _generates_code(record: Record) -> bool:
     return any(name.endswith(INTERFACE_SUFFIXES) for name in record.files)
 
 
-def _of_others(record: Record, found: Iterable[Reason]) -> Iterator[Reason]:
-    """Return reasons from beyond a package as they concern its last build."""
-    generates = _generates(record)
+def _for_generated_code(
+    record: Record, found: Iterable[Reason]
+) -> Iterator[Reason]:
+    """Return reasons to build; generated code is built from scratch."""
+    generates = _generates_code(record)
     for reason in found:
         if generates and reason.mode > BuildMode.COMPILE:
             # rosidl does not compute the hashes of types again when a type

@@ -278,11 +278,12 @@ def live_files(
     targets = [Path(os.path.realpath(path)) for path in links]
     linked = {t.relative_to(real) for t in targets if t.is_relative_to(real)}
     live = {
-        relative
-        for relative in files
-        if not linked.isdisjoint((Path(relative), *Path(relative).parents))
-        and not _is_compiled(Path(relative))
-        and Path(relative).name not in copies
+        str(path)
+        for path in map(Path, files)
+        if not linked.isdisjoint((path, *path.parents))
+        and path.name not in copies
+        and path.name not in _COMPILED_NAMES
+        and path.suffix.lower() not in _COMPILED_SUFFIXES
     }
     read = {relative for relative in live if inputs.reads(relative)}
     # a program that the build runs may import what lies beside it
@@ -314,7 +315,7 @@ def link_project(source: Path, build: Path) -> None:
             (build / project.name).symlink_to(project)
 
 
-def remove_dangling(folder: Path, source: Path) -> None:
+def remove_dangling_links(folder: Path, source: Path) -> None:
     """
     Remove links into a package's source whose files are gone.
 
@@ -346,10 +347,3 @@ def tree(folder: Path) -> Iterator[Path]:
         for name in folders:
             if (path := Path(current, name)).is_symlink():
                 yield path
-
-
-def _is_compiled(path: Path) -> bool:
-    return (
-        path.name in _COMPILED_NAMES
-        or path.suffix.lower() in _COMPILED_SUFFIXES
-    )

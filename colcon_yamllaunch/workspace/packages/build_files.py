@@ -13,6 +13,7 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from itertools import pairwise, product, takewhile
+from math import prod
 import os
 from pathlib import Path, PurePosixPath
 import re
@@ -20,6 +21,11 @@ from typing import NamedTuple
 
 from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.packages.package_index import cmake_files
+from colcon_yamllaunch.workspace.packages.python_modules import (
+    last_name,
+    parsed,
+    text_in,
+)
 
 #: How many values a variable may come to.
 MAXIMUM_VALUES = 100
@@ -70,25 +76,21 @@ _PLAIN_MODULES = ('CTest', 'GNUInstallDirs')
 _PLAIN_VARIABLES = re.compile(r'\$\{(PROJECT_NAME|CMAKE_CURRENT_SOURCE_DIR)\}')
 #: Commands of CMake and ament_cmake that look for nothing but what they name,
 #: and what is meant by these names.
-_INSTALLING = frozenset(
-    (
-        *('add_subdirectory', 'add_test', 'ament_export_dependencies'),
-        *('ament_package', 'ament_python_install_package'),
-        *('cmake_minimum_required', 'else', 'elseif', 'enable_testing'),
-        *('endforeach', 'endif', 'find_package', 'foreach', 'if', 'install'),
-        *('message', 'option', 'project', 'set'),
-    )
-)
+_INSTALLING = {
+    *('add_subdirectory', 'add_test', 'ament_export_dependencies'),
+    *('ament_package', 'ament_python_install_package'),
+    *('cmake_minimum_required', 'else', 'elseif', 'enable_testing'),
+    *('endforeach', 'endif', 'find_package', 'foreach', 'if', 'install'),
+    *('message', 'option', 'project', 'set'),
+}
 _TOOLS = 'ament_cmake'
 _USED = re.compile(r'\$\{([^}]*)\}')
 _SETTING = ('set', 'foreach', 'option')
-_OWN_VARIABLES = frozenset(
-    (
-        *('CMAKE_CURRENT_LIST_DIR', 'CMAKE_CURRENT_SOURCE_DIR'),
-        *('CMAKE_PROJECT_NAME', 'CMAKE_SOURCE_DIR', 'PROJECT_NAME'),
-        'PROJECT_SOURCE_DIR',
-    )
-)
+_OWN_VARIABLES = {
+    *('CMAKE_CURRENT_LIST_DIR', 'CMAKE_CURRENT_SOURCE_DIR'),
+    *('CMAKE_PROJECT_NAME', 'CMAKE_SOURCE_DIR', 'PROJECT_NAME'),
+    'PROJECT_SOURCE_DIR',
+}
 #: A path that leads elsewhere, a variable of the environment, one that says
 #: where CMake looks, an expression, and what `install` runs.
 _ELSEWHERE = re.compile(
@@ -242,7 +244,7 @@ def source_programs(folder: Path) -> SourcePrograms:
                     found.add(program)
         if 'PROGRAMS' in arguments:
             files = arguments[arguments.index('PROGRAMS') + 1 :]
-            for word in variables.words(_until_keyword(files)):
+            for word in variables.words(takewhile(_is_no_keyword, files)):
                 program = PurePosixPath(word).name
                 # the source has those that are looked for by a pattern
                 if program.strip(_ANY) and '*' not in program:
@@ -310,7 +312,8 @@ class _Variables:
             for variable in ('PROJECT_NAME', 'CMAKE_PROJECT_NAME'):
                 self._add(variable, self.words(arguments[:1]))
         elif name == 'set' and arguments:
-            items = takewhile(_is_item, arguments[1:])
+            ends = ('CACHE', 'PARENT_SCOPE')
+            items = takewhile(lambda a: a not in ends, arguments[1:])
             # each item stands for the list
             self._add(arguments[0], self.words(items))
         elif name == 'list' and 'APPEND' in arguments[:-1]:
@@ -318,22 +321,20 @@ class _Variables:
         elif name == 'foreach' and arguments:
             self._add(arguments[0], self._items(arguments[1:]))
         elif name in self.functions:
-            self._call(self.functions[name], arguments)
+            parameters = self.functions[name]
+            for parameter, argument in zip(
+                parameters, arguments, strict=False
+            ):
+                self._add(parameter, self.words((argument,)))
+            for index, argument in enumerate(arguments):
+                self._add(f'ARGV{index}', self.words((argument,)))
+            self._add('ARGV', self.words(arguments))
+            self._add('ARGN', self.words(arguments[len(parameters) :]))
         elif name == 'get_filename_component' and len(arguments) > 2:
             self._add(arguments[0], self._path_parts(*arguments[1:3]))
         elif _COMPUTING.fullmatch(name):
             for argument in arguments:
                 self._add(argument, (_ANY,))
-
-    def _call(
-        self, parameters: tuple[str, ...], arguments: tuple[str, ...]
-    ) -> None:
-        for parameter, argument in zip(parameters, arguments, strict=False):
-            self._add(parameter, self.words((argument,)))
-        for index, argument in enumerate(arguments):
-            self._add(f'ARGV{index}', self.words((argument,)))
-        self._add('ARGV', self.words(arguments))
-        self._add('ARGN', self.words(arguments[len(parameters) :]))
 
     def _path_parts(self, path: str, part: str) -> list[str]:
         if part not in ('NAME', 'NAME_WE'):
@@ -366,34 +367,19 @@ class _Variables:
             self._values.get(name) or self._before.get(name) or {_ANY}
             for name in names
         ]
-        count = 1
-        for choice in choices:
-            count *= len(choice)
-        if count > MAXIMUM_VALUES:
+        if prod(map(len, choices)) > MAXIMUM_VALUES:
             choices = [{_ANY} for _ in names]
-        return {
-            _OTHER_VALUE.sub(_ANY, _with_values(argument, names, values))
-            for values in product(*choices)
-        }
+        found = set()
+        for values in product(*choices):
+            text = argument
+            for name, value in zip(names, values, strict=True):
+                text = text.replace(f'${{{name}}}', value)
+            found.add(_OTHER_VALUE.sub(_ANY, text))
+        return found
 
 
-def _with_values(
-    argument: str, names: Sequence[str], values: Sequence[str]
-) -> str:
-    for name, value in zip(names, values, strict=True):
-        argument = argument.replace(f'${{{name}}}', value)
-    return argument
-
-
-def _is_item(argument: str) -> bool:
-    return argument not in ('CACHE', 'PARENT_SCOPE')
-
-
-def _until_keyword(arguments: Iterable[str]) -> Iterator[str]:
-    for argument in arguments:
-        if _KEYWORD.fullmatch(argument):
-            return
-        yield argument
+def _is_no_keyword(argument: str) -> bool:
+    return _KEYWORD.fullmatch(argument) is None
 
 
 def _read_scripts(text: str, found: SourcePrograms) -> None:
@@ -414,7 +400,7 @@ def _read_scripts(text: str, found: SourcePrograms) -> None:
         found.add(_ANY)
 
 
-def spells_out_programs(folder: Path) -> bool:
+def names_all_programs(folder: Path) -> bool:
     """
     Return whether a build installs no script but those whose names it spells.
 
@@ -428,7 +414,7 @@ def spells_out_programs(folder: Path) -> bool:
     declared = ''.join(text_of(folder / name) for name in _DECLARATIONS)
     if _INSTALLED_FILES.search(declared):
         return False
-    calls, _ = _setup_calls(text_of(folder / 'setup.py'))
+    calls, _ = _setup_calls(folder)
     return len(calls) == 1 and all(
         keyword.arg not in (None, 'cmdclass')
         and (
@@ -520,7 +506,7 @@ def reading_commands(folder: Path) -> list[Command]:
     return [c for c in commands if _READING.fullmatch(c.name)]
 
 
-def found_by(text: str) -> tuple[set[str], set[str]]:
+def searched_names(text: str) -> tuple[set[str], set[str]]:
     """
     Return what a CMake file looks for: packages and environment variables.
 
@@ -541,7 +527,7 @@ def is_document(relative: str) -> bool:
     )
 
 
-def may_be_meant(relative: str, texts: Iterable[str]) -> bool:
+def may_be_named(relative: str, texts: Iterable[str]) -> bool:
     """
     Return whether CMake files may read or install a file of the source.
 
@@ -557,12 +543,12 @@ def may_be_meant(relative: str, texts: Iterable[str]) -> bool:
         if _PROGRAMS.search(text):
             return True
         text = _DESTINATION.sub('', _COMMENT_LINE.sub('', text))
-        if any(_means(word, parts) for word in _SEPARATORS.split(text)):
+        if any(_may_name(word, parts) for word in _SEPARATORS.split(text)):
             return True
     return False
 
 
-def _means(word: str, parts: list[str]) -> bool:
+def _may_name(word: str, parts: list[str]) -> bool:
     if _WHOLE.fullmatch(word):
         return True
     name = word.rstrip('/').rpartition('/')[2].lower()
@@ -594,12 +580,12 @@ def python_name(folder: Path) -> str | None:
     as a text, or by a variable that is one, else that of `setup.cfg` or
     `pyproject.toml`.
     """
-    calls, values = _setup_calls(text_of(folder / 'setup.py'))
+    calls, values = _setup_calls(folder)
     for call in calls:
         for keyword in call.keywords:
             if keyword.arg == 'name':
-                name = _name_of(keyword.value)
-                return _text(keyword.value) or values.get(name or '')
+                name = last_name(keyword.value)
+                return text_in(keyword.value) or values.get(name)
     return configured_name(folder)
 
 
@@ -615,36 +601,20 @@ def configured_name(
     return None
 
 
-def _setup_calls(text: str) -> tuple[list[ast.Call], dict[str, str | None]]:
-    """
-    Return the calls of `setup()`, and the texts that variables are set to.
-
-    :param text: A `setup.py`
-    """
-    try:
-        nodes = list(ast.walk(ast.parse(text)))
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return [], {}
+def _setup_calls(
+    folder: Path,
+) -> tuple[list[ast.Call], dict[str, str | None]]:
+    """Return the calls of `setup()`, and the texts of variables there."""
     values: dict[str, str | None] = {}
     calls = []
-    for node in nodes:
+    for node in ast.walk(parsed(folder / 'setup.py')):
         if isinstance(node, ast.Assign):
             for target in node.targets:
                 if isinstance(target, ast.Name):
                     # it may be any of them
                     is_first = target.id not in values
-                    values[target.id] = _text(node.value) if is_first else None
-        elif isinstance(node, ast.Call) and _name_of(node.func) == 'setup':
+                    text = text_in(node.value) if is_first else None
+                    values[target.id] = text
+        elif isinstance(node, ast.Call) and last_name(node.func) == 'setup':
             calls.append(node)
     return calls, values
-
-
-def _name_of(node: ast.expr) -> str | None:
-    if isinstance(node, ast.Attribute):
-        return node.attr
-    return node.id if isinstance(node, ast.Name) else None
-
-
-def _text(node: ast.expr) -> str | None:
-    value = node.value if isinstance(node, ast.Constant) else None
-    return value if isinstance(value, str) else None

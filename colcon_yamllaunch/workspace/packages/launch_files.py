@@ -118,39 +118,33 @@ def choose_launch_file(package: str, files: Sequence[str], wanted: str) -> str:
     name = PurePosixPath(wanted).as_posix()
     for matches in (eq, _is_end, _is_end_without_suffix):
         fitting = [f for f in files if matches(f, name)]
+        for is_better in (_is_likely, _is_yaml):
+            fitting = [f for f in fitting if is_better(f)] or fitting
+        if len(fitting) == 1:
+            return fitting[0]
         if fitting:
-            return _only(package, fitting, wanted)
-    raise _nothing(package, files, wanted)
-
-
-def _only(package: str, fitting: list[str], wanted: str) -> str:
-    for is_better in (_is_likely, _is_yaml):
-        fitting = [f for f in fitting if is_better(f)] or fitting
-    if len(fitting) == 1:
-        return fitting[0]
-    listed = ''.join(f'\n  {one_line(f)}' for f in fitting)
-    raise UserError(
-        f"'{wanted}' may be one of several launch files of {package}",
-        f'name one by its path:{listed}',
-    )
-
-
-def _nothing(package: str, files: Sequence[str], wanted: str) -> UserError:
+            raise UserError(
+                f"'{wanted}' may be one of several launch files of {package}",
+                f'name one by its path:{_lines(fitting)}',
+            )
     likely = likely_ones(files)
     if not likely:
-        return UserError(
+        raise UserError(
             f'{package} has no launch files',
             f'put {wanted} into the folder launch of the package',
         )
     by_name = {PurePosixPath(f).name: f for f in reversed(likely)}
     order = nearest_first(PurePosixPath(wanted).name, by_name)
-    listed = [by_name[n] for n in order]
-    listed += [f for f in likely if f not in listed]
-    lines = ''.join(f'\n  {one_line(f)}' for f in listed[:_LISTED])
+    listed = list(dict.fromkeys([*(by_name[n] for n in order), *likely]))
     more = '\n  …' if len(listed) > _LISTED else ''
-    return UserError(
-        f"{package} has no launch file '{wanted}'", f'it has:{lines}{more}'
+    raise UserError(
+        f"{package} has no launch file '{wanted}'",
+        f'it has:{_lines(listed[:_LISTED])}{more}',
     )
+
+
+def _lines(files: Sequence[str]) -> str:
+    return ''.join(f'\n  {one_line(file)}' for file in files)
 
 
 def _may_be_launch_file(path: Path) -> bool:

@@ -22,19 +22,15 @@ from colcon_yamllaunch.workspace.packages.package_locator import (
 LISTED = 10
 
 _SCRIPTS = ('.py', '.sh')
-_CODE = ('.c', '.cc', '.cpp', '.cxx', '.h', '.hh', '.hpp', '.hxx', '.py')
+_COMPILED = ('.c', '.cc', '.cpp', '.cxx')
+_CODE = (*_COMPILED, '.h', '.hh', '.hpp', '.hxx', '.py')
+_PROGRAM_SUFFIXES = (*_SCRIPTS, *_COMPILED)
 # folders and files whose scripts a build installs as no programs
 _NO_PROGRAMS = frozenset(('test', 'tests', 'launch', 'setup.py'))
 # the ways to build whose programs the build files name
-_KNOWN_TYPES = frozenset(
-    [
-        'cmake',
-        'python',
-        'ros.ament_cmake',
-        'ros.ament_python',
-        'ros.catkin',
-        'ros.cmake',
-    ]
+_KNOWN_TYPES = (
+    *('cmake', 'ros.cmake', 'ros.ament_cmake', 'ros.catkin'),
+    *('python', 'ros.ament_python'),
 )
 _BUILD_FILES = ('CMakeLists.txt', 'setup.py', 'setup.cfg', 'pyproject.toml')
 
@@ -90,8 +86,8 @@ def unknown_executable(
         return None
     # most launches name what is there
     from colcon_yamllaunch.workspace.packages.build_files import (
+        names_all_programs,
         source_programs,
-        spells_out_programs,
     )
 
     programs = source_programs(own.path)
@@ -104,7 +100,7 @@ def unknown_executable(
     is_script = source is not None and (
         Path(source).name == name or Path(source).suffix in _SCRIPTS
     )
-    is_known = not is_mentioned and spells_out_programs(own.path)
+    is_known = not is_mentioned and names_all_programs(own.path)
     if source is not None and is_script and is_known:
         same = _same_stem(name, programs.names)
         if not same:
@@ -149,12 +145,12 @@ def certainly_unknown_executable(
     """
     # only a launch that builds asks
     from colcon_yamllaunch.workspace.packages.build_files import (
-        spells_out_programs,
+        names_all_programs,
     )
 
     own = locator.package(package)
     # a program in a subfolder of lib/PACKAGE goes by its path from there
-    if own is not None and ('/' in name or not spells_out_programs(own.path)):
+    if own is not None and ('/' in name or not names_all_programs(own.path)):
         return None
     return unknown_executable(locator, package, name)
 
@@ -218,8 +214,13 @@ def missing_plugin(
     if known is None:
         # containers of other kinds may have lists of their own
         own = locator.package(package)
-        cure = '' if own is None else _register_command(own, plugin)
-        reason = f'{package} has installed no components{cure}'
+        reason = f'{package} has installed no components'
+        if own is not None and not own.type.endswith('python'):
+            reason += (
+                ": add 'rclcpp_components_register_nodes(TARGET "
+                f'"{plugin}")\' with its library as TARGET to '
+                f'{own.path / "CMakeLists.txt"}'
+            )
         return MissingPlugin(reason, own is not None)
     return None if plugin in known else _no_plugin(package, plugin, known)
 
@@ -250,14 +251,10 @@ def unknown_plugin(
 def _no_plugin(
     package: str, plugin: str, known: Iterable[str]
 ) -> MissingPlugin:
-    reason = f"{package} has no component '{plugin}': {_alike(plugin, known)}"
-    return MissingPlugin(reason, is_certain=True)
-
-
-def _alike(plugin: str, known: Iterable[str]) -> str:
     meant = did_you_mean(plugin, known)
-    names = _nearest(plugin, known)
-    return names if meant is None else f'{meant} {names}'
+    texts = filter(None, (meant, _nearest(plugin, known)))
+    reason = f"{package} has no component '{plugin}': {' '.join(texts)}"
+    return MissingPlugin(reason, is_certain=True)
 
 
 def _is_in_source(package: Package, name: str) -> bool:
@@ -267,15 +264,6 @@ def _is_in_source(package: Package, name: str) -> bool:
         word.search(text_of(package.path / file))
         for file, _ in source_files(package.path)
         if Path(file).suffix in _CODE
-    )
-
-
-def _register_command(package: Package, plugin: str) -> str:
-    if package.type.endswith('python'):
-        return ''
-    return (
-        f': add \'rclcpp_components_register_nodes(TARGET "{plugin}")\' with '
-        f'its library as TARGET to {package.path / "CMakeLists.txt"}'
     )
 
 
@@ -298,7 +286,13 @@ def not_installed(locator: PackageLocator, path: str) -> WorkspaceError | None:
         folder = Path('share', package.name, relative.parent).as_posix()
         cure = f"add ('{folder}', ['{origin}']) to data_files in setup.py"
     else:
-        cure = _install_command(relative, origin, Path(path))
+        what, into = f'FILES {origin}', Path('share/${PROJECT_NAME}')
+        has_folder = os.path.isdir(os.path.dirname(path))
+        if has_folder or origin != str(relative):
+            into /= relative.parent
+        elif len(relative.parts) > 1:
+            what = f'DIRECTORY {relative.parts[0]}'
+        cure = f"add 'install({what} DESTINATION {into})' to CMakeLists.txt"
     return WorkspaceError(f'{origin} of {package.name} is not installed', cure)
 
 
@@ -342,16 +336,13 @@ def _source_file(package: Package, name: str) -> str | None:
         [f for f in files if Path(f).name == name],
         [f for f in files if Path(f).stem == Path(name).stem],
     ):
-        scripts = [f for f in candidates if _is_program(package.path / f)]
-        if scripts:
-            return scripts[0]
+        for file in candidates:
+            suffix = Path(file).suffix
+            if suffix in _PROGRAM_SUFFIXES or (
+                not suffix and is_executable(package.path / file)
+            ):
+                return file
     return None
-
-
-def _is_program(path: Path) -> bool:
-    if path.suffix in ('.py', '.sh', '.c', '.cc', '.cpp', '.cxx'):
-        return True
-    return path.suffix == '' and is_executable(path)
 
 
 def _not_installed_program(
@@ -367,21 +358,18 @@ def _not_installed_program(
             f'entry_points of {package.path / "setup.py"}',
         )
     what, chmod = f'PROGRAMS {source}', ''
+    file = package.path / 'CMakeLists.txt'
     if Path(source).suffix.startswith('.c'):
-        what = f'TARGETS {_target(package, name)}'
+        targets = re.findall(r'add_executable\s*\(\s*([^\s)]+)', text_of(file))
+        is_other = name not in targets and len(targets) == 1
+        what = f'TARGETS {targets[0] if is_other else name}'
     elif not is_executable(package.path / source):
         chmod = f", and run 'chmod +x {source}' in {package.path}"
     return WorkspaceError(
         text,
         f"add 'install({what} DESTINATION lib/${{PROJECT_NAME}})' to "
-        f'{package.path / "CMakeLists.txt"}{chmod}',
+        f'{file}{chmod}',
     )
-
-
-def _target(package: Package, name: str) -> str:
-    text = text_of(package.path / 'CMakeLists.txt')
-    targets = re.findall(r'add_executable\s*\(\s*([^\s)]+)', text)
-    return name if name in targets or len(targets) != 1 else str(targets[0])
 
 
 def _in_bin(package: str, name: str, own: Package | None) -> WorkspaceError:
@@ -398,12 +386,3 @@ def _in_bin(package: str, name: str, own: Package | None) -> WorkspaceError:
     return WorkspaceError(
         text, 'install it with DESTINATION lib/${PROJECT_NAME}'
     )
-
-
-def _install_command(relative: Path, origin: str, path: Path) -> str:
-    what, folder = f'FILES {origin}', Path('share/${PROJECT_NAME}')
-    if os.path.isdir(path.parent) or origin != str(relative):
-        folder /= relative.parent
-    elif len(relative.parts) > 1:
-        what = f'DIRECTORY {relative.parts[0]}'
-    return f"add 'install({what} DESTINATION {folder})' to CMakeLists.txt"

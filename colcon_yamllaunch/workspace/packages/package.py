@@ -19,10 +19,7 @@ import stat
 from colcon_yamllaunch.common.errors import WorkspaceError
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.text_files import text_of
-from colcon_yamllaunch.workspace.packages.workspace_root import (
-    IGNORE_MARKERS,
-    is_ignored,
-)
+from colcon_yamllaunch.workspace.packages.workspace_root import is_ignored
 
 _SKIPPED_FOLDERS = {
     *('.git', '.hg', '.svn', '.bzr', 'CVS', '.vscode', '.idea', '.vs'),
@@ -112,11 +109,7 @@ def is_skipped_folder(entry: os.DirEntry[str]) -> bool:
     """Return whether nothing in a folder belongs to the source."""
     if entry.name in _SKIPPED_FOLDERS or entry.name.endswith('.egg-info'):
         return True
-    if entry.name not in _BUILD_FOLDERS:
-        return False
-    return any(
-        os.path.lexists(Path(entry.path, marker)) for marker in IGNORE_MARKERS
-    )
+    return entry.name in _BUILD_FOLDERS and is_ignored(Path(entry.path))
 
 
 def entries_of(path: str) -> list[os.DirEntry[str]]:
@@ -216,41 +209,37 @@ def _visit(
     name: str, known: Mapping[str, list[Package]], order: dict[str, None]
 ) -> None:
     # depth first without recursion: a chain may be longer than Python's stack
-    path = {name: _needs(name, known)}
+    path = {name: _needs(known[name])}
     while path:
         current, pending = next(reversed(path.items()))
         for needed in pending:
             if needed in path:
                 names = list(path)
-                raise _circle([*names[names.index(needed) :], needed])
+                circle = [*names[names.index(needed) :], needed]
+                raise WorkspaceError(
+                    'packages depend on each other in a circle: '
+                    + ' -> '.join(circle),
+                    'remove one of these dependencies from its package.xml',
+                )
             if needed in known and needed not in order:
-                path[needed] = _needs(needed, known)
+                path[needed] = _needs(known[needed])
                 break
         else:
             del path[current]
             order[current] = None
 
 
-def _needs(name: str, known: Mapping[str, list[Package]]) -> Iterator[str]:
-    package = _only(known[name])
-    return iter(sorted((package.build_depends | package.run_depends) - {name}))
-
-
-def _only(packages: list[Package]) -> Package:
-    if len({package.path for package in packages}) == 1:
-        return packages[0]
-    paths = ''.join(f'\n  {path}' for path in sorted(p.path for p in packages))
-    raise WorkspaceError(
-        f"several packages are named '{packages[0].name}':{paths}",
-        'rename all but one, or put a file COLCON_IGNORE into the others',
-    )
-
-
-def _circle(names: list[str]) -> WorkspaceError:
-    return WorkspaceError(
-        f'packages depend on each other in a circle: {" -> ".join(names)}',
-        'remove one of these dependencies from its package.xml',
-    )
+def _needs(named: list[Package]) -> Iterator[str]:
+    """Return what the only package of a name needs."""
+    package, paths = named[0], {package.path for package in named}
+    if len(paths) > 1:
+        listed = ''.join(f'\n  {path}' for path in sorted(paths))
+        raise WorkspaceError(
+            f"several packages are named '{package.name}':{listed}",
+            'rename all but one, or put a file COLCON_IGNORE into the others',
+        )
+    needed = package.build_depends | package.run_depends
+    return iter(sorted(needed - {package.name}))
 
 
 @dataclass(frozen=True, slots=True)

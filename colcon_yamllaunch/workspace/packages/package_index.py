@@ -11,7 +11,14 @@ says colcon itself; its answer is kept with what it came from, so that colcon
 is asked about new and changed folders only.
 """
 
-from collections.abc import Callable, Collection, Mapping, Sequence, Set
+from collections.abc import (
+    Callable,
+    Collection,
+    Iterable,
+    Mapping,
+    Sequence,
+    Set,
+)
 import os
 from pathlib import Path
 import re
@@ -48,18 +55,12 @@ _VARIABLE = re.compile(r'\$(\w+)')
 
 #: What colcon said about a folder, and what that depends on; as in JSON.
 Entry = dict[str, Any]
-_KINDS = (PACKAGE, IGNORED, PLAIN)
 #: What an entry has besides if it is a package.
 _OF_PACKAGES = {'name', 'path', 'type', 'build', 'run', 'metadata'}
 
 
-def has_ignore_marker(path: str) -> bool:
-    """Return whether colcon ignores a folder whatever else is in it."""
-    return os.path.lexists(f'{path}/COLCON_IGNORE')
-
-
-def content(path: str) -> tuple[set[str], list[str]] | None:
-    """Return the names of the files in a folder and of those crawled below."""
+def _content(path: str) -> tuple[set[str], list[str]] | None:
+    """Return the files in a folder and the folders crawled below, or None."""
     files, folders = set(), []
     try:
         with os.scandir(path) as entries:
@@ -73,7 +74,7 @@ def content(path: str) -> tuple[set[str], list[str]] | None:
     return files, folders
 
 
-def relevant(
+def _relevant(
     path: str, package_type: str, names: Collection[str]
 ) -> tuple[Set[str], list[str]]:
     """
@@ -113,20 +114,7 @@ def cmake_files(path: str) -> tuple[set[str], list[str]]:
     return files, folders
 
 
-def candidates(
-    path: str, names: Collection[str]
-) -> dict[str, Fingerprint | None]:
-    """Return what all is like that :func:`relevant` may turn out to return."""
-    files, folders = set(names), ['.']
-    if _CMAKE in files:
-        below, folders = cmake_files(path)
-        files |= below
-    return settled(path, (*files, *folders))
-
-
-def settled(
-    path: str, names: Collection[str]
-) -> dict[str, Fingerprint | None]:
+def _settled(path: str, names: Iterable[str]) -> dict[str, Fingerprint | None]:
     """Return the fingerprints of paths, None where a change may not show."""
     found = {}
     for name in names:
@@ -135,7 +123,7 @@ def settled(
     return found
 
 
-def is_certain(kind: str, package_type: str, names: Collection[str]) -> bool:
+def _is_certain(kind: str, package_type: str, names: Collection[str]) -> bool:
     """
     Return whether colcon would say the same of a folder without a warning.
 
@@ -150,18 +138,6 @@ def is_certain(kind: str, package_type: str, names: Collection[str]) -> bool:
     if kind == PLAIN:
         return _CMAKE not in names and 'setup.py' not in names
     return package_type in ('cmake', 'python')
-
-
-def conditions(path: str) -> tuple[set[str], bool]:
-    """
-    Return what a manifest says that depends on more than the manifest.
-
-    That is the variables that conditions may name, and whether it depends on
-    the members of a group.
-    """
-    text = text_of(Path(path, MANIFEST))
-    names = set(_VARIABLE.findall(text)) if 'condition' in text else set()
-    return names, 'group_depend' in text
 
 
 class Identifier(Protocol):
@@ -210,16 +186,34 @@ class PackageIndex:
         :param ask: Gets what is asked about all that is not known
         """
         self._crawl(known, ask)
-        if self._is_different(known) and self._has_groups(known):
+        has_vanished = not known.keys() <= self._entries.keys()
+        self.changed = self.changed or has_vanished
+        if (self._has_learned or has_vanished) and any(
+            entry.get('groups', True)
+            for entry in (*known.values(), *self._entries.values())
+        ):
             # members of a group may be anywhere
             self._crawl({}, ask)
         if self._has_learned:
-            self._complete(ask())
+            for folder, (package, metadata) in ask().describe().items():
+                self._entries.get(folder, {}).update(
+                    name=package.name,
+                    path=str(package.path),
+                    build=sorted(package.build_depends),
+                    run=sorted(package.run_depends),
+                    metadata=metadata,
+                )
 
     def packages(self) -> dict[str, Package]:
         """Return the packages by the folder that colcon knows them by."""
         return {
-            folder: _package(entry)
+            folder: Package(
+                name=entry['name'],
+                path=Path(entry['path']),
+                type=entry['type'],
+                build_depends=frozenset(entry['build']),
+                run_depends=frozenset(entry['run']),
+            )
             for folder, entry in self._entries.items()
             if entry['kind'] == PACKAGE
         }
@@ -232,7 +226,7 @@ class PackageIndex:
             if entry['kind'] == PACKAGE and entry['metadata']
         }
 
-    def lasting_entries(self) -> dict[str, Entry]:
+    def cacheable_entries(self) -> dict[str, Entry]:
         """Return the entries that may be relied on later."""
         return {
             folder: entry
@@ -254,85 +248,76 @@ class PackageIndex:
             except OSError:
                 continue
             place = (status.st_dev, status.st_ino)
-            if place not in seen:
-                seen.add(place)
-                below = self._visit(folder, path, status, known, ask)
+            if place in seen:
+                continue
+            seen.add(place)
+            entry = self._if_valid(known.get(folder), path, status)
+            below: list[str] = []
+            if entry is None or entry['kind'] == PLAIN:
+                # colcon ignores it whatever else is in it
+                is_ignored = os.path.lexists(f'{path}/COLCON_IGNORE')
+                found = None if is_ignored else _content(path)
+                if found is None:
+                    continue
+                names, below = found
+                if entry is None and (self._everywhere or names & MARKERS):
+                    entry = self._learn(folder, path, names, ask())
+            if entry is not None:
+                self._entries[folder] = entry
+            if entry is None or entry['kind'] == PLAIN:
+                below.sort(reverse=True)
                 pending += [os.path.join(folder, name) for name in below]
 
-    def _visit(
-        self,
-        folder: str,
-        path: str,
-        status: os.stat_result,
-        known: Mapping[str, Entry],
-        ask: Callable[[], Identifier],
-    ) -> list[str]:
-        """Classify a folder; return the subfolders to visit, last first."""
-        entry = self._known(known.get(folder), path, status)
-        if entry is None or entry['kind'] == PLAIN:
-            if has_ignore_marker(path):
-                return []
-            found = content(path)
-            if found is None:
-                return []
-            names, below = found
-            may_be_package = self._everywhere or names & MARKERS
-            if entry is None and may_be_package:
-                entry = self._learn(folder, path, names, ask())
-        if entry is not None:
-            self._entries[folder] = entry
-            if entry['kind'] != PLAIN:
-                return []
-        return sorted(below, reverse=True)
-
-    def _known(
+    def _if_valid(
         self, entry: Entry | None, path: str, status: os.stat_result
     ) -> Entry | None:
+        """Return a known entry if all that it came from is as it was."""
         try:
             if entry is None or not self._holds(entry, path):
                 return None
-            return self._if_complete(entry, path, status)
+            folders = dict(entry['folders'])
+            known = folders.pop('.', None)
+            if (
+                known is not None
+                and Fingerprint.of(status) == tuple(known)
+                and _are_same(path, folders)
+            ):
+                return entry
+            # something was added or removed, which need not matter
+            names, _ = _content(path) or (set(), [])
+            files, below = _relevant(path, entry['type'], names)
+            if files != entry['files'].keys():
+                return None
         except (KeyError, TypeError, AttributeError):
             # damaged
             return None
+        self.changed = True
+        return entry | {'folders': _settled(path, below)}
 
     def _holds(self, entry: Entry, path: str) -> bool:
-        """Return whether all that an answer came from is as it was."""
-        for name, value in entry['variables'].items():
-            if self._environment.get(name) != value:
-                return False
-        return _is_whole(entry) and _are_same(path, entry['files'])
-
-    def _if_complete(
-        self, entry: Entry, path: str, status: os.stat_result
-    ) -> Entry | None:
-        """Return the entry if nothing new would change the answer."""
-        folders = dict(entry['folders'])
-        known = folders.pop('.', None)
-        if (
-            known is not None
-            and Fingerprint.of(status) == tuple(known)
-            and _are_same(path, folders)
-        ):
-            return entry
-        # something was added or removed, which need not matter
-        names, _ = content(path) or (set(), [])
-        files, below = relevant(path, entry['type'], names)
-        if files != entry['files'].keys():
-            return None
-        self.changed = True
-        return entry | {'folders': settled(path, below)}
+        variables = entry['variables'].items()
+        return (
+            entry['kind'] in (PACKAGE, IGNORED, PLAIN)
+            and (entry['kind'] != PACKAGE or entry.keys() >= _OF_PACKAGES)
+            and all(self._environment.get(n) == v for n, v in variables)
+            and _are_same(path, entry['files'])
+        )
 
     def _learn(
         self, folder: str, path: str, names: set[str], identifier: Identifier
     ) -> Entry:
         self.changed = self._has_learned = True
-        # before colcon reads them, so that a change in between will show
-        before = candidates(path, names)
+        # before colcon reads them, so that a change in between will show:
+        # all that may turn out to be relevant
+        below, folders = cmake_files(path) if _CMAKE in names else ((), ['.'])
+        before = _settled(path, (*names, *below, *folders))
         kind, package_type = identifier.identify(folder)
-        files, folders = relevant(path, package_type, names)
-        certain = is_certain(kind, package_type, names)
-        variables, groups = conditions(path)
+        files, folders = _relevant(path, package_type, names)
+        certain = _is_certain(kind, package_type, names)
+        manifest = text_of(Path(path, MANIFEST))
+        # those that conditions may name
+        has_conditions = 'condition' in manifest
+        variables = _VARIABLE.findall(manifest) if has_conditions else []
         return {
             'kind': kind,
             'type': package_type,
@@ -343,26 +328,8 @@ class PackageIndex:
             'variables': {
                 name: self._environment.get(name) for name in sorted(variables)
             },
-            'groups': groups,
+            'groups': 'group_depend' in manifest,
         }
-
-    def _is_different(self, known: Mapping[str, Entry]) -> bool:
-        vanished = any(folder not in self._entries for folder in known)
-        self.changed = self.changed or vanished
-        return self._has_learned or vanished
-
-    def _has_groups(self, known: Mapping[str, Entry]) -> bool:
-        entries = [*known.values(), *self._entries.values()]
-        return any(entry.get('groups', True) for entry in entries)
-
-    def _complete(self, identifier: Identifier) -> None:
-        for folder, (package, metadata) in identifier.describe().items():
-            entry = self._entries.get(folder, {})
-            entry['name'] = package.name
-            entry['path'] = str(package.path)
-            entry['build'] = sorted(package.build_depends)
-            entry['run'] = sorted(package.run_depends)
-            entry['metadata'] = metadata
 
 
 def _are_same(path: str, known: Mapping[str, Any]) -> bool:
@@ -370,20 +337,4 @@ def _are_same(path: str, known: Mapping[str, Any]) -> bool:
     return all(
         then is not None and fingerprint(f'{path}/{name}') == tuple(then)
         for name, then in known.items()
-    )
-
-
-def _is_whole(entry: Entry) -> bool:
-    if entry['kind'] == PACKAGE:
-        return entry.keys() >= _OF_PACKAGES
-    return entry['kind'] in _KINDS
-
-
-def _package(entry: Entry) -> Package:
-    return Package(
-        name=entry['name'],
-        path=Path(entry['path']),
-        type=entry['type'],
-        build_depends=frozenset(entry['build']),
-        run_depends=frozenset(entry['run']),
     )

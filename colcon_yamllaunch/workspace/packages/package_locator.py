@@ -11,7 +11,7 @@ from pathlib import Path
 from colcon_yamllaunch.common.errors import WorkspaceError
 from colcon_yamllaunch.common.search_path import split_path
 from colcon_yamllaunch.common.suggestions import no_package
-from colcon_yamllaunch.common.text_files import text_of
+from colcon_yamllaunch.common.text_files import names_in, text_of
 from colcon_yamllaunch.workspace.packages.package import (
     Package,
     prefix_of,
@@ -105,12 +105,12 @@ class PackageLocator:
         """Return the names of all packages, for suggestions; this is slow."""
         names = set(self._packages)
         for prefix in self._ament:
-            names.update(_children(prefix / _AMENT_INDEX))
+            names.update(names_in(prefix / _AMENT_INDEX))
         for prefix in self._colcon:
-            names.update(_children(prefix / _COLCON_INDEX))
+            names.update(names_in(prefix / _COLCON_INDEX))
             names.update(
                 child
-                for child in _children(prefix)
+                for child in names_in(prefix)
                 if os.path.isfile(prefix / child / _COLCON_INDEX / child)
             )
         return tuple(sorted(names))
@@ -267,10 +267,3 @@ def _place(folder: Path) -> tuple[int, int] | None:
     except OSError:
         return None
     return status.st_dev, status.st_ino
-
-
-def _children(folder: Path) -> list[str]:
-    try:
-        return os.listdir(folder)
-    except OSError:
-        return []

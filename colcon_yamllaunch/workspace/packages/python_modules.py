@@ -16,8 +16,8 @@ so what a module of an extension imports of its own package is read, too.
 
 import ast
 from collections.abc import Iterable, Iterator, Mapping
+from functools import cached_property
 import glob
-from itertools import chain
 import os
 from pathlib import Path
 import re
@@ -26,7 +26,7 @@ from typing import NamedTuple
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.search_path import split_path
-from colcon_yamllaunch.common.text_files import content_of, text_of
+from colcon_yamllaunch.common.text_files import content_of, names_in, text_of
 from colcon_yamllaunch.workspace.packages.package import Package, source_files
 
 _TESTS = frozenset(('test', 'tests'))
@@ -107,8 +107,7 @@ def undeclared_imports(
         path = user.path / name
         if path.suffix != '.py' or _TESTS.intersection(Path(name).parts):
             continue
-        tree = _parsed(path)
-        for module, node in _imports(ast.walk(tree)):
+        for module, node in _imports(ast.walk(parsed(path))):
             if module not in owners:
                 owners[module] = undeclared_owner(module, user, packages)
             owner = owners[module]
@@ -125,10 +124,10 @@ def certain_imports(path: Path) -> Iterator[tuple[str, ast.stmt]]:
     None where it changes `sys.path`.
     """
     if 'sys.path' not in text_of(path):
-        yield from _imports(_parsed(path).body)
+        yield from _imports(parsed(path).body)
 
 
-def _parsed(path: Path) -> ast.Module:
+def parsed(path: Path) -> ast.Module:
     """Return the tree of a module, an empty one where it has none."""
     try:
         return ast.parse(content_of(path, MAXIMUM_SIZE))
@@ -154,26 +153,22 @@ class Extension:
     :param package: Whose it is
     :param module: Its full name
     :param folders: Where Python, or a build, looks for it
-    :param is_installed: Whether it is in the environment, and not only in
-      the source of a package
     """
 
     package: str
     module: str
     folders: tuple[str, ...]
-    is_installed: bool = True
 
 
-def installed_extensions(folders: Iterable[str]) -> Iterator[Extension]:
+def _installed_extensions(folders: tuple[str, ...]) -> Iterator[Extension]:
     """
     Find the extensions that are installed into folders.
 
     As in Python, the first of several distributions of one name counts.
     """
-    folders = tuple(folders)
     seen: set[str] = set()
     for folder in folders:
-        for entry in _entries(folder):
+        for entry in sorted(names_in(folder)):
             name = entry.partition('.')[0].partition('-')[0]
             if not entry.endswith(_METADATA) or name in seen:
                 continue
@@ -183,7 +178,7 @@ def installed_extensions(folders: Iterable[str]) -> Iterator[Extension]:
                 yield Extension(name, module, folders)
 
 
-def extensions_in_source(package: str, source: Path) -> Iterator[Extension]:
+def _extensions_in_source(package: str, source: Path) -> Iterator[Extension]:
     """
     Find the extensions that a package will have once it is built.
 
@@ -193,7 +188,7 @@ def extensions_in_source(package: str, source: Path) -> Iterator[Extension]:
     for file in ('setup.py', 'setup.cfg', 'pyproject.toml'):
         end = _NEXT_LIST if file == 'setup.py' else _NEXT_GROUP
         for module in _extension_modules(text_of(source / file), end):
-            yield Extension(package, module, folders, is_installed=False)
+            yield Extension(package, module, folders)
 
 
 def python_folders(environment: Mapping[str, str]) -> list[str]:
@@ -248,18 +243,11 @@ def _base_of(prefix: str) -> str | None:
 def _linked_from(folders: Iterable[str]) -> Iterator[str]:
     """Return the folders that development installations add (`.pth`)."""
     for folder in folders:
-        for entry in _entries(folder):
+        for entry in sorted(names_in(folder)):
             if entry.endswith('.pth'):
                 for line in text_of(Path(folder, entry)).splitlines():
                     if os.path.isabs(line):
                         yield line.rstrip()
-
-
-def _entries(folder: str) -> list[str]:
-    try:
-        return sorted(os.listdir(folder))
-    except OSError:
-        return []
 
 
 def _extension_modules(text: str, end: re.Pattern[str]) -> list[str]:
@@ -288,86 +276,74 @@ class ExposedNames:
     ) -> None:
         self._environment = environment
         self._packages = packages
-        self._found: tuple[dict[str, str], dict[str, str]] | None = None
-        self._of_ros: tuple[dict[str, str], dict[str, str]] | None = None
-        self._folders: list[str] = []
         self._not_installed: set[str] = set()
 
     def action(self, name: str) -> str | None:
         """Return the package that exposes an action, None when none does."""
-        return self._owner(name, 0)
+        return self._others[_ACTION].get(name) or self._ros[_ACTION].get(name)
 
     def substitution(self, name: str) -> str | None:
         """Return the package that exposes a substitution, or None."""
-        return self._owner(name, 1)
+        kind = _SUBSTITUTION
+        return self._others[kind].get(name) or self._ros[kind].get(name)
 
     def actions(self) -> Mapping[str, str]:
         """Return all actions, with their packages."""
-        return self._ros()[0] | self._others()[0]
+        return self._ros[_ACTION] | self._others[_ACTION]
 
     def substitutions(self) -> Mapping[str, str]:
         """Return all substitutions, with their packages."""
-        return self._ros()[1] | self._others()[1]
+        return self._ros[_SUBSTITUTION] | self._others[_SUBSTITUTION]
 
     def is_installed(self, package: str) -> bool:
         """Return whether a package that exposes something is installed."""
         return package not in self._not_installed
 
-    def _owner(self, name: str, kind: int) -> str | None:
-        return self._others()[kind].get(name) or self._ros()[kind].get(name)
+    @cached_property
+    def _folders(self) -> tuple[str, ...]:
+        return tuple(python_folders(self._environment))
 
-    def _others(self) -> tuple[dict[str, str], dict[str, str]]:
-        if self._found is None:
-            self._folders = python_folders(self._environment)
-            installed = [
-                extension
-                for extension in installed_extensions(self._folders)
-                if extension.package not in OF_ROS
-                and extension.module not in OF_ROS
-            ]
-            in_source = [
-                extension
-                for package in self._packages
-                for extension in extensions_in_source(
-                    package.name, package.path
-                )
-                if extension.module not in OF_ROS
-                and _file_of(extension.module, extension.folders) is not None
-            ]
-            # a distribution may have another name than its package
-            there = {extension.module for extension in installed}
-            own = {extension.module for extension in in_source}
-            self._not_installed = {
-                extension.package
-                for extension in in_source
-                if extension.module not in there
-            }
-            # what a package of the workspace has is what its source has
-            others = (e for e in installed if e.module not in own)
-            self._found = _names(chain(in_source, others))
-        return self._found
+    @cached_property
+    def _others(self) -> dict[str, dict[str, str]]:
+        """What packages expose, those of ROS 2 itself left out."""
+        installed = [
+            extension
+            for extension in _installed_extensions(self._folders)
+            if extension.package not in OF_ROS
+            and extension.module not in OF_ROS
+        ]
+        in_source = [
+            extension
+            for package in self._packages
+            for extension in _extensions_in_source(package.name, package.path)
+            if extension.module not in OF_ROS
+            and _file_of(extension.module, extension.folders) is not None
+        ]
+        # a distribution may have another name than its package
+        there = {e.module for e in installed}
+        own = {e.module for e in in_source}
+        self._not_installed = {
+            e.package for e in in_source if e.module not in there
+        }
+        # what a package of the workspace has is what its source has
+        others = [e for e in installed if e.module not in own]
+        return _names([*in_source, *others])
 
-    def _ros(self) -> tuple[dict[str, str], dict[str, str]]:
-        if self._of_ros is None:
-            self._others()
-            folders = tuple(self._folders)
-            self._of_ros = _names(Extension(n, n, folders) for n in OF_ROS)
-        return self._of_ros
+    @cached_property
+    def _ros(self) -> dict[str, dict[str, str]]:
+        return _names([Extension(n, n, self._folders) for n in OF_ROS])
 
 
-def _names(
-    extensions: Iterable[Extension],
-) -> tuple[dict[str, str], dict[str, str]]:
-    actions: dict[str, str] = {}
-    substitutions: dict[str, str] = {}
+def _names(extensions: Iterable[Extension]) -> dict[str, dict[str, str]]:
+    """Return the exposed names with their packages, by what exposes them."""
+    names: dict[str, dict[str, str]] = {_ACTION: {}, _SUBSTITUTION: {}}
     for extension in extensions:
-        for kind, name in exposed_by(extension):
-            names = actions if kind == _ACTION else substitutions
-            names.setdefault(name, extension.package)
-    return actions, substitutions
+        for kind, name in _exposed_by(extension):
+            names[kind].setdefault(name, extension.package)
+    return names
 
 
-def exposed_by(extension: Extension) -> Iterator[tuple[str, str]]:
+def _exposed_by(extension: Extension) -> Iterator[tuple[str, str]]:
     """Return what an extension exposes, as what exposes it and the name."""
     pending = _with_parents(extension.module)
     seen: set[str] = set()
@@ -377,7 +353,7 @@ def exposed_by(extension: Extension) -> Iterator[tuple[str, str]]:
         if module in seen or path is None:
             continue
         seen.add(module)
-        tree = _parsed(path)
+        tree = parsed(path)
         yield from _exposed_in(tree)
         is_package = path.name == '__init__.py'
         if is_package and 'import_module' in text_of(path):
@@ -411,20 +387,19 @@ def _file_of(module: str, folders: Iterable[str]) -> Path | None:
 def _exposed_in(tree: ast.AST) -> Iterator[tuple[str, str]]:
     texts: dict[str, str] = {}
     for node in ast.walk(tree):
-        if isinstance(node, ast.Assign) and _is_text(node.value):
+        if isinstance(node, ast.Assign) and (text := text_in(node.value)):
             for target in node.targets:
                 if isinstance(target, ast.Name):
-                    texts[target.id] = ast.literal_eval(node.value)
+                    texts[target.id] = text
     for node in ast.walk(tree):
         if isinstance(node, ast.Call) and node.args:
-            kind = _last_name(node.func)
+            kind = last_name(node.func)
             argument = node.args[0]
             if kind not in (_ACTION, _SUBSTITUTION):
                 continue
-            if _is_text(argument):
-                yield kind, ast.literal_eval(argument)
-            elif isinstance(argument, ast.Name) and argument.id in texts:
-                yield kind, texts[argument.id]
+            text = text_in(argument) or texts.get(last_name(argument))
+            if text:
+                yield kind, text
 
 
 def _imported(tree: ast.AST, module: str, is_package: bool) -> Iterator[str]:
@@ -443,11 +418,14 @@ def _imported(tree: ast.AST, module: str, is_package: bool) -> Iterator[str]:
             yield from (f'{base}.{alias.name}' for alias in node.names)
 
 
-def _last_name(node: ast.expr) -> str:
+def last_name(node: ast.expr) -> str:
+    """Return the name that an expression ends in; empty for another one."""
     if isinstance(node, ast.Attribute):
         return node.attr
     return node.id if isinstance(node, ast.Name) else ''
 
 
-def _is_text(node: ast.expr) -> bool:
-    return isinstance(node, ast.Constant) and isinstance(node.value, str)
+def text_in(node: ast.expr) -> str | None:
+    """Return the text that an expression is, None for another one."""
+    value = node.value if isinstance(node, ast.Constant) else None
+    return value if isinstance(value, str) else None

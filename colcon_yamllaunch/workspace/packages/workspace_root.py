@@ -107,15 +107,18 @@ class Trust:
             *(f'{build}{name}' for name in _BUILT),
             *(f'{install}{name}' for name in _INSTALLED),
         ]
+        if self._is_listed(root):
+            return
         for path in paths:
             stranger = self._stranger(path)
-            if stranger is not None and not self._is_listed(root):
+            if stranger is not None:
                 raise UntrustedError(
                     f'the workspace {root} is not used: {path} belongs to '
                     f'{_name(stranger)}, and what is in it would run as you',
                     self._cure(root),
                 )
-        if _is_for_everyone(root) and not self._is_listed(root):
+        for_everyone = stat.S_ISVTX | stat.S_IWOTH
+        if _mode(root) & for_everyone == for_everyone:
             raise UntrustedError(
                 f'{root} is not used as a workspace: everyone may put files '
                 f'there, and they would run as you',
@@ -152,13 +155,11 @@ class Trust:
         )
 
 
-def _is_for_everyone(folder: Path) -> bool:
+def _mode(folder: Path) -> int:
     try:
-        mode = folder.stat().st_mode
+        return folder.stat().st_mode
     except OSError:
-        return False
-    bits = stat.S_ISVTX | stat.S_IWOTH
-    return mode & bits == bits
+        return 0
 
 
 def _name(user: int) -> str:
@@ -200,7 +201,7 @@ def find_root(
     weak: Path | None = None
     refused: UntrustedError | None = None
     for folder in (start, *start.parents):
-        is_strong = _is_strong(folder)
+        is_strong = any(os.path.isfile(folder / m) for m in _STRONG_MARKERS)
         if not (is_strong or (not weak and _is_weak(folder, home, trust))):
             continue
         try:
@@ -281,10 +282,6 @@ def is_ignored(folder: Path) -> bool:
     return any(os.path.lexists(folder / name) for name in IGNORE_MARKERS)
 
 
-def _is_strong(folder: Path) -> bool:
-    return any(os.path.isfile(folder / marker) for marker in _STRONG_MARKERS)
-
-
 def _is_weak(folder: Path, home: Path, trust: Trust) -> bool:
     if not _may_be_weak(folder, home):
         return False
@@ -301,17 +298,10 @@ def _may_be_weak(folder: Path, home: Path) -> bool:
     is_common = (
         home.is_relative_to(folder)
         or folder.is_relative_to('/proc')
-        or _belongs_to_everyone(folder)
+        # such as /tmp: what lies there says nothing about what is beside it
+        or bool(_mode(folder) & stat.S_ISVTX)
     )
     return not is_common and not is_package(folder)
-
-
-def _belongs_to_everyone(folder: Path) -> bool:
-    # such as /tmp: what lies there says nothing about the folders beside it
-    try:
-        return bool(folder.stat().st_mode & stat.S_ISVTX)
-    except OSError:
-        return False
 
 
 def _names_a_project(path: Path) -> bool:

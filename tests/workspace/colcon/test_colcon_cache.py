@@ -64,7 +64,7 @@ def find(workspace):
             workspace.root, ['.'], environment or {}, everywhere
         )
         index.find(known or {}, lambda: identifier)
-        entries = json.loads(json.dumps(index.lasting_entries()))
+        entries = json.loads(json.dumps(index.cacheable_entries()))
         return sorted(index.packages()), identifier.asked, entries
 
     return run

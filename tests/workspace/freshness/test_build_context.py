@@ -4,13 +4,13 @@
 """What is said of packages that another one is built on."""
 
 from colcon_yamllaunch.workspace.freshness.build_record import (
-    build_of,
+    build_identifier,
     BuildContext,
     context_changes,
 )
 
-FIRST = build_of('1', '1', '1')
-SECOND = build_of('1', '1', '2')
+FIRST = build_identifier('1', '1', '1')
+SECOND = build_identifier('1', '1', '2')
 
 
 def test_dependencies_that_come_stay_and_go() -> None:

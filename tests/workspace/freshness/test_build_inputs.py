@@ -74,7 +74,7 @@ def test_a_header_of_another_package(tmp_path, name, file, written):
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
     source = tmp_path / 'src/flow'
     inputs = BuildInputs(source, tmp_path / 'build/flow')
-    assert inputs.outside([source, tmp_path / 'build']) == [header]
+    assert inputs.external_files([source, tmp_path / 'build']) == [header]
 
 
 def test_a_file_that_a_command_reads(tmp_path):

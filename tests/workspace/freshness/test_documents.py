@@ -6,7 +6,7 @@
 from colcon_yamllaunch.workspace.freshness.build_products import ARGUMENTS
 from colcon_yamllaunch.workspace.packages.build_files import (
     is_document,
-    may_be_meant,
+    may_be_named,
 )
 import pytest
 from support.package_builds import PackageBuilds
@@ -37,7 +37,7 @@ install(DIRECTORY launch config DESTINATION share/${PROJECT_NAME}
 )
 def test_documents(path):
     assert is_document(path)
-    assert not may_be_meant(path, [USUAL])
+    assert not may_be_named(path, [USUAL])
 
 
 @pytest.mark.parametrize(
@@ -75,7 +75,7 @@ def test_what_is_no_document(path):
     ],
 )
 def test_a_line_that_may_mean_it(line):
-    assert may_be_meant('README.md', [USUAL, f'{USUAL}\n{line}\n'])
+    assert may_be_named('README.md', [USUAL, f'{USUAL}\n{line}\n'])
 
 
 @pytest.mark.parametrize(
@@ -88,8 +88,8 @@ def test_a_line_that_may_mean_it(line):
     ],
 )
 def test_a_folder_that_is_installed(line):
-    assert may_be_meant('docs/guide.md', [f'{USUAL}\n{line}\n'])
-    assert not may_be_meant('README.md', [f'{USUAL}\n{line}\n'])
+    assert may_be_named('docs/guide.md', [f'{USUAL}\n{line}\n'])
+    assert not may_be_named('README.md', [f'{USUAL}\n{line}\n'])
 
 
 @pytest.fixture

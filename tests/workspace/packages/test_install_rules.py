@@ -5,9 +5,7 @@
 
 from pathlib import Path
 
-from colcon_yamllaunch.workspace.packages.build_files import (
-    spells_out_programs,
-)
+from colcon_yamllaunch.workspace.packages.build_files import names_all_programs
 import pytest
 
 PLAIN = """
@@ -58,7 +56,7 @@ def test_cmake_that_tells_all_programs(
 ) -> None:
     path = tmp_path / 'CMakeLists.txt'
     path.write_text(PLAIN + more)
-    assert spells_out_programs(tmp_path) is is_known
+    assert names_all_programs(tmp_path) is is_known
 
 
 @pytest.mark.parametrize(
@@ -80,6 +78,6 @@ def test_setup_that_tells_all_programs(
     tmp_path: Path, old: str, new: str, is_known: bool
 ) -> None:
     (tmp_path / 'setup.py').write_text(SETUP.replace(old, new))
-    assert spells_out_programs(tmp_path) is is_known
+    assert names_all_programs(tmp_path) is is_known
     (tmp_path / 'setup.cfg').write_text('[options.data_files]\n')
-    assert not spells_out_programs(tmp_path)
+    assert not names_all_programs(tmp_path)
