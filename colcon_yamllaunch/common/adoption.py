@@ -5,10 +5,10 @@
 Processes that become children of ours as their own parents end.
 
 A process whose parent ends becomes a child of the nearest ancestor that asked
-for that, see PR_SET_CHILD_SUBREAPER in prctl(2), or else of process 1. So
-nothing that a launch started gets out of its sight, whatever it does to its
-environment, group and session; and in a container, where the launcher may be
-process 1, nobody else would reap what has ended.
+for that, see PR_SET_CHILD_SUBREAPER in prctl(2), or else of process 1. So the
+launcher finds all processes of a launch, whatever they do to their
+environment, group and session. In a container the launcher may be process 1,
+and nobody else would reap ended processes.
 """
 
 from collections.abc import Collection
@@ -20,15 +20,13 @@ from colcon_yamllaunch.common.prctl import adopt_orphans
 
 class Adoption:
     """
-    The children that others started.
+    The adopted children of this process.
 
-    Those that were there before, from whatever this process was before it
-    became Python, are never ours, and neither can those be told apart that
-    lose their parent among their descendants.
+    Children from before this process became Python are not part of the launch;
+    their descendants cannot be distinguished from those of the launch.
 
-    :param helpers: Those of them that this process itself has started, which
-      it tells apart
-    :param guard: The guard if that is there already, else 0
+    :param helpers: Children that this process itself has started before
+    :param guard: The process id of the guard if it runs already, else 0
     """
 
     def __init__(self, helpers: Collection[int] = (), guard: int = 0) -> None:
@@ -48,8 +46,7 @@ class Adoption:
 
         They may have ended.
 
-        :param ours: The children that this process itself has started, if
-          they are to be told apart
+        :param ours: The children that this process itself has started
         """
         adopted = _children().difference(ours, self._others)
         new = adopted - self._seen
@@ -61,7 +58,7 @@ class Adoption:
         self._seen.discard(pid)
 
     def end(self) -> None:
-        """Adopt no more, and reap what has ended."""
+        """Stop adopting, and reap ended children."""
         adopt_orphans(wanted=False)
         for pid in self.look(())[0]:
             with suppress(ChildProcessError):
@@ -69,7 +66,7 @@ class Adoption:
 
 
 def _children() -> set[int]:
-    """Return our children, those included that ended."""
+    """Return the children of this process, ended ones included."""
     try:
         with open(f'/proc/self/task/{os.getpid()}/children', 'rb') as file:
             return set(map(int, file.read().split()))

@@ -4,9 +4,9 @@
 """
 The steps by which processes are stopped: SIGINT, SIGTERM, SIGKILL.
 
-Whoever stops processes takes these steps: a launch that ends, one process of
-it that is stopped or restarted, the guard of a launch that was killed, and
-whoever ends a build. They differ in whom they look for, see :class:`Targets`.
+These steps stop a whole launch, one process that is stopped or restarted, the
+processes of a launch that was killed, and a build. Each has its own way to
+find the processes, see :class:`Targets`.
 
 This module is part of the guard and imports little.
 """
@@ -28,8 +28,7 @@ KILL_TIMEOUT = 5.0
 #: Seconds between two looks at processes whose end nobody reports.
 CHECK_INTERVAL = 0.05
 
-#: The number of what is known to belong to somebody, but not to whom, and of
-#: all that no time-outs are known of.
+#: The number of processes of the launch whose origin or time-outs are unknown.
 WHOLE = -1
 
 _GIVEN_UP = len(STEPS)
@@ -71,7 +70,7 @@ Target = int | Orphan
 
 
 class Targets:
-    """The processes that are to be stopped, as whoever stops them sees it."""
+    """The processes to be stopped."""
 
     def groups(self) -> Mapping[int, int]:
         """Return the process groups that run now, with their numbers."""
@@ -79,10 +78,10 @@ class Targets:
 
     @abstractmethod
     def search(self, groups: Collection[int]) -> list[Orphan]:
-        """Find all that run besides the groups; this may take a while."""
+        """Find running processes outside the groups; this is slow."""
 
     def recheck(self, orphans: list[Orphan]) -> list[Orphan]:
-        """Return those of some that were found which still run."""
+        """Return the orphans that still run."""
         return [o for o in orphans if is_alive(o.pid, o.birth)]
 
     def send(self, target: Target, step: signal.Signals) -> None:
@@ -90,12 +89,12 @@ class Targets:
         send(target, step)
 
     def kill(self, number: int) -> None:
-        """Kill all that has a number, seen or not, if the system can."""
+        """Kill all processes with a number, even unseen ones, if possible."""
 
 
 class Escalation:
     """
-    Who is to be sent which signal, and when.
+    Which process gets which signal, and when.
 
     :param targets: The processes; each belongs to what has a number, such as
       a process of the plan, and takes the steps with that
@@ -127,9 +126,9 @@ class Escalation:
         self._sent: dict[Target, int] = {}
         self._checked = -math.inf
         self._groups: Mapping[int, int] = {}
-        #: What was found besides the groups and still ran at the last look.
+        #: The processes outside the groups that ran at the last check.
         self.orphans: list[Orphan] = []
-        #: Whether nothing runs any more, or what does cannot be ended.
+        #: Whether nothing runs any more, or only what cannot be ended.
         self.is_over = False
 
     def advance(self, now: float) -> None:

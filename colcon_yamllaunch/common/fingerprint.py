@@ -2,10 +2,10 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-Telling whether files and folders are as they were.
+Whether files and folders have changed.
 
-Their sizes and times tell it without reading them, once the clock of the file
-system has moved on since they were written; else their contents do.
+Sizes and times tell that without reading a file, except if it was written
+within the last tick of the file system's clock; then its content is compared.
 """
 
 from collections.abc import Iterable
@@ -40,7 +40,7 @@ _SECOND = 1_000_000_000
 
 class Fingerprint(NamedTuple):
     """
-    What a file or folder is like; JSON makes a list of it.
+    The size, times and content of a file or folder; a list in JSON.
 
     :param size: Bytes; -1 for a folder, whose times tell as much
     :param mtime: When it was last written (nanoseconds), or 0 where that

@@ -2,11 +2,11 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-What the parts of a launch are called, in front of their output and elsewhere.
+The labels of processes and components, in front of their output.
 
-ROS 2 calls a process by its program and its number in the launch, as
-`talker.py-2`. Two processes of one program are hard to tell apart by that, so
-a label is the name of the node where the launch file gives one.
+ROS 2 names a process by its program and its number in the launch, such as
+`talker.py-2`. Users cannot tell two processes of one program apart by that,
+so a label is the name of the node if the launch file sets one.
 """
 
 from collections import Counter
@@ -22,9 +22,9 @@ from colcon_yamllaunch.plan.plan import (
     Process,
 )
 
-#: What stands between the name of a machine and that of a process there.
+#: Separates the name of a machine from that of a process there.
 MACHINE_SEPARATOR = '│'
-#: What no node is called in output: the launcher's own lines have it.
+#: Labels that no node gets: the launcher's own lines have them.
 RESERVED = frozenset({'launch'})
 
 

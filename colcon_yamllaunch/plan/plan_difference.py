@@ -2,11 +2,11 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-What differs between the plan that runs and the one that is to run now.
+The difference between the running plan and a new one.
 
-What a launch file says may move to another line or file, and the numbers in
-the names of ROS 2 with it. So what stays is found by what it is, and keeps
-its label and name.
+An edit may move a node to another line or file, and so change the numbers in
+the names of ROS 2. So nodes of both plans are matched by their content, and
+keep their labels and names.
 """
 
 from collections import Counter
@@ -47,16 +47,17 @@ _Key = Callable[[Any], Hashable]
 @dataclass(frozen=True, slots=True)
 class PlanDifference:
     """
-    What is to be done about another plan.
+    The difference between the running plan and a new one.
 
-    :param plan: It, with the labels and names that what stays has already
-    :param gone: The labels of processes and components that it has no more
-    :param new: What it has that was not there, in order; a timer has only
-      what is new in it
-    :param dropped: What was to be done besides, and is not any more: messages,
+    :param plan: The new plan, with the labels and names of the running one
+    :param gone: The labels of processes and components that only the running
+      plan has
+    :param new: The entries that only the new plan has, in order; a timer has
+      only its new entries
+    :param dropped: Other entries that only the running plan has: messages,
       shutdowns, requests
     :param differs: The labels of those that are started or loaded otherwise,
-      in its order
+      in order
     :param same: The labels of all others
     """
 
@@ -69,7 +70,7 @@ class PlanDifference:
 
     @property
     def is_empty(self) -> bool:
-        """Whether all goes on as it does."""
+        """Whether nothing changes."""
         return not (self.gone or self.new or self.dropped or self.differs)
 
 
@@ -121,7 +122,7 @@ def plan_difference(
 def _matches(
     old: Iterable[Labelled], new: Iterable[Labelled], keys: Iterable[_Key]
 ) -> Iterator[tuple[Labelled, Labelled]]:
-    """Iterate over what stays, as it was and as it is."""
+    """Iterate over the entries in both plans, as pairs."""
     old, new = list(old), list(new)
     for key in keys:
         waiting: dict[Hashable, list[Labelled]] = {}
@@ -253,7 +254,7 @@ def _labelled(plan: Plan) -> tuple[Labelled, ...]:
 def _others(
     entries: Iterable[Entry], periods: tuple[float, ...] = ()
 ) -> Iterator[tuple[Hashable, Entry]]:
-    """Iterate over what has no label, with what it is known by."""
+    """Iterate over entries without a label, with their keys."""
     for entry in entries:
         if isinstance(entry, Timer):
             yield from _others(entry.entries, (*periods, entry.period))
@@ -275,7 +276,7 @@ def _other_content(entry: Entry, periods: tuple[float, ...]) -> Hashable:
 
 
 def _content(entry: Labelled) -> Hashable:
-    """Return all that matters to what is started or loaded."""
+    """Return all that determines how an entry is started or loaded."""
     if isinstance(entry, Process):
         return _process_content(entry)
     return _component_content(entry)
