@@ -67,7 +67,7 @@ class WorkspaceLock:
         self.release(clear=kind is None)
 
     def look(self, build_base: Path) -> None:
-        """Remember when it was last taken, before the workspace is read."""
+        """Remember when the lock was last acquired, for :meth:`acquire`."""
         self._seen = _last_acquired(build_base)
 
     def acquire(
@@ -136,7 +136,7 @@ class WorkspaceLock:
             self._describe('is about to start')
 
     def hand_over(self) -> None:
-        """Leave no trace: this process becomes another, which ends it."""
+        """Clear the lock file before this process becomes another program."""
         if self._descriptor is not None:
             os.ftruncate(self._descriptor, 0)
 

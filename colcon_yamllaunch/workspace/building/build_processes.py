@@ -140,9 +140,9 @@ def end_orphans(build_base: Path, announce: Callable[[str], None]) -> None:
 
 class Interruption:
     """
-    What came of the signals during a build.
+    Handles signals during a build.
 
-    :param adoption: Keeps what the build has started in sight
+    :param adoption: Knows the processes that the build has started
     """
 
     def __init__(self, adoption: Adoption) -> None:
@@ -164,7 +164,7 @@ class Interruption:
             _interrupt()
 
     def end(self) -> None:
-        """Leave nothing behind if it was interrupted."""
+        """End all processes of the build if it was interrupted."""
         self._has_ended.set()
         if self._number is not None:
             self._ender.join()
@@ -183,7 +183,7 @@ class Interruption:
 @contextmanager
 def interruption() -> Iterator[Interruption]:
     """
-    End what is built when a signal asks for it, within some seconds.
+    End a build within some seconds after a signal.
 
     The first signal raises :class:`KeyboardInterrupt` inside.
 

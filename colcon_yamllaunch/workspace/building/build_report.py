@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What users are told about what is built and why."""
+"""Messages about which packages are built, and why."""
 
 from collections.abc import Iterable, Iterator, Sequence
 import os
@@ -93,7 +93,7 @@ def explanation(decision: Decision, way: Sequence[str], launch: str) -> str:
     Describe a decision in one line.
 
     :param way: How the launch comes to need the package, as
-      :func:`closure.needed_by` tells it
+      :func:`package.needed_by` returns it
     """
     texts = [reason.text for reason in decision.reasons]
     if not texts:

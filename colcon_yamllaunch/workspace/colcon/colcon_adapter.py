@@ -2,7 +2,7 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-Everything that is asked of colcon, in one place.
+All requests to colcon.
 
 The arguments are those of `colcon build`, parsed a second time within the
 running command as colcon-rerun and colcon-alias do it, so that the user's
@@ -312,7 +312,14 @@ class Colcon:
         :raises WorkspaceError: when a name is unknown or the workspace was
           built in another way; nothing was made then
         """
-        descriptors = self._needed(names)
+        packages = self.packages()
+        unknown = sorted(set(names) - {package.name for package in packages})
+        if unknown:
+            raise WorkspaceError(
+                f"no package '{unknown[0]}' in the workspace {self.root}"
+            )
+        needed = set(closure(packages, names))
+        descriptors = {d for d in self._descriptors() if d.name in needed}
         self.mark()
         variables = _INSTALL_MODE | dict(environment)
         with (
@@ -328,11 +335,10 @@ class Colcon:
 
     def warm_up(self, environment: Mapping[str, str]) -> None:
         """
-        Do in vain what each build does, as colcon keeps some of it.
+        Fill colcon's caches and load its modules, for builds in forks.
 
-        That is the version of CMake, and templates as they were read. It
-        also loads what a build takes. The builds of forks then take short
-        cuts, too, which others need not.
+        colcon caches the version of CMake and its templates. Builds in forks
+        of this process also skip shells that source nothing.
 
         :param environment: The variables that builds will see
         """
@@ -416,23 +422,23 @@ class Colcon:
         own = {k: v for k, v in desc.metadata.items() if k in tasks}
         return _text([own, sorted(map(str, desc.hooks))])
 
-    def _needed(self, names: Collection[str]) -> set[Any]:
-        packages = self.packages()
-        unknown = sorted(set(names) - {package.name for package in packages})
-        if unknown:
-            raise WorkspaceError(
-                f"no package '{unknown[0]}' in the workspace {self.root}"
-            )
-        needed = set(closure(packages, names))
-        return {desc for desc in self._descriptors() if desc.name in needed}
-
     def _build(
         self, descriptors: set[Any], names: frozenset[str]
     ) -> BuildResult:
         args = self._args
         self._verb._create_paths(args)
+        try:
+            decorators = topological_order_packages(
+                descriptors,
+                direct_categories=_DIRECT,
+                recursive_categories=_RECURSIVE,
+            )
+        except AssertionError as e:
+            raise WorkspaceError(str(e)) from e
+        for decorator in decorators:
+            decorator.selected = decorator.descriptor.name in names
         jobs, _ = self._verb._get_jobs(
-            args, self._decorators(descriptors, names), str(self.install_base)
+            args, decorators, str(self.install_base)
         )
         context = command.CommandContext(command_name='colcon', args=args)
         on_error = (
@@ -447,7 +453,11 @@ class Colcon:
             args.merge_install,
         )
         if self._is_warm:
-            _count_from_now(context)
+            handlers = get_event_handler_extensions(context=context)
+            for handler in handlers.values():
+                if hasattr(handler, '_start_time'):
+                    # not when the arguments were parsed, before the fork
+                    handler._start_time = time.monotonic()
             # they depend on no package, and jobs wait for compilers by then
             timer = threading.Timer(_HEAD_START, create_scripts)
             timer.start()
@@ -473,19 +483,6 @@ class Colcon:
             frozenset(name for name, code in done if code not in good),
         )
 
-    def _decorators(self, descriptors: set[Any], names: frozenset[str]) -> Any:
-        try:
-            decorators = topological_order_packages(
-                descriptors,
-                direct_categories=_DIRECT,
-                recursive_categories=_RECURSIVE,
-            )
-        except AssertionError as e:
-            raise WorkspaceError(str(e)) from e
-        for decorator in decorators:
-            decorator.selected = decorator.descriptor.name in names
-        return decorators
-
     @contextmanager
     def _in_root(self) -> Iterator[None]:
         previous = os.getcwd()
@@ -495,14 +492,6 @@ class Colcon:
                 yield
             finally:
                 os.chdir(previous)
-
-
-def _count_from_now(context: Any) -> None:
-    """Start the time in the summary of a build now."""
-    for handler in get_event_handler_extensions(context=context).values():
-        if hasattr(handler, '_start_time'):
-            # that is when the arguments were understood
-            handler._start_time = time.monotonic()
 
 
 def _text(value: Any) -> str:
@@ -730,7 +719,7 @@ class _AskedOnce:
 
 class _NameReader:
     """
-    Identifies Python packages by what is written in their files.
+    Identifies Python packages without running their `setup.py`.
 
     :param extension: What it stands for: that of setup.cfg, or of setup.py
     :param guessed: Gets the packages of which the name is not written

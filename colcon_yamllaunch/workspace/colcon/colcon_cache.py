@@ -2,11 +2,11 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-colcon for one workspace, asked only about what is not known already.
+colcon for one workspace, with a cache of its answers.
 
-Importing and starting colcon's build machinery takes longer than all else that
-a launch does. What it said is kept below `build/`, with everything that it
-depends on. When anything of this differs, colcon is asked again.
+Importing and starting colcon takes longer than the rest of a launch. Its
+answers are stored below `build/`, with everything that they depend on. If any
+of this changes, colcon is asked again.
 """
 
 from collections.abc import (
@@ -174,12 +174,6 @@ def configuration_folder(environment: Mapping[str, str]) -> Path:
     """Return colcon's configuration folder (`COLCON_HOME`)."""
     given = environment.get('COLCON_HOME')
     return Path(given or '~/.colcon').expanduser()
-
-
-def metadata_files(environment: Mapping[str, str]) -> list[str]:
-    """Return the user's files with metadata of packages (colcon-metadata)."""
-    folder = configuration_folder(environment) / 'metadata'
-    return [p for p in _files(str(folder)) if p.endswith('.meta')]
 
 
 def _configuration_files(
@@ -438,9 +432,11 @@ class CachedColcon:
             return {key: self._cache[key] for key in ('named', 'everywhere')}
         values = self._ask().values
         named = named_files(self.root, values)
-        everywhere = bool(metadata_files(os.environ)) or any(
-            found is not None and path.endswith('.meta')
-            for path, found in named.items()
+        # the user's files with metadata of packages (colcon-metadata)
+        folder = configuration_folder(os.environ) / 'metadata'
+        files = [path for path, found in named.items() if found is not None]
+        everywhere = any(
+            path.endswith('.meta') for path in (*_files(str(folder)), *files)
         )
         return {'named': named, 'everywhere': everywhere}
 

@@ -4,9 +4,9 @@
 """
 The packages of a workspace without colcon, as completion needs them.
 
-Nothing is written. What colcon said last holds as far as the folders are as
-they were; what a new or changed folder is shows the file that colcon would
-read.
+Nothing is written. The cached answers of colcon are used for unchanged
+folders; for new and changed folders, the files that colcon would read tell
+what they are.
 """
 
 from collections.abc import Mapping
@@ -86,7 +86,7 @@ def _with_underlays(
 
 
 class _FolderReader:
-    """Says what folders are, without colcon; see `index.Identifier`."""
+    """Identifies folders without colcon; see `package_index.Identifier`."""
 
     def __init__(self, root: Path) -> None:
         self._root = root

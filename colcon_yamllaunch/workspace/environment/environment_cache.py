@@ -2,18 +2,17 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-The environment that a setup script made last time.
+The cache of environments that a setup script made.
 
-It is kept below `build/` for as long as nothing changed that sourcing reads:
-the names, sizes and times of the scripts, of the descriptions of hooks, and of
-what these look for. What a build wrote anew with the same content did not
-change. Only an environment that is just what the hooks describe is kept, so
-that no script had a hand in it that depends on more.
+A record below `build/` is valid as long as the files that sourcing reads are
+unchanged: the scripts, the descriptions of hooks, and the files that these
+look for. A file that a build wrote again with the same content is unchanged.
+An environment is cached only if it is exactly what the hooks describe: then no
+script has set variables from other sources.
 
-What is kept is what the script changed, together with a digest of the
-variables that it was sourced with: these may hold secrets, and never get to
-the disk. A record that cannot be read counts as none, and in doubt the script
-is sourced.
+A record has the changes of the script, and a digest of the variables before:
+these may hold secrets, and are never written to the disk. In doubt, and if a
+record cannot be read, the script is sourced.
 """
 
 from collections.abc import Callable, Iterable, Mapping

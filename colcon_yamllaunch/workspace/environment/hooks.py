@@ -8,9 +8,9 @@ They are described in dsv files, one `operation;argument;…` a line. The rules
 are those of colcon's and ament's prefix scripts (colcon-core,
 shell/template/prefix_util.py.em; ament_package, _local_setup_util.py).
 
-:class:`Description` reads them, so that who only looks at a launch runs
-nothing of the workspace. :func:`missing_packages` looks for what they put in:
-colcon's scripts return 0 when a file of theirs is broken, and when installed
+:class:`Description` reads them, so that looking at a launch runs nothing of
+the workspace. :func:`missing_packages` checks the sourced environment:
+colcon's scripts return 0 even if one of their files is broken, or if installed
 packages depend on each other in a circle (colcon-core issue 734).
 """
 
@@ -63,7 +63,7 @@ Change = tuple[str, str, str]
 
 
 class DamagedHooksError(Exception):
-    """A description of hooks that sourcing trips over or falls short with."""
+    """A description of hooks is damaged, so that sourcing fails."""
 
     def __init__(self, path: str, reason: str) -> None:
         super().__init__(f'{path} is damaged: {reason}')
@@ -96,7 +96,12 @@ def read_hooks(prefix: str, name: str) -> Hooks:
     hooks.paths.append(path)
     if os.path.exists(path):
         _read((path,), prefix, hooks)
-        _check_complete(path)
+        script = f'{path.removesuffix(".dsv")}.sh'
+        if os.path.exists(script):
+            described = set(_text(path).splitlines())
+            for hook in _SH_HOOK.findall(_text(script)):
+                if f'source;{hook}' not in described:
+                    raise DamagedHooksError(path, f'it lacks {hook}')
     return hooks
 
 
@@ -159,16 +164,6 @@ def _change(operation: str, remainder: str, prefix: str, hooks: Hooks) -> None:
                 continue
         end = 'append' if operation == _APPEND else 'prepend'
         hooks.changes.append((end, name, path))
-
-
-def _check_complete(path: str) -> None:
-    script = f'{path.removesuffix(".dsv")}.sh'
-    if not os.path.exists(script):
-        return
-    described = set(_text(path).splitlines())
-    for hook in _SH_HOOK.findall(_text(script)):
-        if f'source;{hook}' not in described:
-            raise DamagedHooksError(path, f'it lacks {hook}')
 
 
 def _text(path: str) -> str:
@@ -349,7 +344,7 @@ def missing_packages(
     merge_install: bool,
 ) -> dict[str, str]:
     """
-    Find packages that sourcing did not bring in, though it returned 0.
+    Find packages that sourcing did not add, though it returned 0.
 
     Return for each of them the explanation with the fix.
     """
@@ -381,7 +376,7 @@ def missing_packages(
 def _lack(
     variables: Mapping[str, str], changes: Sequence[Change], install_base: Path
 ) -> str | None:
-    """Return what is not in the variables though hooks put it in."""
+    """Return which entry that hooks add is missing in the variables."""
     own = ('prepend', 'COLCON_PREFIX_PATH', str(install_base))
     for operation, name, path in (own, *changes):
         if operation not in ('append', 'prepend'):

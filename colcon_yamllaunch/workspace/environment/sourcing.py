@@ -58,10 +58,6 @@ exec "$env" -0 >&"$result"
 _CHAINED = re.compile(r'^COLCON_CURRENT_PREFIX="([^"$`]+)"$', re.M)
 
 
-class _EndlessOutputError(Exception):
-    """A script prints more than anybody reads."""
-
-
 @dataclass(frozen=True, slots=True)
 class Environment:
     """
@@ -107,12 +103,12 @@ def source(
             log,
             timeout,
         )
+        if os.fstat(log).st_size > MAXIMUM_OUTPUT:
+            raise WorkspaceError(
+                f'the setup script {setup} writes more than '
+                f'{MAXIMUM_OUTPUT // 1_000_000} MB'
+            )
         output, messages = _content(result), os.fsdecode(_content(log))
-    except _EndlessOutputError:
-        raise WorkspaceError(
-            f'the setup script {setup} writes more than '
-            f'{MAXIMUM_OUTPUT // 1_000_000} MB'
-        ) from None
     finally:
         os.close(result)
         os.close(log)
@@ -204,9 +200,8 @@ def _wait(process: subprocess.Popen[bytes], timeout: float, log: int) -> int:
             poll = select.poll()
             poll.register(descriptor, select.POLLIN)
             while not poll.poll(LOOK_INTERVAL * 1000):
-                if os.fstat(log).st_size > MAXIMUM_OUTPUT:
-                    raise _EndlessOutputError
-                if time.monotonic() > deadline:
+                is_endless = os.fstat(log).st_size > MAXIMUM_OUTPUT
+                if is_endless or time.monotonic() > deadline:
                     raise subprocess.TimeoutExpired(process.args, timeout)
         finally:
             os.close(descriptor)

@@ -2,10 +2,10 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-What a build reads, as CMake's generators wrote it down.
+The files that a build reads, from the files that CMake generated.
 
-make and Ninja have the paths of all that they compare in files of their own;
-CMake has what it read itself in `Makefile.cmake` or `build.ninja`.
+make and Ninja list all files that they compare; CMake lists the files that it
+read itself in `Makefile.cmake` or `build.ninja`.
 """
 
 from collections.abc import Callable, Iterable
@@ -99,18 +99,18 @@ class BuildInputs:
         return any(c.name.startswith('add_custom_') for c in self._commands)
 
     def compiles(self, relative: str) -> bool:
-        """Return whether the build tool looks after a file by itself."""
+        """Return whether the build tool itself checks a file for changes."""
         return relative in self._compiled
 
     def has_header(self, name: str) -> bool:
-        """Return whether a file of this name is read from whatever folder."""
+        """Return whether the build reads a file of this name anywhere."""
         return f'/{name}\n' in self._compiled
 
     def external_files(self, own: Iterable[Path]) -> list[Path]:
         """
-        Return the files that are read from elsewhere.
+        Return the files outside the package that the build reads.
 
-        :param own: Folders whose files are looked after in another way
+        :param own: Folders whose files are checked in another way
         """
         is_own = _below_system_or(own)
         found = {*_PATH.findall(self._all), *self._paths}
@@ -124,8 +124,8 @@ class BuildInputs:
         """
         Return the variables of the environment that CMake looks for.
 
-        They are those that CMake files name, but for those of the machine, and
-        those that say where a package is.
+        They are the variables that CMake files outside the system name, and
+        those that tell where a package is.
         """
         found = set(_FOUND.findall(_text(self._build / 'CMakeCache.txt')))
         variables = set()
@@ -160,7 +160,7 @@ def _below_system_or(folders: Iterable[Path]) -> Callable[[str], bool]:
 
 
 def _read(path: Path) -> tuple[str, list[str]]:
-    """Return the text of a file, and the absolute paths that stand out."""
+    """Return the text of a file, and the absolute paths in its rules."""
     is_rules = path.name in _RULES or path.name.endswith(_RULES_SUFFIX)
     if is_rules or path.name == _NINJA_DEPENDENCIES:
         words = _make_words(_text(path)) if is_rules else _ninja_paths(path)

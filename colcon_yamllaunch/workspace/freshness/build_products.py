@@ -2,15 +2,15 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-What builds leave in the build and install space, and whether it is unchanged.
+The files that builds make in the build and install space.
 
-Products are those files of the build folder that later steps of a build, or
-what is installed, are made of or linked to. Left out is what tests, programs
-and colcon write there, such as `Testing`, `test_results` and logs.
+Products are the files in the build folder that later steps of a build read,
+or that installed files are made of or linked to. Files that tests, programs
+and colcon write there, such as `Testing`, `test_results` and logs, are none.
 
-After a workspace was copied or moved, CMake would go on to build the old
-folder (it prints an error and colcon returns 0), and links would lead to the
-old files: :func:`relocated_packages` finds such builds.
+After a workspace was copied or moved, CMake would still build the old folder
+(it prints an error and colcon returns 0), and links would point to the old
+files: :func:`relocated_packages` finds such builds.
 """
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
@@ -90,11 +90,12 @@ _CACHE_FOLDER = re.compile(
 @dataclass(frozen=True, slots=True)
 class Comparison:
     """
-    What became of products.
+    The difference between products then and now.
 
-    :param missing: Those that are gone
-    :param changed: Those that are others now
-    :param touched: What those are like that only got other times
+    :param missing: Products that are gone
+    :param changed: Products with another content
+    :param touched: Products with the same content and other times, with
+      their fingerprints now
     """
 
     missing: tuple[str, ...]
@@ -104,12 +105,12 @@ class Comparison:
 
 def state(path: Path, before: Fingerprint | None = None) -> Fingerprint | None:
     """
-    Return what a file or link is like, with its content; None if it is gone.
+    Return the fingerprint of a file or link; None if it is gone.
 
-    A link is told by its target.
+    The content of a link is its target.
 
-    :param before: What it was like, so that it is read only if it was written
-      since
+    :param before: An earlier fingerprint; the file is read only if it was
+      written since
     """
     try:
         status = path.lstat()
@@ -129,10 +130,10 @@ def state(path: Path, before: Fingerprint | None = None) -> Fingerprint | None:
 
 def compare(base: Path, before: Mapping[str, Fingerprint]) -> Comparison:
     """
-    Compare products with what they were like.
+    Compare products with earlier fingerprints.
 
-    :param base: The folder that they are in
-    :param before: By their paths below that
+    :param base: The folder of the products
+    :param before: The fingerprints, by the paths in that folder
     """
     missing, changed = [], []
     touched: dict[str, Fingerprint] = {}
@@ -170,7 +171,7 @@ def _is_same(before: Fingerprint, now: Fingerprint) -> bool:
 
 
 def is_compiled(name: str, found: Fingerprint) -> bool:
-    """Return whether the build tool makes a product again once it is gone."""
+    """Return whether the build tool makes a product again if it is missing."""
     file = os.path.basename(name)
     if re.fullmatch(_COMPILED, file):
         return True
@@ -299,7 +300,7 @@ class Products:
         return set(filter(os.path.lexists, own))
 
     def traces(self, name: str) -> dict[str, int]:
-        """Return when colcon wrote what it leaves at each build."""
+        """Return the times of files that colcon writes at each build."""
         prefix = prefix_of(name, self.install_base, self.merge_install)
         paths = [self.build(name) / trace for trace in _TRACES]
         paths.append(prefix / 'share' / name / 'package.sh')
@@ -338,7 +339,7 @@ class Products:
         """
         Remove the links that a package installed, and return their targets.
 
-        Those that are still to be there are made again by the next build. The
+        The next build makes those again that it still installs. The
         parameters are those of :meth:`installed`.
         """
         paths = self.installed(name, known)
@@ -347,7 +348,7 @@ class Products:
         return links
 
     def restore_links(self, links: Mapping[Path, Path]) -> None:
-        """Make links again that :meth:`remove_links` removed."""
+        """Restore links that :meth:`remove_links` removed."""
         for path, target in links.items():
             with suppress(OSError):
                 path.parent.mkdir(parents=True, exist_ok=True)
@@ -409,7 +410,7 @@ def relocated_packages(
 
 def remove_builds(relocated: Mapping[str, Path], products: Products) -> None:
     """
-    Remove what was built of packages, so that they are built anew.
+    Remove the builds of packages, so that they are built from scratch.
 
     Only folders of these packages directly below `build/` and `install/` are
     removed. Links are removed, never followed. In a merged install space only
@@ -446,7 +447,7 @@ def _remove_links(
 
 
 def _places(source: Path, build: Path) -> Iterator[tuple[Path, Path]]:
-    """Iterate over what builds wrote down, each with what it should be."""
+    """Iterate over the paths in the files of a build: found and expected."""
     cache = dict(_CACHE_FOLDER.findall(text_of(build / 'CMakeCache.txt')))
     yield Path(cache.get('CMAKE_HOME_DIRECTORY', source)), source
     yield Path(cache.get('CMAKE_CACHEFILE_DIR', build)), build

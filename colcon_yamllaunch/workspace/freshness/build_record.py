@@ -2,11 +2,10 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-What a build depended on and how it was done, and its record in `build/`.
+The record of a package's last build: its inputs, mode and result.
 
-The record of a package's last build is in its folder below `build/`. It is
-written before a build starts and again when that has ended, so that a build
-that was cut off shows.
+It is in the package's folder below `build/`. It is written before a build
+starts and again when the build has ended, so that an interrupted build shows.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -51,21 +50,21 @@ RECORD_VERSION = 4
 
 class BuildMode(IntEnum):
     """
-    How a package is built; each mode does what those before it do, too.
+    How a package is built; each mode includes those before it.
 
-    Build tools compare times and keep answers from earlier runs. Where this
-    could give another outcome than a build from scratch, less is kept.
+    Build tools compare times and cache answers of earlier runs. Where this
+    could give another result than a build from scratch, less is reused.
     """
 
-    #: What the build tool finds changed, which is nothing but compiled code.
+    #: The build tool decides; only compiled code changed.
     COMPILE = 0
-    #: What the build tool finds changed.
+    #: The build tool decides.
     BUILD = 1
-    #: CMake is asked anew; what was compiled stays.
+    #: CMake configures again; compiled code stays.
     CONFIGURE = 2
-    #: What was installed is removed before.
+    #: Installed files are removed first.
     REINSTALL = 3
-    #: What was built is removed, too.
+    #: The build folder is removed, too.
     CLEAN = 4
 
 
@@ -75,8 +74,8 @@ class Reason:
     A reason to build.
 
     :param text: Such as `src/flow.cpp changed`
-    :param mode: What it takes
-    :param is_damage: Whether what was built is not as it was built
+    :param mode: How to build
+    :param is_damage: Whether a product was changed after the build
     """
 
     text: str
@@ -87,10 +86,10 @@ class Reason:
 @dataclass(frozen=True, slots=True)
 class Decision:
     """
-    What is to be done with a package.
+    Whether and why a package is built.
 
-    :param reasons: Why it is built, the most telling one first; none if it is
-      up to date
+    :param reasons: Why it is built, the most important one first; none if it
+      is up to date
     :param built_at: When it was last built successfully, as far as is known
       (nanoseconds since the epoch)
     """
@@ -134,7 +133,7 @@ class BuildContext:
 
 def build_identifier(clean_id: str, interface_id: str, build: str) -> str:
     """
-    Name a build of a package.
+    Return the name of a build of a package.
 
     :param clean_id: The last build that was made from scratch
     :param interface_id: The last build of more than compiled code
@@ -147,10 +146,10 @@ def context_changes(
     before: BuildContext, now: BuildContext
 ) -> Iterator[Reason]:
     """
-    Iterate over what became different for a package.
+    Iterate over the changes of a build's context.
 
-    A build tool does not forget earlier arguments, compilers or packages that
-    it found, so these take a build from scratch.
+    Build tools keep earlier arguments, compilers and packages, so that changes
+    of these need a build from scratch.
     """
     for name in _changes(before.settings, now.settings):
         text = f'build arguments changed ({name})'
@@ -170,9 +169,9 @@ def context_changes(
 
 def mode_for_dependents(mode: BuildMode) -> BuildMode:
     """
-    Return how a package is built after one that it needs.
+    Return how the packages are built that need another one.
 
-    :param mode: How that one was built
+    :param mode: How the other one was built
     """
     # after a build from scratch its files may be older than what was compiled
     # with those before
@@ -221,7 +220,7 @@ def changed_variables(
     install_base: Path,
 ) -> Iterator[Reason]:
     """
-    Iterate over what became different of variables.
+    Iterate over the changes of variables.
 
     :param before: As :func:`searched_variables` returned them
     """

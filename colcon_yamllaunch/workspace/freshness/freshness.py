@@ -2,17 +2,17 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-Whether what was built last still is what a build would give now.
+Decides whether a package is up to date.
 
-The measure is a build from scratch: where the build tools would give another
-outcome than that, because they compare times or keep earlier answers, less of
-the last build is kept. In doubt a package is built.
+A package is up to date if a build from scratch would give the same result.
+Build tools compare times and cache earlier answers; where this could give
+another result, less of the last build is reused. In doubt a package is built.
 
-What makes a package stale: a file of its source, headers among them
+A package is stale if one of these changed: a file of its source
 (`source_changes`); a file elsewhere that its build read, such as a header of
 the system (`build_inputs`); a package that it needs (`building.update`); the
-environment and arguments of the build (`build_context`); and products that
-are gone or not as they were built (`build_products`, `product_states`).
+environment and arguments of the build (`build_record`); or a file that its
+build made (`build_products`).
 """
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
@@ -72,7 +72,7 @@ if TYPE_CHECKING:
 
 #: What colcon writes for all packages together (colcon-core).
 _PREFIX_SCRIPTS = ('setup.sh', 'local_setup.sh', '_local_setup_util_sh.py')
-#: How many products are named that are not as they were.
+#: How many changed products are listed.
 _SHOWN_PRODUCTS = 8
 _UNKNOWN = 'there is no record of a successful build of it'
 _FAILED = 'no successful build: the last one failed or was interrupted'
@@ -100,7 +100,7 @@ class Attempt:
 
 class Freshness:
     """
-    Decides which packages are stale, by the records of their builds.
+    Decides which packages are stale, from the records of their builds.
 
     :param environment: The variables of builds
     """
@@ -123,8 +123,7 @@ class Freshness:
         Decide whether a package has to be built, and why.
 
         :param context: What the build would depend on now
-        :param before: Reasons that follow from packages that are built before;
-          one that was never built needs none of them
+        :param before: Reasons that follow from packages that are built before
         :param own: The packages of the workspace that its build may need
         """
         name = package.name
@@ -193,10 +192,11 @@ class Freshness:
 
     def record_success(self, attempt: Attempt, context: BuildContext) -> None:
         """
-        Write down that a package was built successfully.
+        Record that a package was built successfully.
 
         :param context: What the build depended on
-        :raises WorkspaceError: when what was written at its begin is gone
+        :raises WorkspaceError: when the record that :meth:`prepare` wrote is
+          gone
         """
         package, record = attempt.package, attempt.record
         name = package.name
@@ -240,7 +240,7 @@ class Freshness:
         )
 
     def record_failure(self, attempt: Attempt) -> None:
-        """Write down that the build of a package ended without success."""
+        """Record that the build of a package failed or was interrupted."""
         package = attempt.package
         self._products.restore_links(attempt.links)
         record = self._with_sources(attempt, self._inputs(package))
@@ -425,7 +425,7 @@ class Freshness:
     def _mode_after_other_build(
         self, name: str, record: Record, is_changed: bool
     ) -> BuildMode | None:
-        """Return how to build what others built; None if it is the same."""
+        """Return how to build after another build; None if nothing changed."""
         if self._arguments(name) != record.arguments:
             return BuildMode.REINSTALL
         if is_changed:
@@ -517,7 +517,7 @@ def _is_independent(
     before: Sequence[Reason],
     own: Collection[str],
 ) -> bool:
-    """Return whether a package need not follow those that it needs."""
+    """Return whether a build uses no files of the packages it needs."""
     then, now = record.context.dependencies, context.dependencies
     if not package.type.endswith('cmake') or not then.keys() >= {*own}:
         return False

@@ -64,7 +64,7 @@ _COMPILED_NAMES = (
 
 
 class Kind(IntEnum):
-    """What happened to a file, in the order of telling it."""
+    """What happened to a file, in the order of the reasons."""
 
     NEW = 0
     DELETED = 1
@@ -101,13 +101,13 @@ def snapshot(
     folder: Path, known: Mapping[str, Fingerprint]
 ) -> dict[str, Fingerprint]:
     """
-    Return what the files are like that a build is to be made from.
+    Return the fingerprints of the files that a build will read.
 
-    They are those of the package's source, and what its last build read from
-    elsewhere, with their content.
+    They are the files of the package's source, and those elsewhere that its
+    last build read.
 
-    :param known: What they were like before, so that only those that were
-      written since are read
+    :param known: Earlier fingerprints; only files that were written since are
+      read
     """
     now = _fingerprints(folder, filter(os.path.isabs, known))
     return {
@@ -120,11 +120,11 @@ def with_sources(
     record: Record, folder: Path, read: Iterable[Path], started: int
 ) -> Record:
     """
-    Return the record of a build with what its files were like.
+    Return the record of a build with the fingerprints of its source.
 
-    What was written during the build is not recorded: it may have been read
-    before or after that, even if it is by now as it was. But what has the same
-    content after two builds that both wrote it was written by these.
+    A file that was written during the build has no fingerprint: the build may
+    have read it before or after that. But a file with the same content after
+    two builds that both wrote it was written by these builds.
 
     :param record: As it was when the build started: its files are the
       :func:`snapshot` before it, the others those of the last build
@@ -227,7 +227,7 @@ def changes(
 def with_changes(
     folder: Path, before: Mapping[str, Fingerprint], found: Iterable[Change]
 ) -> dict[str, Fingerprint]:
-    """Return what files were like, with changes that do not matter."""
+    """Return fingerprints that include changes which do not matter."""
     files = dict(before)
     for change in found:
         path = folder / change.path
@@ -331,7 +331,7 @@ def remove_dangling_links(folder: Path, source: Path) -> None:
 
 
 def _links(folder: str) -> Iterator[str]:
-    """Iterate over the links below a folder, without a look at the rest."""
+    """Iterate over the links below a folder."""
     for entry in entries_of(folder):
         if entry.is_symlink():
             yield entry.path
@@ -340,7 +340,7 @@ def _links(folder: str) -> Iterator[str]:
 
 
 def tree(folder: Path) -> Iterator[Path]:
-    """Iterate over what is below a folder and is not a real folder."""
+    """Iterate over the files and links below a folder."""
     for current, folders, files in os.walk(folder):
         for name in files:
             yield Path(current, name)

@@ -402,10 +402,10 @@ def _read_scripts(text: str, found: SourcePrograms) -> None:
 
 def names_all_programs(folder: Path) -> bool:
     """
-    Return whether a build installs no script but those whose names it spells.
+    Return whether the build files name all programs that a build installs.
 
-    Then the files that describe the build do nothing but what is known: other
-    commands of CMake, variables and patterns may come to any name.
+    That is so if they have only commands with known results; others, variables
+    and patterns may result in any name.
 
     :param folder: The source of the package
     """
@@ -470,7 +470,7 @@ def _is_data(files: ast.expr) -> bool:
 
 def only_installs(folder: Path, packages: Collection[str]) -> bool:
     """
-    Return whether a build certainly takes nothing from other packages.
+    Return whether a build certainly uses no files of other packages.
 
     That is so if its CMake files do no more than install files of the package,
     with ament_cmake at most, which is not in the workspace.
@@ -531,8 +531,8 @@ def may_be_named(relative: str, texts: Iterable[str]) -> bool:
     """
     Return whether CMake files may read or install a file of the source.
 
-    Any word in them may mean it: its name, a pattern that fits, a folder that
-    it is in.
+    They may if a word in them is its name, a pattern that matches it, or a
+    folder that it is in.
 
     :param texts: Their texts
     """

@@ -63,12 +63,14 @@ def checkable_launch_files(folder: Path) -> tuple[str, ...]:
 
     :param folder: As for :func:`find_launch_files`
     """
-    return tuple(
-        file
-        for file in find_launch_files(folder)
-        if _is_likely(file)
-        and ('.launch.' in file or _looks_like_one(folder / file))
-    )
+    found = []
+    for file in find_launch_files(folder):
+        pattern = _PYTHON_LAUNCH if file.endswith('.py') else _LAUNCH
+        if _is_likely(file) and (
+            '.launch.' in file or re.search(pattern, text_of(folder / file))
+        ):
+            found.append(file)
+    return tuple(found)
 
 
 def launch_file_names(package: str, files: Sequence[str]) -> list[str]:
@@ -118,8 +120,8 @@ def choose_launch_file(package: str, files: Sequence[str], wanted: str) -> str:
     name = PurePosixPath(wanted).as_posix()
     for matches in (eq, _is_end, _is_end_without_suffix):
         fitting = [f for f in files if matches(f, name)]
-        for is_better in (_is_likely, _is_yaml):
-            fitting = [f for f in fitting if is_better(f)] or fitting
+        fitting = [f for f in fitting if _is_likely(f)] or fitting
+        fitting = [f for f in fitting if f.endswith(_YAML_SUFFIXES)] or fitting
         if len(fitting) == 1:
             return fitting[0]
         if fitting:
@@ -156,15 +158,6 @@ def _may_be_launch_file(path: Path) -> bool:
 def _is_likely(file: str) -> bool:
     path = PurePosixPath(file)
     return 'launch' in path.parent.parts or '.launch' in path.suffixes
-
-
-def _looks_like_one(path: Path) -> bool:
-    pattern = _PYTHON_LAUNCH if path.suffix == '.py' else _LAUNCH
-    return re.search(pattern, text_of(path)) is not None
-
-
-def _is_yaml(file: str) -> bool:
-    return file.endswith(_YAML_SUFFIXES)
 
 
 def _is_end(file: str, wanted: str) -> bool:

@@ -83,7 +83,9 @@ def test_a_file_that_a_command_reads(tmp_path):
     build = tmp_path / 'build'
     build.mkdir()
     (build / 'build.make').write_text(f'x:\n\tcd / && python {path} >x\n')
-    assert BuildInputs(tmp_path / 'src', build).outside([build]) == [path]
+    assert BuildInputs(tmp_path / 'src', build).external_files([build]) == [
+        path
+    ]
 
 
 @pytest.fixture
