@@ -13,6 +13,7 @@ always do, but forget a job some minutes after its end (MinJobAge).
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import redirect_stderr, suppress
+from dataclasses import dataclass
 import io
 import json
 from pathlib import Path
@@ -27,7 +28,6 @@ import time
 
 import colcon_yamllaunch
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.engine.loop import caught, received, STOPPING
 from colcon_yamllaunch.engine.outcome import signal_name
 from colcon_yamllaunch.plan.plan_json import plan_to_json
@@ -37,7 +37,6 @@ from colcon_yamllaunch.sweep.run import (
     NotBuiltError,
     plan_failure,
     PlanError,
-    PlannedRun,
     Sweep,
 )
 from colcon_yamllaunch.sweep.slurm_task import Common, SlurmFiles
@@ -53,12 +52,10 @@ _NAME = re.compile(r'^s[a-z]+: (?:error: |fatal: )?')
 _AT_ONCE = 500
 _OPTION = re.compile(r'[a-z][a-z-]*')
 #: Options that the sweep itself sets.
-_OURS = frozenset(
-    (
-        *('array', 'chdir', 'dependency', 'error', 'export', 'hold', 'input'),
-        *('output', 'parsable', 'requeue', 'no-requeue', 'test-only', 'wait'),
-        *('wrap', 'job-name'),
-    )
+_OURS = (
+    *('array', 'chdir', 'dependency', 'error', 'export', 'hold', 'input'),
+    *('output', 'parsable', 'requeue', 'no-requeue', 'test-only', 'wait'),
+    *('wrap', 'job-name'),
 )
 #: Seconds between two checks for results, and between two queries.
 _CHECK_INTERVAL = 0.5
@@ -72,16 +69,12 @@ _RETRY_DELAY = 20.0
 #: Seconds that cancelled tasks have to end.
 _END_TIMEOUT = 60.0
 #: States of tasks that have ended (squeue(1), "JOB STATE CODES").
-_OVER = frozenset(
-    ('BF', 'CA', 'CD', 'DL', 'F', 'NF', 'OOM', 'PR', 'RV', 'SE', 'TO')
-)
-_PENDING = frozenset(('PD', 'CF', 'RQ', 'RH', 'RS'))
+_OVER = ('BF', 'CA', 'CD', 'DL', 'F', 'NF', 'OOM', 'PR', 'RV', 'SE', 'TO')
+_PENDING = ('PD', 'CF', 'RQ', 'RH', 'RS')
 #: Reasons of tasks that wait for their turn.
-_ORDINARY = frozenset(
-    (
-        *('None', 'Priority', 'Resources', 'JobArrayTaskLimit', 'BeginTime'),
-        *('Prolog', 'Cleaning', 'Dependency', 'NodesBusy', ''),
-    )
+_ORDINARY = (
+    *('', 'None', 'Priority', 'Resources', 'JobArrayTaskLimit', 'BeginTime'),
+    *('Prolog', 'Cleaning', 'Dependency', 'NodesBusy'),
 )
 _PROGRAM = (
     'import sys; sys.path.append(sys.argv.pop(1)); '
@@ -307,17 +300,19 @@ class SlurmClient:
         return done.stdout
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class _Task:
     """
     A task of an array job.
 
     :param index: Its index there
+    :param over_since: When it was first seen to be over without a result
     """
 
     job: int
     index: int
     run: Run
+    over_since: float | None = None
 
 
 class SlurmRunner:
@@ -346,8 +341,6 @@ class SlurmRunner:
         # the parts that are still to be submitted, and when
         self._chunks: list[list[Run]] = []
         self._next_try = 0.0
-        # when a task without a result was first seen to be over
-        self._over: dict[int, float] = {}
         self._next_query = 0.0
         # reasons of waiting, and others, that were shown
         self._shown: set[str] = set()
@@ -426,40 +419,35 @@ class SlurmRunner:
         for number, run in enumerate(runs, 1):
             sweep.progress.waiting(f'planning {number:,} of {len(runs):,}')
             sweep.progress.tick()
-            if self._plan(run):
+            sweep.folder.clear(run.number)
+            sweep.progress.planned(run)
+            messages = io.StringIO()
+            try:
+                try:
+                    self._write_plan(run, messages)
+                except NotBuiltError:
+                    sweep.build(run)
+                    self._write_plan(run, messages)
                 planned.append(run)
+            except (PlanError, UserError) as e:
+                reason = plan_failure(e, messages.getvalue())
+                sweep.progress.done(run, failed_run(run.number, reason))
         sweep.progress.waiting('')
         self._files.write_common(
             Common(sweep.goal, sweep.environment, sweep.share_network)
         )
         return planned
 
-    def _plan(self, run: Run) -> bool:
-        """Write the plan of a run; return whether there is one."""
-        sweep = self._sweep
-        folder = sweep.folder.run_folder(run.number)
-        sweep.folder.clear(run.number)
-        sweep.progress.planned(run)
-        messages = io.StringIO()
-        try:
-            with suppress(NotBuiltError), redirect_stderr(messages):
-                self._write(sweep.plan(run, folder, {}), run, folder)
-                return True
-            sweep.build(run)
-            with redirect_stderr(messages):
-                self._write(sweep.plan(run, folder, {}), run, folder)
-        except (PlanError, UserError) as e:
-            reason = plan_failure(e, messages.getvalue())
-            sweep.progress.done(run, failed_run(run.number, reason))
-            return False
-        return True
-
-    def _write(self, planned: PlannedRun, run: Run, folder: Path) -> None:
+    def _write_plan(self, run: Run, messages: io.StringIO) -> None:
         """
-        Write a plan for a node.
+        Plan a run, and write its plan for a node.
 
-        :raises UserError: when it is not complete
+        :param messages: Receives what is printed meanwhile
+        :raises UserError: when the plan is not complete
         """
+        folder = self._sweep.folder.run_folder(run.number)
+        with redirect_stderr(messages):
+            planned = self._sweep.plan(run, folder, {})
         try:
             position = planned.plan.worker_position
             if planned.participants or position is not None:
@@ -516,7 +504,6 @@ class SlurmRunner:
 
     def _done(self, task: _Task, result: RunResult) -> None:
         del self._tasks[task.run.number]
-        self._over.pop(task.run.number, None)
         self._sweep.progress.done(task.run, result)
         output = self._output_of(task)
         with suppress(OSError):
@@ -558,17 +545,17 @@ class SlurmRunner:
 
     def _handle_end(self, task: _Task, now: float) -> None:
         """Record the failure of a task that ended without a result."""
-        number = task.run.number
-        since = self._over.setdefault(number, now)
+        if task.over_since is None:
+            task.over_since = now
         ending = self._client.ending(task.job, task.index)
         state = '' if ending is None else ending.state
         # then there is a result, which may be on its way
         in_order = state in ('COMPLETED', 'COMPLETING', 'RUNNING', '')
-        if in_order and now - since < _DELAY and self._stopped_by is None:
+        may_come = in_order and now - task.over_since < _DELAY
+        if may_come and self._stopped_by is None:
             return
         if state.startswith(_CANCELLED) or self._stopped_by is not None:
-            del self._tasks[number]
-            self._over.pop(number, None)
+            del self._tasks[task.run.number]
             if self._stopped_by is None:
                 self._say_once(
                     'cancelled',
@@ -579,7 +566,7 @@ class SlurmRunner:
         reason = reason_of(
             ending, _last_line(self._output_of(task)), self._sweep.folder.path
         )
-        self._done(task, failed_run(number, reason))
+        self._done(task, failed_run(task.run.number, reason))
 
     def _say_once(self, key: str, text: str) -> None:
         if key not in self._shown:

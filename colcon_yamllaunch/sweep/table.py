@@ -13,6 +13,7 @@ A table of runs is a CSV file (RFC 4180). Its first line has the names of
 launch arguments, each further line their values for a run.
 """
 
+from collections import Counter
 from collections.abc import Iterator, Mapping
 import csv
 from decimal import Decimal
@@ -263,17 +264,19 @@ def values_of(name: str, text: str) -> tuple[str, ...]:
                 f'{place} a value of the list is empty',
                 'there is a comma too many',
             )
-        values.extend(_expanded(item, place))
-        if len(values) > MAXIMUM_RUNS:
-            raise _too_many(place)
-    seen: set[str] = set()
-    for value in values:
-        if value in seen:
+        for value in _expanded(item, place):
+            if len(values) == MAXIMUM_RUNS:
+                raise UserError(
+                    f'{place} there are more than {MAXIMUM_RUNS:,} values, '
+                    'which is what a sweep may have'
+                )
+            values.append(value)
+    for value, count in Counter(values).items():
+        if count > 1:
             raise UserError(
                 f"{place} the value '{value}' comes twice",
                 'to run each combination several times: --repeat N',
             )
-        seen.add(value)
     return tuple(values)
 
 
@@ -296,8 +299,8 @@ def _items(text: str) -> list[str]:
     return [*items, item]
 
 
-def _expanded(item: str, place: str) -> list[str]:
-    """Return the numbers of a range, or the item itself."""
+def _expanded(item: str, place: str) -> Iterator[str]:
+    """Yield the numbers of a range, or the item itself."""
     found = _RANGE.fullmatch(item)
     if found is None:
         if _NEARLY.fullmatch(item):
@@ -305,7 +308,8 @@ def _expanded(item: str, place: str) -> list[str]:
                 f"{place} the range '{item}' is not made of numbers",
                 'it is written first..last or first..last..step',
             )
-        return [item]
+        yield item
+        return
     texts = [text for text in found.groups() if text is not None]
     if max(map(len, texts)) > _MAXIMUM_DIGITS:
         raise UserError(f"{place} the range '{item}' has too long numbers")
@@ -319,23 +323,12 @@ def _expanded(item: str, place: str) -> list[str]:
             f"{place} the range '{item}' counts down from {texts[0]}, and "
             f'never gets to {texts[1]}'
         )
-    steps = abs((last - first) / step)
-    if steps >= MAXIMUM_RUNS:
-        raise _too_many(place)
+    steps = int(abs((last - first) / step))
     step = abs(step) if last >= first else -abs(step)
     # all have as many decimals as the one that has most: 0.0, 0.5, 1.0
     decimals = max(len(text.partition('.')[2]) for text in texts)
     zeros = ''
     if any(re.match(r'[+-]?0\d', text) for text in texts[:2]):
         zeros = f'0{max(len(text.lstrip("+")) for text in texts[:2])}'
-    return [
-        f'{first + number * step:{zeros}.{decimals}f}'
-        for number in range(int(steps) + 1)
-    ]
-
-
-def _too_many(place: str) -> UserError:
-    return UserError(
-        f'{place} there are more than {MAXIMUM_RUNS:,} values, which is what '
-        'a sweep may have'
-    )
+    for number in range(steps + 1):
+        yield f'{first + number * step:{zeros}.{decimals}f}'

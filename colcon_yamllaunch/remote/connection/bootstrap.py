@@ -11,18 +11,15 @@ piece with an empty line. If it cannot store them there, it uses a private
 temporary folder until the program ends; if there is no room either, it reports
 that. The output of a shell before that, from its `.bashrc`, is ignored.
 
-:func:`program_files` finds our modules, as nothing is installed there: those
-that the program there imports, found in the sources. It needs only the
-standard library besides (a test checks that). The same sources have the same
-hash.
+Nothing is installed there, so our modules are sent, see :func:`program_files`.
+They import only one another and the standard library (a test checks that). The
+same sources have the same hash.
 """
 
-from collections.abc import Iterator
 from functools import cache, cached_property
 import hashlib
 import json
 from pathlib import Path
-import re
 import shlex
 import threading
 from typing import Literal
@@ -136,29 +133,23 @@ exit 0
 
 _PACKAGE = colcon_yamllaunch.__name__
 _ROOT = Path(colcon_yamllaunch.__file__).parent
-#: The modules that are run, or requested by name: patterns of files below the
-#: package.
-_ROOTS = (
+#: The files of the package that are sent, as patterns.
+_SENT = (
+    '__init__.py',
+    'run.py',
+    *(f'{name}/*.py' for name in ('common', 'control', 'engine')),
+    *(f'{name}/*.py' for name in ('observers', 'plan', 'terminal')),
+    'workspace/__init__.py',
+    *(f'workspace/{name}/*.py' for name in ('building', 'colcon')),
+    *(f'workspace/{name}/*.py' for name in ('environment', 'freshness')),
+    'workspace/packages/*.py',
+    'remote/__init__.py',
+    'remote/part_protocol.py',
     'remote/agent/*.py',
-    'remote/sync/colcon_build.py',
+    *(f'remote/sync/{name}.py' for name in ('__init__', 'colcon_build')),
     *(f'remote/sync/{name}.py' for name in MODULES),
-    # started as programs
-    'engine/guard.py',
-    'engine/spawn.py',
-    'engine/ros_client.py',
-)
-# an import takes one line, or has its names in parentheses; to parse a hundred
-# modules takes half a second
-_IMPORT = re.compile(
-    rf'^ *(?:from ({_PACKAGE}[\w.]*) import (?:\(\s*)?(\w+)'
-    rf'|import ({_PACKAGE}[\w.]*))',
-    re.MULTILINE,
 )
 _LOCK = threading.Lock()
-# imported for annotations only
-_FOR_TYPES = re.compile(
-    r'^( *)if TYPE_CHECKING:\n(?:\1 +.*\n|\n)+', re.MULTILINE
-)
 
 State = Literal['noise', 'sending', 'answered', 'failed']
 #: The cause: there is no Python, it is too old, the disk is full, or something
@@ -201,42 +192,11 @@ def _program_archive() -> ProgramArchive:
 
 def program_files() -> dict[str, str]:
     """Return the modules that run there, by their paths below the package."""
-    waiting = [
-        path.relative_to(_ROOT).as_posix()
-        for pattern in _ROOTS
+    return {
+        path.relative_to(_ROOT).as_posix(): path.read_text(encoding='utf-8')
+        for pattern in _SENT
         for path in _ROOT.glob(pattern)
-    ]
-    found: dict[str, str] = {}
-    while waiting:
-        name = waiting.pop()
-        if name not in found:
-            found[name] = (_ROOT / name).read_text(encoding='utf-8')
-            waiting += imported_files(found[name])
-            folders = Path(name).parents
-            waiting += [(f / '__init__.py').as_posix() for f in folders]
-    return found
-
-
-def imported_files(source: str) -> Iterator[str]:
-    """Iterate over the modules of the package that one imports."""
-    for match in _IMPORT.finditer(_FOR_TYPES.sub('', source)):
-        module, name, whole = match.groups()
-        for words in (f'{module}.{name}', module, whole):
-            inner = _files().get(words or '')
-            if inner is not None:
-                yield inner
-                break
-
-
-@cache
-def _files() -> dict[str, str]:
-    """Return the files of all modules by their names."""
-    found = {}
-    for path in _ROOT.rglob('*.py'):
-        inner = path.relative_to(_ROOT)
-        name = '.'.join((_PACKAGE, *inner.with_suffix('').parts))
-        found[name.removesuffix('.__init__')] = inner.as_posix()
-    return found
+    }
 
 
 class Bootstrap:
