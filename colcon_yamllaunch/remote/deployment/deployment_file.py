@@ -19,23 +19,14 @@ from typing import Any, get_args
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.suggestions import did_you_mean, one_of
+from colcon_yamllaunch.language.syntax import yaml_reader
 from colcon_yamllaunch.language.syntax.diagnostics import (
     Diagnostic,
     error,
     LaunchError,
 )
 from colcon_yamllaunch.language.syntax.source_text import read_source, Source
-from colcon_yamllaunch.language.syntax.yaml_reader import (
-    Mapping as YamlMapping,
-)
-from colcon_yamllaunch.language.syntax.yaml_reader import (
-    read_yaml,
-    Scalar,
-    Value,
-)
-from colcon_yamllaunch.language.syntax.yaml_reader import (
-    Sequence as YamlSequence,
-)
+from colcon_yamllaunch.language.syntax.yaml_reader import Scalar, Value
 from colcon_yamllaunch.remote.deployment.deployment import (
     Deployment,
     HERE,
@@ -56,10 +47,6 @@ _MATCH_KEYS = ('name', 'package', 'executable')
 # it stands in labels, in names of files and on command lines
 _NAME = re.compile(r'[A-Za-z0-9][A-Za-z0-9_.-]{0,62}')
 _VARIABLE = re.compile(r'[A-Za-z_][A-Za-z0-9_]*')
-_KIND_HINT = (
-    'say how it is reached: ssh: USER@HOST, slurm: [--partition=NAME], or '
-    'connect: COMMAND'
-)
 
 _Pairs = Mapping[str, tuple[Scalar, Value]]
 
@@ -79,7 +66,7 @@ def deployment_of(source: Source) -> Deployment:
 
     :raises LaunchError: when it is wrong
     """
-    return _Reader().read(read_yaml(source), source)
+    return _Reader().read(yaml_reader.read_yaml(source), source)
 
 
 def deployed_on(word: str, deployment: Deployment | None = None) -> Deployment:
@@ -151,20 +138,23 @@ class _Reader:
                 hint='see docs/machines.md for what it says',
             )
         machines: dict[str, Machine] = {}
-        rules: tuple[Rule, ...] = ()
+        rules: list[Rule] = []
         pairs = self._pairs(document, 'the deployment file')
+        known = ('machines', 'processes', 'defaults')
         with self._collected():
-            known = ('machines', 'processes', 'defaults')
-            self._refuse_unknown(pairs, known, 'the file')
+            self._check_keys(pairs, known, 'the file')
         with self._collected():
             machines = self._machines(pairs, document)
         with self._collected():
             if 'processes' in pairs:
-                names = self._named_machines(pairs)
-                rules = tuple(self._rules(pairs['processes'][1], names))
+                # also those with problems
+                _, listed = pairs.get('machines', (None, None))
+                is_mapping = isinstance(listed, yaml_reader.Mapping)
+                names = tuple(listed.pairs) if is_mapping else ()
+                rules = self._rules(pairs['processes'][1], names)
         if self._found:
             raise LaunchError(*self._found)
-        return Deployment(machines, rules)
+        return Deployment(machines, tuple(rules))
 
     @contextmanager
     def _collected(self) -> Iterator[None]:
@@ -187,18 +177,13 @@ class _Reader:
             with self._collected():
                 given = self._pairs(pairs['defaults'][1], "'defaults'")
                 defaults = self._given(given)
-                self._refuse_unknown(given, tuple(_READERS), "'defaults'")
+                self._check_keys(given, tuple(_READERS), "'defaults'")
         machines: dict[str, Machine] = {}
         for name, (key, value) in listed.items():
             with self._collected():
                 _check_name(name, key)
                 machines[name] = self._machine(name, key, value, defaults)
         return machines
-
-    def _named_machines(self, pairs: _Pairs) -> tuple[str, ...]:
-        """Return the names of all machines, also of those with problems."""
-        _, value = pairs.get('machines', (None, None))
-        return tuple(value.pairs) if isinstance(value, YamlMapping) else ()
 
     def _machine(
         self,
@@ -212,12 +197,15 @@ class _Reader:
         else:
             pairs = self._pairs(value, f"the machine '{name}'")
         with self._collected():
-            known = (*_KINDS, *_READERS)
-            self._refuse_unknown(pairs, known, 'a machine')
+            self._check_keys(pairs, (*_KINDS, *_READERS), 'a machine')
         kinds = [kind for kind in _KINDS if kind in pairs]
         if not kinds:
-            message = f"it is not said how the machine '{name}' is reached"
-            raise error(message, key, hint=_KIND_HINT)
+            raise error(
+                f"it is not said how the machine '{name}' is reached",
+                key,
+                hint='say how it is reached: ssh: USER@HOST, slurm: '
+                '[--partition=NAME], or connect: COMMAND',
+            )
         if len(kinds) > 1:
             raise error(
                 f"the machine '{name}' has both '{kinds[0]}' and '{kinds[1]}'",
@@ -242,40 +230,35 @@ class _Reader:
             given['env'], given['values'] = given['env']
         return given
 
-    def _rules(self, value: Value, names: Sequence[str]) -> Iterator[Rule]:
-        if not isinstance(value, YamlSequence):
-            raise error(
-                "'processes' is not a list",
-                value.position,
-                hint='processes: [{match: NAME, machine: MACHINE}]',
-            )
+    def _rules(self, value: Value, names: Sequence[str]) -> list[Rule]:
+        hint = 'processes: [{match: NAME, machine: MACHINE}]'
+        if not isinstance(value, yaml_reader.Sequence):
+            raise error("'processes' is not a list", value.position, hint=hint)
+        rules = []
         for item in value.items:
             with self._collected():
-                yield self._rule(item, names)
+                rules.append(self._rule(item, names))
+        return rules
 
     def _rule(self, item: Value, names: Sequence[str]) -> Rule:
         pairs = self._pairs(item, 'a rule')
-        self._refuse_unknown(pairs, ('match', 'machine'), 'a rule')
+        self._check_keys(pairs, ('match', 'machine'), 'a rule')
         for field in ('match', 'machine'):
             if field not in pairs:
-                raise error(
-                    f"this rule has no '{field}'",
-                    item.position,
-                    hint='{match: NAME, machine: MACHINE}',
-                )
+                hint = '{match: NAME, machine: MACHINE}'
+                message = f"this rule has no '{field}'"
+                raise error(message, item.position, hint=hint)
         value = pairs['machine'][1]
         machine = _text(value, "'machine'", 'machine: NAME')
         known = [*names, HERE]
         if machine not in known:
             message = f"there is no machine '{machine}'"
             raise _error(message, value, one_of(machine, known))
-        return self._matched(pairs['match'][1], machine)
-
-    def _matched(self, value: Value, machine: str) -> Rule:
-        if not isinstance(value, YamlMapping):
+        value = pairs['match'][1]
+        if not isinstance(value, yaml_reader.Mapping):
             name = _pattern(value, "'match'")
             return Rule(machine, value.position, name, length=len(name))
-        self._refuse_unknown(value.pairs, _MATCH_KEYS, "'match'")
+        self._check_keys(value.pairs, _MATCH_KEYS, "'match'")
         if not value.pairs:
             hint = 'match: NAME, or match: {package: NAME}'
             raise _error("'match' says nothing to match", value, hint)
@@ -286,11 +269,11 @@ class _Reader:
         return Rule(machine, value.position, **given)
 
     def _pairs(self, value: Value, what: str) -> _Pairs:
-        if not isinstance(value, YamlMapping):
+        if not isinstance(value, yaml_reader.Mapping):
             raise error(f'{what} is not a mapping', value.position)
         return value.pairs
 
-    def _refuse_unknown(
+    def _check_keys(
         self, pairs: _Pairs, known: Sequence[str], where: str
     ) -> None:
         wrong = [
@@ -310,11 +293,8 @@ class _Reader:
 
 def _check_name(name: str, key: Scalar) -> None:
     if name == HERE:
-        raise error(
-            f"no machine is called '{HERE}'",
-            key,
-            hint=f"'{HERE}' is the computer that the launch is begun on",
-        )
+        hint = f"'{HERE}' is the computer that the launch is begun on"
+        raise error(f"no machine is called '{HERE}'", key, hint=hint)
     if _NAME.fullmatch(name) is None:
         raise error(
             f"'{name}' is no name for a machine",
@@ -399,9 +379,9 @@ def _variables(
         '{NAME: VALUE, …}'
     )
     given: list[tuple[Value, Value | None]] = [(value, None)]
-    if isinstance(value, YamlSequence):
+    if isinstance(value, yaml_reader.Sequence):
         given = [(item, None) for item in value.items]
-    elif isinstance(value, YamlMapping):
+    elif isinstance(value, yaml_reader.Mapping):
         given = list(value.pairs.values())
     names: dict[str, None] = {}
     values = []
@@ -409,11 +389,9 @@ def _variables(
         name = _text(item, "a name in 'env'", hint)
         if _VARIABLE.fullmatch(name) is None:
             raise _error(f"'{name}' is no name of a variable", item, hint)
-        if content is None:
-            names[name] = None
-        elif not isinstance(content, Scalar):
+        if content is not None and not isinstance(content, Scalar):
             raise _error(f"the value of '{name}' is not a text", content, hint)
-        elif content.kind == 'null':
+        if content is None or content.kind == 'null':
             names[name] = None
         elif '\0' in content.text:
             raise error(f"the value of '{name}' has a null character", content)
@@ -433,20 +411,19 @@ def _ssh_words(value: Value) -> tuple[str, ...]:
 
 def _slurm_words(value: Value) -> tuple[str, ...]:
     hint = 'slurm: [--partition=NAME, --gres=gpu:1], or slurm: []'
-    if isinstance(value, YamlMapping):
+    if isinstance(value, yaml_reader.Mapping):
         raise _error("'slurm' is not a list", value, hint)
     if isinstance(value, Scalar) and value.kind == 'null':
         return ()
     words = _words(value, 'slurm', 'an option', hint)
-    for word in words[:1]:
-        if not word.startswith('-'):
-            raise error(f"'{word}' is no option", value.position, hint=hint)
+    if words and not words[0].startswith('-'):
+        raise error(f"'{words[0]}' is no option", value.position, hint=hint)
     return words
 
 
 def _command_words(value: Value) -> tuple[str, ...]:
     hint = 'connect: docker exec -i NAME'
-    if not isinstance(value, YamlSequence):
+    if not isinstance(value, yaml_reader.Sequence):
         _text(value, "'connect'", hint)
     words = _words(value, 'connect', 'a word', hint)
     if not words:
@@ -458,7 +435,7 @@ def _command_words(value: Value) -> tuple[str, ...]:
 
 def _words(value: Value, key: str, item: str, hint: str) -> tuple[str, ...]:
     """Return a list of words, or a text split into words."""
-    if isinstance(value, YamlSequence):
+    if isinstance(value, yaml_reader.Sequence):
         what = f"{item} of '{key}'"
         return tuple(_text(v, what, hint) for v in value.items)
     assert isinstance(value, Scalar)
