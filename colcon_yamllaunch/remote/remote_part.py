@@ -36,7 +36,7 @@ from colcon_yamllaunch.engine.event_codec import EventError, EventReader
 from colcon_yamllaunch.engine.events import LinkState
 from colcon_yamllaunch.engine.loop import TimerHandle
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.engine.state import PartState, ProcessState
+from colcon_yamllaunch.engine.state import ProcessState
 from colcon_yamllaunch.engine.supervisor import timeouts_of, UNATTRIBUTED
 from colcon_yamllaunch.plan.plan import Component, Entry, Plan, Process, Timer
 from colcon_yamllaunch.plan.plan_json import plan_to_json
@@ -186,7 +186,16 @@ class RemotePart:
             self._give_up(self.reason)
         if self.link_state == 'lost' and not self._is_waited_for:
             self._is_waited_for = True
-            self._warn(self._pending_text())
+            until = (
+                'its processes have stopped there by themselves; Ctrl-C again '
+                'does not wait'
+            )
+            if self.machine.on_lost == 'keep':
+                until = (
+                    'it can be told to stop; Ctrl-C again leaves its '
+                    'processes running there'
+                )
+            self._warn(f'the link is lost, so it is waited for until {until}')
         if command.drop_timers or not self._has_timers:
             self._limit_end()
         self.send(command)
@@ -207,7 +216,7 @@ class RemotePart:
         """Hold all processes, or let them go on."""
         if is_suspended:
             # the machine reports it when the launch goes on
-            self._suspended |= {process.label for process in self._running()}
+            self._suspended |= {state.label for state in self._running()}
         elif self._deadline is not None:
             self._limit_end()
         self.send(commands.Hold(is_suspended))
@@ -231,7 +240,13 @@ class RemotePart:
         """Return the label of a process or component by one of its names."""
         if name in self._parts:
             return name
-        return self._by_name.get(name) or self._label_of_node(name)
+        if name in self._by_name:
+            return self._by_name[name]
+        for label, part in self._parts.items():
+            state = self._launch.state.by_label.get(label)
+            if isinstance(part, Component) and state and state.node == name:
+                return label
+        return None
 
     def part(self, label: str) -> Process | Component:
         """Return a process or component as it is planned now."""
@@ -286,12 +301,21 @@ class RemotePart:
         else:
             self._successors[part.label] = part
         if part.label not in self._missing:
-            self.send(commands.Revise(self._remote_part(part), at_once))
+            (there,) = self._localised(Plan((part,))).entries
+            assert isinstance(there, Process | Component)
+            self.send(commands.Revise(there, at_once))
 
     def restart(self, labels: Collection[str]) -> tuple[str, ...]:
         """Start and load parts anew after a change; return their labels."""
-        mine = [label for label in self._parts if label in labels]
-        begun = tuple(label for label in mine if self._may_restart(label))
+        states = self._launch.state.by_label
+        begun = tuple(
+            label
+            for label in self._parts
+            if label in labels
+            and label in states
+            and states[label].is_begun
+            and not states[label].is_kept_stopped
+        )
         if begun and self.link_state == 'up':
             self._send_missing(self._missing.intersection(begun))
             self.ask(commands.RestartChanged(begun), self._warn_refused)
@@ -301,7 +325,7 @@ class RemotePart:
     def drop(self, label: str) -> None:
         """Stop or unload a part, and forget it then."""
         if label in self._missing:
-            self._emit(events.Dropped(self._parts[label]))
+            self._launch.emit(events.Dropped(self._parts[label]))
             self._forget(label)
             return
         self.send(commands.Drop(label))
@@ -392,7 +416,7 @@ class RemotePart:
 
         def measured(response: object) -> None:
             usage = getattr(response, 'usage', {})
-            self._emit(events.Measured(self.machine.name, usage))
+            self._launch.emit(events.Measured(self.machine.name, usage))
             done()
 
         self.ask(part_protocol.Measure(), measured)
@@ -451,8 +475,8 @@ class RemotePart:
             self.reason = printable(reason)
             is_kept = self.machine.on_lost == 'keep'
             name = self.machine.name
-            self._emit(events.LinkLost(name, self.reason, is_kept))
-            self._refuse_all(self._why_not())
+            self._launch.emit(events.LinkLost(name, self.reason, is_kept))
+            self._refuse_all()
 
     def back(self, seconds: float) -> None:
         """Handle a new connection, after some seconds without one."""
@@ -461,7 +485,7 @@ class RemotePart:
             self.reason = ''
             if self._deadline is not None:
                 self._limit_end()
-            self._emit(events.LinkBack(self.machine.name, seconds))
+            self._launch.emit(events.LinkBack(self.machine.name, seconds))
             if self._is_restarting:
                 self._is_restarting = False
                 self.resize(self._size)
@@ -526,6 +550,8 @@ class RemotePart:
 
     def _not_stopped(self, entries: Iterable[Entry]) -> Iterator[Entry]:
         """Return entries as planned now, without what somebody stopped."""
+        states = self._launch.state.by_label.values()
+        stopped = {state.label for state in states if state.is_kept_stopped}
         for entry in entries:
             if isinstance(entry, Timer):
                 inner = tuple(self._not_stopped(entry.entries))
@@ -533,8 +559,7 @@ class RemotePart:
             elif not isinstance(entry, Process | Component):
                 yield entry
             elif entry.label in self._wanted or (
-                entry.label in self._parts
-                and not self._is_kept_stopped(entry.label)
+                entry.label in self._parts and entry.label not in stopped
             ):
                 yield self.part(entry.label)
 
@@ -544,7 +569,7 @@ class RemotePart:
         for part in parts:
             self._plan_part(part)
             self._successors.pop(part.label, None)
-            self._emit(events.PartChanged(part, 'waiting'))
+            self._launch.emit(events.PartChanged(part, 'waiting'))
         return {part.label for part in parts}
 
     def _answer_waiting(self, response: object) -> None:
@@ -561,24 +586,28 @@ class RemotePart:
         if was_gone:
             self._answer_waiting(commands.Refused(self._why_not()))
             return
-        running = [*self._running()]
-        labels = tuple(process.label for process in running)
-        name = self.machine.name
-        self._emit(events.MachineGone(name, self.reason, labels))
-        self._refuse_all(self._why_not())
-        launch = self._launch
-        for process in running:
-            launch.end_lines(process.label)
-            state = launch.state.by_label[process.label]
-            seconds = launch.state.seconds_of(state)
-            pid = self._pid_of(process.label) or 0
-            asked = launch.is_stopping
-            lost = Outcome(lost=name)
-            delay = 0.0 if self._restarts else None
+        running = self._running()
+        labels = tuple(state.label for state in running)
+        name, launch = self.machine.name, self._launch
+        launch.emit(events.MachineGone(name, self.reason, labels))
+        self._refuse_all()
+        is_needed = False
+        for state in running:
+            launch.end_lines(state.label)
+            process = self.part(state.label)
+            assert isinstance(process, Process)
+            is_needed |= process.on_exit_shutdown
             launch.emit(
-                events.Exited(process, pid, lost, seconds, asked, True, delay)
+                events.Exited(
+                    process,
+                    state.pid or 0,
+                    Outcome(lost=name),
+                    launch.state.seconds_of(state),
+                    launch.is_stopping,
+                    True,
+                    0.0 if self._restarts else None,
+                )
             )
-        is_needed = any(process.on_exit_shutdown for process in running)
         if is_needed and not self._restarts:
             launch.shut_down(f'{name} is gone')
 
@@ -633,7 +662,7 @@ class RemotePart:
                 if not self._stopped_for or self._launch.is_stopping:
                     # else the end of the link follows, and is a loss
                     self._enter('done')
-                    self._refuse_all(self._why_not())
+                    self._refuse_all()
                 return
             case events.ShuttingDown(reason=reason) if reason.startswith(
                 part_protocol.LINK_LOST
@@ -660,8 +689,13 @@ class RemotePart:
             case events.RosLost():
                 name = self.machine.name
                 event = events.RosLost(f'{name}: {event.reason}')
-            case events.Suspended() if self._is_ours(event):
-                return
+            case events.Suspended(process=process):
+                # it is held, or goes on, with the launch
+                is_ours = process.label in self._suspended
+                if event.signal != signal.SIGSTOP:
+                    self._suspended.discard(process.label)
+                if is_ours:
+                    return
             case events.Started():
                 self._modes.pop(event.process.label, None)
             case events.Exited():
@@ -674,14 +708,6 @@ class RemotePart:
         self._launch.check_conditions()
         if isinstance(event, events.Dropped):
             self._forget(event.process.label)
-
-    def _is_ours(self, event: events.Suspended) -> bool:
-        """Return whether a process is held, or goes on, with the launch."""
-        label = event.process.label
-        is_ours = label in self._suspended
-        if event.signal != signal.SIGSTOP:
-            self._suspended.discard(label)
-        return is_ours
 
     def _part_of_event(self, label: str) -> Process | Component | None:
         """Return the process or component that a label in an event names."""
@@ -722,60 +748,22 @@ class RemotePart:
         self._successors.pop(label, None)
         self._missing.discard(label)
 
-    def _remote_part(self, part: Process | Component) -> Process | Component:
-        """Return a part with the paths of its machine."""
-        (there,) = self._localised(Plan((part,))).entries
-        assert isinstance(there, Process | Component)
-        return there
-
-    # what the state of the launch says
-
-    def _state_of(self, label: str) -> PartState | None:
-        return self._launch.state.by_label.get(label)
-
-    def _pid_of(self, label: str) -> int | None:
-        state = self._state_of(label)
-        return state.pid if isinstance(state, ProcessState) else None
-
-    def _running(self) -> Iterator[Process]:
-        """Iterate over the processes that run, as far as that is known."""
-        for process in self.processes():
-            if self._pid_of(process.label) is not None:
-                yield process
-
-    def _is_kept_stopped(self, label: str) -> bool:
-        state = self._state_of(label)
-        return state is not None and state.is_kept_stopped
-
-    def _may_restart(self, label: str) -> bool:
-        """Return whether a change restarts a part; see `Supervisor`."""
-        state = self._state_of(label)
-        return (
-            state is not None and state.is_begun and not state.is_kept_stopped
-        )
-
-    def _label_of_node(self, name: str) -> str | None:
-        """Return the label of the component whose node has a full name."""
-        for label, part in self._parts.items():
-            state = self._state_of(label)
-            if isinstance(part, Component) and state and state.node == name:
-                return label
-        return None
+    def _running(self) -> list[ProcessState]:
+        """Return the processes that run, as far as that is known."""
+        states = map(self._launch.state.process, self._parts)
+        return [state for state in states if state and state.pid is not None]
 
     def _enter(self, state: LinkState) -> None:
         self.link_state = state
         name = self.machine.name
-        self._emit(events.LinkChanged(name, state, self.reason))
-
-    def _emit(self, event: events.Event) -> None:
-        self._launch.emit(event)
+        self._launch.emit(events.LinkChanged(name, state, self.reason))
 
     def _warn_refused(self, response: object) -> None:
         if isinstance(response, commands.Refused):
             self._warn(response.error)
 
     def _warn(self, text: str) -> None:
-        self._emit(events.Warned(f'{self.machine.name}: {text}'))
+        self._launch.emit(events.Warned(f'{self.machine.name}: {text}'))
 
     def _why_not(self) -> str:
         name = self.machine.name
@@ -785,37 +773,26 @@ class RemotePart:
             return f'{name} is gone: {self.reason}'
         return f'the link to {name} is lost: {self.reason}'
 
-    def _pending_text(self) -> str:
-        """Report what a stopping launch waits for while the link is lost."""
-        if self.machine.on_lost == 'keep':
-            return (
-                'the link is lost, so it is waited for until it can be told '
-                'to stop; Ctrl-C again leaves its processes running there'
-            )
-        return (
-            'the link is lost, so it is waited for until its processes have '
-            'stopped there by themselves; Ctrl-C again does not wait'
-        )
-
     def _limit_end(self) -> None:
         """Limit the time until its end by the timeouts of its processes."""
         timeouts = map(timeouts_of, self.processes())
         longest = max((t.sigterm + t.sigkill for t in timeouts), default=0.0)
         if self._deadline is not None:
             self._deadline.cancel()
+
+        def end_late() -> None:
+            if self.link_state == 'up':
+                self._give_up('it does not end, though it was told to')
+
         self._deadline = self._launch.loop.call_later(
-            longest + END_TIMEOUT, self._end_late
+            longest + END_TIMEOUT, end_late
         )
 
-    def _end_late(self) -> None:
-        if self.link_state == 'up':
-            self._give_up('it does not end, though it was told to')
-
-    def _refuse_all(self, why: str) -> None:
+    def _refuse_all(self) -> None:
         """Answer all requests, as nobody else will."""
         waiting, self._replies = self._replies, {}
         for done in waiting.values():
-            done({'error': why})
+            done({'error': self._why_not()})
 
     def _give_up(self, reason: str) -> None:
         if not self.is_over:

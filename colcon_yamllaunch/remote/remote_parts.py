@@ -71,7 +71,6 @@ class RemoteParts(Participant, Keyboards):
             )
         # when processes were measured last, by the clock of the loop
         self._measured = -FRESH
-        self._is_closed = False
 
     @property
     def parts(self) -> Collection[RemotePart]:
@@ -126,10 +125,8 @@ class RemoteParts(Participant, Keyboards):
 
     def close(self) -> None:
         """End all links."""
-        if not self._is_closed:
-            self._is_closed = True
-            for part in self.parts:
-                part.close()
+        for part in self.parts:
+            part.close()
 
     def detach_fork(self) -> None:
         """Detach a fork of this process from the links."""
@@ -204,12 +201,8 @@ class RemoteParts(Participant, Keyboards):
             case commands.Drop() if found := self._found(command.label):
                 found[0].drop(command.label)
                 return commands.DONE
-            case commands.Extend(entries=entries):
-                here = self._placed_here(entries, RemotePart.extend)
-                command = commands.Extend(here)
-            case commands.Forget(entries=entries):
-                here = self._placed_here(entries, RemotePart.forget)
-                command = commands.Forget(here)
+            case commands.Extend() | commands.Forget():
+                command = self._send_shares(command)
             case commands.Tree():
                 return self._tree()
             case _:
@@ -238,24 +231,24 @@ class RemoteParts(Participant, Keyboards):
                 pass
         return response
 
-    def _placed_here(
-        self,
-        entries: Iterable[Entry],
-        give: Callable[[RemotePart, Plan], None],
-    ) -> tuple[Entry, ...]:
+    def _send_shares(
+        self, command: commands.Extend | commands.Forget
+    ) -> commands.Extend | commands.Forget:
         """
-        Send machines their share of the entries; return those for here.
+        Send machines their shares of the entries; return that of here.
 
         :raises RefusedError: when a label is taken
         """
-        entries = tuple(entries)
         if self._place_more is None:
-            return entries
-        placed = self._place_more(entries)
+            return command
+        placed = self._place_more(command.entries)
         for name, plan in placed.parts.items():
-            if name in self._parts:
-                give(self._parts[name], plan)
-        return placed.local.entries
+            part = self._parts.get(name)
+            if part is not None and isinstance(command, commands.Extend):
+                part.extend(plan)
+            elif part is not None:
+                part.forget(plan)
+        return replace(command, entries=placed.local.entries)
 
     def _tree(self) -> commands.PlanTree:
         from colcon_yamllaunch.engine.description import plan_tree

@@ -149,8 +149,9 @@ class _Reader:
             if 'processes' in pairs:
                 # also those with problems
                 _, listed = pairs.get('machines', (None, None))
-                is_mapping = isinstance(listed, yaml_reader.Mapping)
-                names = tuple(listed.pairs) if is_mapping else ()
+                names: list[str] = []
+                if isinstance(listed, yaml_reader.Mapping):
+                    names = list(listed.pairs)
                 rules = self._rules(pairs['processes'][1], names)
         if self._found:
             raise LaunchError(*self._found)
