@@ -98,7 +98,6 @@ class MachineLink:
     def __init__(self, part: StartedPart) -> None:
         self.machine = part.machine
         self._part = part
-        self._environment = part.environment
         self._process: ConnectProcess | None = part.process
         self._is_begun = False
         self._lost_after = part.machine.lost_after or LOST_AFTER
@@ -182,7 +181,7 @@ class MachineLink:
     @property
     def can_start_again(self) -> bool:
         """Whether a new part may be started after this one."""
-        return can_connect_again(self.machine, self._environment)
+        return can_connect_again(self.machine, self._part.environment)
 
     def start_again(self, plan: Callable[[], str], *, at_once: bool) -> None:
         """
@@ -375,24 +374,17 @@ class MachineLink:
                 raise ProtocolError(one_line(str(message.get('error'))))
             if number == _SUBSCRIBED:
                 self._resume(message.get('asked'))
-            else:
-                self._note_clock(message.get('clock'))
+                return
+            clock = message.get('clock')
+            if not self._pings or not isinstance(clock, int | float):
+                raise ProtocolError('it answers what nobody asked')
+            self._clock.note(self._pings.popleft(), float(clock))
         elif 'killed' in message:
             self._give_up(one_line(str(message['killed'])))
         elif not self._is_subscribed:
             raise ProtocolError('a message came too early')
         else:
             self._queue(message)
-
-    def _note_clock(self, clock: object) -> None:
-        """
-        Handle the answer to a ping.
-
-        :raises ProtocolError: when it makes no sense
-        """
-        if not self._pings or not isinstance(clock, int | float):
-            raise ProtocolError('it answers what nobody asked')
-        self._clock.note(self._pings.popleft(), float(clock))
 
     def _queue(self, message: dict[str, Any]) -> None:
         """
@@ -404,10 +396,11 @@ class MachineLink:
         if isinstance(number, int):
             self._requests.pop(number, None)
         size = 0
-        for kind in ('output', 'shown'):
-            fields = message.get(kind)
-            if isinstance(fields, dict):
-                size = len(fields.get('data', b''))
+        match message:
+            case {'output': {'data': bytes(data)}} | {
+                'shown': {'data': bytes(data)}
+            }:
+                size = len(data)
         self._waiting.append((message, size))
         self._waiting_size += size
         if self._waiting_size > MAXIMUM_HELD:
@@ -580,15 +573,14 @@ class MachineLink:
             self._give_up(
                 f'no connection for {limit:g} s; its part has stopped itself'
             )
-        else:
-            self._connect_again()
-
-    def _connect_again(self) -> None:
+            return
         self._since = time.monotonic()
         self._timeout = ANSWER_TIMEOUT
         try:
             process = connect(
-                self.machine, self._environment, host=self._part.facts.host
+                self.machine,
+                self._part.environment,
+                host=self._part.facts.host,
             )
         except OSError as error:
             self._lose(str(error.strerror))
@@ -669,10 +661,7 @@ class ClockDifference:
     :param ahead: Seconds, as far as is known before
     """
 
-    def __init__(
-        self, ahead: float = 0.0, now: Callable[[], float] = time.time
-    ) -> None:
-        self._now = now
+    def __init__(self, ahead: float) -> None:
         # the seconds that each took, and the difference that follows
         self._seen: deque[tuple[float, float]] = deque(maxlen=_LOOKED_AT)
         #: How many seconds it is ahead of ours.
@@ -685,7 +674,7 @@ class ClockDifference:
         :param sent: When that was sent, by our clock
         :param theirs: When it was answered, by the other clock
         """
-        now = self._now()
+        now = time.time()
         took = now - sent
         if not math.isfinite(took) or not math.isfinite(theirs):
             return
@@ -700,7 +689,7 @@ class ClockDifference:
         """Return a time of the other clock by ours."""
         here = seconds - self.ahead
         # a time outside this range is wrong
-        return here if 0 <= here < _LAST else self._now()
+        return here if 0 <= here < _LAST else time.time()
 
 
 def _last_line(text: str) -> str:

@@ -395,9 +395,29 @@ def _run(
         part = Part(server, settings, log_folder)
         os.write(starter, f'ready {identity}'.encode())
         os.close(starter)
-        return run(
-            plan, _context(settings, environment, log_folder, identity, part)
+        store = None
+        if log_folder is not None and settings.kept_logs is not None:
+            store = LogStore(
+                log_folder, settings.kept_logs, settings.logs_limit
+            )
+        title = (
+            f'part of a launch on {settings.machine} that lost its launcher'
         )
+        where = settings.workspace or os.path.expanduser('~')
+        with open(os.devnull, 'w', encoding='utf-8') as nothing:
+            context = RunContext(
+                environment=environment,
+                log_folder=log_folder,
+                stream=nothing,
+                log_limit=settings.log_limit,
+                log_store=store,
+                tty=settings.tty,
+                identity=identity,
+                participants=(part,),
+                is_hidden=True,
+                about=About(title, None, '', where),
+            )
+            return run(plan, context)
     except Exception:  # noqa: BLE001
         # the launcher has been sent it, see `Part.failed`
         return 1
@@ -406,32 +426,6 @@ def _run(
             server.close()
             sockets.remove(identity)
             launcher.remove_program()
-
-
-def _context(
-    settings: PartSettings,
-    environment: Mapping[str, str],
-    log_folder: Path | None,
-    identity: str,
-    part: Part,
-) -> RunContext:
-    store = None
-    if log_folder is not None and settings.kept_logs is not None:
-        store = LogStore(log_folder, settings.kept_logs, settings.logs_limit)
-    where = settings.workspace or os.path.expanduser('~')
-    title = f'part of a launch on {settings.machine} that lost its launcher'
-    return RunContext(
-        environment=environment,
-        log_folder=log_folder,
-        stream=open(os.devnull, 'w', encoding='utf-8'),
-        log_limit=settings.log_limit,
-        log_store=store,
-        tty=settings.tty,
-        identity=identity,
-        participants=(part,),
-        is_hidden=True,
-        about=About(title, None, '', where),
-    )
 
 
 def environment_of(
@@ -454,21 +448,17 @@ def _log_folder(settings: PartSettings) -> Path | None:
     """Return the folder for the logs there, made, or None for none."""
     if settings.log_name is None:
         return None
-    places = []
-    if settings.workspace is not None:
-        places.append(Path(settings.workspace) / 'log')
-    places.append(Path(os.path.expanduser('~')) / '.ros' / 'log')
-    for base in places:
+    parents = [settings.workspace] if settings.workspace is not None else []
+    for parent in (*parents, os.path.expanduser('~/.ros')):
+        base = Path(parent) / 'log'
         with suppress(OSError):
             base.mkdir(parents=True, exist_ok=True)
             if base.parent.name != '.ros':
                 (base / _COLCON_IGNORE).touch()
             # on a shared file system the launcher or another machine has it
-            for name in (
-                settings.log_name,
-                f'{settings.log_name}_{os.getpid()}',
-            ):
+            name = settings.log_name
+            for path in (base / name, base / f'{name}_{os.getpid()}'):
                 with suppress(FileExistsError):
-                    (base / name).mkdir()
-                    return base / name
+                    path.mkdir()
+                    return path
     return None

@@ -4,7 +4,6 @@
 """The relay between the launcher and the control socket of a part."""
 
 from collections.abc import Mapping
-from contextlib import suppress
 import math
 import os
 import select
@@ -14,7 +13,10 @@ from typing import Any
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.engine.launch_scan import launcher_of
 from colcon_yamllaunch.remote.agent import launcher_channel
-from colcon_yamllaunch.remote.agent.launcher_channel import LauncherChannel
+from colcon_yamllaunch.remote.agent.launcher_channel import (
+    LauncherChannel,
+    LauncherGoneError,
+)
 from colcon_yamllaunch.remote.agent.part_sockets import (
     boot_of_machine,
     PartSockets,
@@ -99,6 +101,7 @@ def pass_on(engine: int) -> None:
     """
     for descriptor in (0, 1, engine):
         os.set_blocking(descriptor, False)
+    # to the engine, and to the launcher
     down, up = bytearray(), bytearray()
     at_end = False
     deadline = math.inf
@@ -119,31 +122,19 @@ def pass_on(engine: int) -> None:
             deadline = time.monotonic() + _LAST_PATIENCE
         for descriptor, found in poll.poll(_LOOK * 1000 if at_end else None):
             if descriptor == 0:
-                _receive(down, engine)
+                if not _read(0, down):
+                    # its last words, such as that all is to be stopped
+                    os.set_blocking(engine, True)
+                    _write(engine, down)
+                    raise LauncherGoneError
             elif descriptor == 1:
-                _write(1, up)
+                if not _write(1, up):
+                    raise LauncherGoneError
             else:
                 if found & (select.POLLIN | select.POLLHUP | select.POLLERR):
-                    try:
-                        at_end = not _read(engine, up)
-                    except OSError:
-                        at_end = True
+                    at_end = not _read(engine, up)
                 if found & select.POLLOUT and not at_end:
-                    with suppress(OSError):
-                        _send(engine, down)
-
-
-def _receive(data: bytearray, engine: int) -> None:
-    try:
-        is_open = _read(0, data)
-    except OSError:
-        is_open = False
-    if not is_open:
-        with suppress(OSError):
-            # its last words, such as that all is to be stopped
-            os.set_blocking(engine, True)
-            _send(engine, data)
-        raise launcher_channel.LauncherGoneError
+                    _write(engine, down)
 
 
 def _read(descriptor: int, data: bytearray) -> bool:
@@ -152,17 +143,18 @@ def _read(descriptor: int, data: bytearray) -> bool:
         more = os.read(descriptor, _READ)
     except BlockingIOError:
         return True
+    except OSError:
+        return False
     data += more
     return bool(more)
 
 
-def _write(descriptor: int, data: bytearray) -> None:
+def _write(descriptor: int, data: bytearray) -> bool:
+    """Write what can be written, and return whether it is open."""
     try:
-        _send(descriptor, data)
-    except OSError as error:
-        raise launcher_channel.LauncherGoneError from error
-
-
-def _send(descriptor: int, data: bytearray) -> None:
-    with suppress(BlockingIOError):
         del data[: os.write(descriptor, data)]
+    except BlockingIOError:
+        return True
+    except OSError:
+        return False
+    return True

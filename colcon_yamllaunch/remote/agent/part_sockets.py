@@ -13,7 +13,7 @@ connection.
 """
 
 from collections.abc import Collection, Iterator, Mapping
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 import os
 from pathlib import Path
 import re
@@ -100,14 +100,12 @@ class PartSockets:
 
         :raises OSError: when that cannot be
         """
-        server = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-        try:
+        with ExitStack() as stack:
+            server = stack.enter_context(socket.socket(socket.AF_UNIX))
             server.bind(inside(self._folder, _socket_of(identity)))
             server.listen(8)
-        except BaseException:
-            server.close()
-            raise
-        server.setblocking(False)
+            server.setblocking(False)
+            stack.pop_all()
         return server
 
     def connect(self, identity: str) -> socket.socket:
@@ -116,12 +114,10 @@ class PartSockets:
 
         :raises OSError: when it is gone
         """
-        client = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-        try:
+        with ExitStack() as stack:
+            client = stack.enter_context(socket.socket(socket.AF_UNIX))
             client.connect(inside(self._folder, _socket_of(identity)))
-        except BaseException:
-            client.close()
-            raise
+            stack.pop_all()
         return client
 
     def has_socket(self, identity: str) -> bool:

@@ -259,7 +259,15 @@ def connect_command(
     :param host: The node of Slurm that a part runs on already
     """
     if machine.kind == 'slurm':
-        return [*_slurm(machine, environment, host), '/bin/sh']
+        # the last options, those of the user, take precedence
+        words = ['srun', '--nodes=1', '--ntasks=1', '--export=NONE']
+        if _ALLOCATION in environment:
+            # beside the step that the launcher may run in
+            words.append('--overlap')
+        words += machine.words
+        if host is not None:
+            words.append(f'--nodelist={host}')
+        return [*words, '/bin/sh']
     if machine.kind == 'ssh':
         batch = () if may_ask else _BATCH
         return ['ssh', '-T', *batch, '--', *machine.words, 'sh']
@@ -298,17 +306,3 @@ def can_connect_again(
     """Return whether a new connection leads to the same machine."""
     # an allocation ends with the command that has made it
     return machine.kind != 'slurm' or _ALLOCATION in environment
-
-
-def _slurm(
-    machine: Machine, environment: Mapping[str, str], host: str | None
-) -> list[str]:
-    # the last options, those of the user, take precedence
-    words = ['srun', '--nodes=1', '--ntasks=1', '--export=NONE']
-    if _ALLOCATION in environment:
-        # beside the step that the launcher may run in
-        words.append('--overlap')
-    words += machine.words
-    if host is not None:
-        words.append(f'--nodelist={host}')
-    return words

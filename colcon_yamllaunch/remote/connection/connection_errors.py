@@ -167,22 +167,21 @@ def ended(
             machine, f"there is no 'sh' there, or it cannot be run{said}"
         )
     how = f'exit code {code}' if code >= 0 else f'signal {-code}'
-    return ConnectError(
-        machine,
-        f'the connection ended before it stood ({how}): try '
-        f'{shlex.join([*command, "-c", "true"])}{said}',
-    )
+    way = shlex.join([*command, '-c', 'true'])
+    reason = f'the connection ended before it stood ({how}): try {way}{said}'
+    return ConnectError(machine, reason)
 
 
-def silent(
-    machine: Machine, seconds: float, messages: str, noise: str
-) -> ConnectError:
-    """Return the error that the machine has been silent for too long."""
-    said = _shown('\n'.join(filter(None, (noise, messages))))
+def silent(machine: Machine, seconds: float, said: str) -> ConnectError:
+    """
+    Return the error that the machine has been silent for too long.
+
+    :param said: What it or the command that connects has printed
+    """
     return ConnectError(
         machine,
         f'no answer within {seconds:g} s: see whether it is switched on, and '
-        f'whether its login waits for a key{said}',
+        f'whether its login waits for a key{_shown(said)}',
     )
 
 

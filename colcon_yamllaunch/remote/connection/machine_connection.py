@@ -302,7 +302,8 @@ class MachineConnection:
 
     def _begin(self, process: ConnectProcess, timeout: float | None) -> None:
         """Start our program there."""
-        bootstrap = Bootstrap(program_archive(), self.machine.python)
+        machine = self.machine
+        bootstrap = Bootstrap(program_archive(), machine.python)
         self._write(bootstrap.script())
         begin = time.monotonic()
         while bootstrap.state not in ('answered', 'failed'):
@@ -310,12 +311,8 @@ class MachineConnection:
             if timeout is not None:
                 left = begin + timeout - time.monotonic()
                 if left <= 0:
-                    raise connection_errors.silent(
-                        self.machine,
-                        timeout,
-                        process.messages,
-                        bootstrap.noise,
-                    )
+                    said = f'{bootstrap.noise}\n{process.messages}'
+                    raise connection_errors.silent(machine, timeout, said)
             data = self._receive(left)
             answer, rest = bootstrap.feed(data)
             self._write(answer)
@@ -323,7 +320,7 @@ class MachineConnection:
                 # from now on it is never silent for long
                 begin, timeout = time.monotonic(), SILENCE
         if bootstrap.state == 'failed':
-            raise connection_errors.not_started(self.machine, bootstrap)
+            raise connection_errors.not_started(machine, bootstrap)
         self._feed(rest)
 
     def _hello(self) -> Facts:
@@ -446,8 +443,6 @@ class MachineConnection:
             self._show_waiting(process)
             ready = poll.poll(None if seconds is None else seconds * 1000)
             if not any(d == process.stdout for d, _ in ready):
-                process.read_messages()
-                self._show_waiting(process)
                 return b''
             data = os.read(process.stdout, _READ)
             if not data:
@@ -540,19 +535,13 @@ def read_message(line: bytes) -> dict[str, Any]:
     return content
 
 
-def _integer(digits: str) -> int:
-    if len(digits) > _DIGITS:
+def _number(text: str) -> float:
+    is_whole = text.lstrip('-').isdigit()
+    if len(text) > _DIGITS if is_whole else not math.isfinite(float(text)):
         raise ValueError
-    return int(digits)
-
-
-def _float(text: str) -> float:
-    number = float(text)
-    if not math.isfinite(number):
-        raise ValueError
-    return number
+    return int(text) if is_whole else float(text)
 
 
 _READER = json.JSONDecoder(
-    parse_int=_integer, parse_float=_float, parse_constant=_float
+    parse_int=_number, parse_float=_number, parse_constant=_number
 )

@@ -137,22 +137,19 @@ class Manifest:
 
         :param states: The states of the folders at the launcher, by place
         """
-        return [
-            place
-            for place, state in states.items()
-            if not self._is_as_sent(place, origin, state)
-        ]
-
-    def _is_as_sent(self, place: str, origin: str, state: str) -> bool:
-        folder = self.folders.get(place, Folder())
-        return (
-            folder.origin == origin
-            and folder.state == state != ''
-            and all(
-                _is_unchanged(self.path(place, inner), sent)
-                for inner, sent in folder.files.items()
-            )
-        )
+        changed = []
+        for place, state in states.items():
+            folder = self.folders.get(place, Folder())
+            if (
+                (folder.origin, folder.state) != (origin, state)
+                or not state
+                or not all(
+                    _is_unchanged(self.path(place, inner), sent)
+                    for inner, sent in folder.files.items()
+                )
+            ):
+                changed.append(place)
+        return changed
 
 
 def prepare(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:

@@ -22,7 +22,6 @@ import socket
 import subprocess
 import sys
 import tempfile
-from typing import BinaryIO
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.printable import one_line
@@ -213,7 +212,15 @@ class Transfer:
                         os.killpg(process.pid, signal.SIGKILL)
                     process.wait()
             if code:
-                raise _failure(code, [*_lines(errors), *said])
+                errors.seek(0)
+                lines = errors.read().decode(errors='replace').splitlines()
+                lines = [line for line in lines if line.strip()] + said
+                text = one_line('; '.join(lines[:_SHOWN_LINES]))
+                raise UserError(
+                    f'the disk is full there: make room ({text})'
+                    if any(full in text for full in _FULL)
+                    else f'rsync failed with exit code {code}: {text}'
+                )
 
     def _serve(self, rsync: socket.socket, folder: Path) -> list[str]:
         """
@@ -233,16 +240,3 @@ class Transfer:
         with suppress(OSError):
             rsync.send(str(code).encode())
         return said
-
-
-def _lines(file: BinaryIO) -> list[str]:
-    file.seek(0)
-    text = file.read().decode(errors='replace')
-    return [line for line in text.splitlines() if line.strip()]
-
-
-def _failure(code: int, lines: Sequence[str]) -> UserError:
-    text = one_line('; '.join(lines[:_SHOWN_LINES]))
-    if any(full in text for full in _FULL):
-        return UserError(f'the disk is full there: make room ({text})')
-    return UserError(f'rsync failed with exit code {code}: {text}')
