@@ -101,25 +101,19 @@ class _Scale:
         return self._start + part * (self._end - self._start)
 
     def ticks(self) -> list[float]:
-        """Return the numbers that are written at the axis."""
-        return ticks(self.low, self.high)
-
-
-def ticks(low: float, high: float) -> list[float]:
-    """Return about five round numbers between two others."""
-    rough = (high - low) / _TICKS
-    if not _LEAST < rough < math.inf:
-        return [low]
-    power = 10.0 ** math.floor(math.log10(rough))
-    step = next(
-        (m * power for m in (1, 2, 5) if m * power >= rough), 10 * power
-    )
-    first = math.ceil(low / step - 1e-9)
-    last = math.floor(high / step + 1e-9)
-    if last - first > 4 * _TICKS:
-        return [low]
-    # by multiplication, as sums of steps do not stay round
-    return [number * step for number in range(first, last + 1)]
+        """Return about five round numbers, which are written at the axis."""
+        rough = (self.high - self.low) / _TICKS
+        if not _LEAST < rough < math.inf:
+            return [self.low]
+        power = 10.0 ** math.floor(math.log10(rough))
+        steps = (m * power for m in (1, 2, 5))
+        step = next((s for s in steps if s >= rough), 10 * power)
+        first = math.ceil(self.low / step - 1e-9)
+        last = math.floor(self.high / step + 1e-9)
+        if last - first > 4 * _TICKS:
+            return [self.low]
+        # by multiplication, as sums of steps do not stay round
+        return [number * step for number in range(first, last + 1)]
 
 
 def number_text(value: float) -> str:

@@ -232,7 +232,11 @@ class ResultsFolder:
                 'sweep',
                 'give a new or an empty folder',
             )
-        if known is None or self._is_unused():
+        journal = path / JOURNAL
+        has_results = journal.exists() and journal.stat().st_size
+        if known is None or not (
+            has_results or (path / SLURM / ARRAYS).exists()
+        ):
             # the command of an unused one had a mistake
             shutil.rmtree(path / _RUNS, ignore_errors=True)
             write_json(
@@ -251,14 +255,6 @@ class ResultsFolder:
             )
         if not file.is_file() or not os.access(path, os.W_OK | os.X_OK):
             raise self._unwritable(None)
-
-    def _is_unused(self) -> bool:
-        """Return whether the sweep of this folder has no result at all."""
-        try:
-            is_empty = not (self.path / JOURNAL).stat().st_size
-        except OSError:
-            is_empty = True
-        return is_empty and not (self.path / SLURM / ARRAYS).exists()
 
     def _wait_for_lock(self, say: Callable[[str], None]) -> None:
         """

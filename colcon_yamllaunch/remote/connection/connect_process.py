@@ -172,12 +172,13 @@ class ConnectProcess:
 
     def leave_to_guard(self) -> None:
         """End the watchdog, as the process has, or as the guard watches it."""
-        if self._watch != -1:
+        # two threads may end a connection at once
+        watch, self._watch = self._watch, -1
+        if watch != -1:
             # forked processes may have the pipe open
             with suppress(OSError):
-                os.write(self._watch, b'\n')
-            os.close(self._watch)
-            self._watch = -1
+                os.write(watch, b'\n')
+            os.close(watch)
 
     def end(self, patience: float = _END_TIMEOUT) -> None:
         """

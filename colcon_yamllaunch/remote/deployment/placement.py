@@ -12,6 +12,7 @@ from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.plan.labels import MACHINE_SEPARATOR
 from colcon_yamllaunch.plan.plan import (
+    changed_entries,
     ChangeState,
     Component,
     Entry,
@@ -75,7 +76,8 @@ class Placer:
           have the names of machines already
         """
         self._learn(plan)
-        whole = replace(plan, entries=tuple(map(self._labelled, plan.entries)))
+        entries = changed_entries(plan.entries, self._labelled)
+        whole = replace(plan, entries=entries)
         labelled: list[Process | Component] = [
             *whole.processes(),
             *whole.components(),
@@ -164,14 +166,11 @@ class Placer:
 
     def _labelled(self, entry: Entry) -> Entry:
         """Return an entry with the labels of the launch."""
-        if isinstance(entry, Timer):
-            inner = tuple(map(self._labelled, entry.entries))
-            return replace(entry, entries=inner)
         machine = self.machine_of(entry)
-        if machine is None or not isinstance(entry, Process | Component):
-            return entry
         if (
-            self._placed(entry.label) is not None
+            machine is None
+            or not isinstance(entry, Process | Component)
+            or self._placed(entry.label) is not None
             or self._deployment.everything_on is not None
         ):
             return entry

@@ -15,10 +15,10 @@ import json
 import os
 import os.path
 import re
+from typing import Any
 
 from colcon_yamllaunch.plan.plan import (
     Component,
-    Entry,
     ParameterFile,
     Plan,
     Process,
@@ -49,6 +49,15 @@ NOT_SENT = (
 )
 #: Folders whose files are not copied from one machine to another.
 SYSTEM = ('/dev', '/proc', '/run', '/sys')
+
+#: The fields that have paths, of entries of a plan and what they consist of.
+_WITH_PATHS: Mapping[type, Sequence[str]] = {
+    Process: ('argv', 'cwd', 'environment', 'parameters'),
+    Component: ('parameters', 'extra_arguments'),
+    Timer: ('entries',),
+    ParameterFile: ('content', 'parameters'),
+    SetParameter: ('value',),
+}
 
 # a path begins where no other path or word goes on …
 _BEFORE = r'(?<![\w.~+-])'
@@ -99,56 +108,21 @@ class RemotePaths:
 
     def plan(self, plan: Plan) -> Plan:
         """Return a plan with the paths of the machine."""
-        return replace(plan, entries=self.entries(plan.entries))
-
-    def entries(self, entries: Sequence[Entry]) -> tuple[Entry, ...]:
-        """Return entries of a plan with the paths of the machine."""
-        return tuple(map(self._entry, entries))
+        return replace(plan, entries=self._with_paths(plan.entries))
 
     def environment(self, variables: Mapping[str, str]) -> dict[str, str]:
         """Return variables with the paths of the machine."""
         return {name: self.text(text) for name, text in variables.items()}
 
-    def _entry(self, entry: Entry) -> Entry:
-        match entry:
-            case Process():
-                return self._process(entry)
-            case Component():
-                return replace(
-                    entry,
-                    parameters=self._parameters(entry.parameters),
-                    extra_arguments=self._parameters(entry.extra_arguments),
-                )
-            case Timer():
-                return replace(entry, entries=self.entries(entry.entries))
-            case _:
-                return entry
-
-    def _process(self, process: Process) -> Process:
-        return replace(
-            process,
-            argv=tuple(map(self._argument, process.argv)),
-            cwd=self.text(process.cwd),
-            environment=tuple(
-                (name, None if text is None else self.text(text))
-                for name, text in process.environment
-            ),
-            parameters=self._parameters(process.parameters),
-        )
-
-    def _argument(self, argument: str | ParameterFile) -> str | ParameterFile:
-        if isinstance(argument, str):
-            return self.text(argument)
-        return replace(
-            argument,
-            content=self.text(argument.content),
-            parameters=self._parameters(argument.parameters),
-        )
-
-    def _parameters(
-        self, parameters: Sequence[SetParameter]
-    ) -> tuple[SetParameter, ...]:
-        return tuple(replace(p, value=self.text(p.value)) for p in parameters)
+    def _with_paths(self, value: Any) -> Any:
+        """Return a part of a plan with the paths of the machine."""
+        if isinstance(value, str):
+            return self.text(value)
+        if isinstance(value, tuple):
+            return tuple(map(self._with_paths, value))
+        fields = _WITH_PATHS.get(type(value), ())
+        changed = {f: self._with_paths(getattr(value, f)) for f in fields}
+        return replace(value, **changed) if changed else value
 
 
 def is_of_system(path: str) -> bool:

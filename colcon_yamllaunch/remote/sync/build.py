@@ -259,7 +259,12 @@ def hold(root: str, arguments: Mapping[str, Any], say: Say) -> list[int]:
         try:
             os.setsid()
             signal.signal(signal.SIGTERM, signal.default_int_handler)
-            _close_pipes()
+            redirect_to_null(0, 1, 2)
+            # the agent waits for the end of all that write to its pipes
+            for name in os.listdir('/proc/self/fd'):
+                with suppress(OSError):
+                    if stat.S_ISFIFO(os.fstat(int(name)).st_mode):
+                        os.close(int(name))
             while read_process(agent) is not None:
                 time.sleep(_INTERVAL)
         finally:
@@ -276,15 +281,6 @@ def end(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:  # noqa: ARG0
             with suppress(ProcessLookupError):
                 os.kill(pid, signal.SIGTERM)
     return {}
-
-
-def _close_pipes() -> None:
-    redirect_to_null(0, 1, 2)
-    # the agent waits for the end of all that write to the request's pipe
-    for name in os.listdir('/proc/self/fd'):
-        with suppress(OSError):
-            if stat.S_ISFIFO(os.fstat(int(name)).st_mode):
-                os.close(int(name))
 
 
 def _is_launchers(base: Path, launcher: tuple[str, int]) -> bool:

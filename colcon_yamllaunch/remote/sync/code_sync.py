@@ -156,11 +156,10 @@ class _Sync:
         places = [listing.place_of(p, code.root) for p in code.packages]
         places += [tree.place for tree in trees]
         words = self._build_arguments()
-        with self._begun(trees, build=words) as begun:
-            answer = begun
-            count = self._transfer(begun, trees, list_trees, places)
-            if begun['changed']:
-                words['root'] = begun['root']
+        with self._begun(trees, build=words) as answer:
+            count = self._transfer(answer, trees, list_trees, places)
+            if answer['changed']:
+                words['root'] = answer['root']
                 answer = self._ask('build.build', words)
             return Synced(count, frozenset(answer['built']))
 
@@ -185,7 +184,9 @@ class _Sync:
                 listing.changed_texts,
                 root=code.root,
                 remote_root=begun['root'],
-                missing_of=self._missing_of,
+                missing_of=lambda paths: self._ask(
+                    'inspection.find_missing', {'paths': paths}
+                )['missing'],
             )
             # those of other packages are left as they are
             return Synced(
@@ -290,12 +291,6 @@ class _Sync:
             'underlays': list(dict.fromkeys(map(str, underlays))),
             'distro': code.environment.get('ROS_DISTRO', ''),
         }
-
-    def _missing_of(self, paths: list[str]) -> Collection[str]:
-        found: list[str] = self._ask(
-            'inspection.find_missing', {'paths': paths}
-        )['missing']
-        return found
 
     def _ask(self, request: str, values: Mapping[str, Any]) -> dict[str, Any]:
         return self._connection.ask(request, values, self._say)

@@ -32,7 +32,6 @@ from colcon_yamllaunch.workspace.environment.environment_cache import (
 from colcon_yamllaunch.workspace.freshness.build_record import (
     DamagedRecordError,
     read_record,
-    Record,
     RECORD_NAME,
 )
 from colcon_yamllaunch.workspace.freshness.source_changes import tree
@@ -48,7 +47,6 @@ _MARKERS = (
 ANY_PACKAGE = '*'
 _LINK = 'link to '
 _PYTHON_TIMEOUT = 10.0
-_WAY_OUT = 'build there instead, by `sync: build`'
 
 
 def find_missing(arguments: Mapping[str, Any], _say: Say) -> dict[str, Any]:
@@ -142,7 +140,9 @@ def read_contents(arguments: Mapping[str, Any], _say: Say) -> dict[str, Any]:
             for base in ('install_base', 'build_base')
         )
         merged = arguments['merge_install']
-        record = _record(build_base / name)
+        record = None
+        with suppress(DamagedRecordError):
+            record = read_record(build_base / name / RECORD_NAME)
         if record is not None:
             installed, built = record.installed, record.products
         else:
@@ -165,12 +165,6 @@ def read_contents(arguments: Mapping[str, Any], _say: Say) -> dict[str, Any]:
             for path in arguments['files']
         },
     }
-
-
-def _record(build: Path) -> Record | None:
-    with suppress(DamagedRecordError):
-        return read_record(build / RECORD_NAME)
-    return None
 
 
 def _contents(
@@ -199,21 +193,19 @@ def _content(path: str) -> str:
 
 def system() -> dict[str, str]:
     """Return the properties that compiled programs and modules depend on."""
+    name = os.uname().sysname
+    with suppress(OSError):
+        values = platform.freedesktop_os_release()
+        name = ' '.join(filter(None, (values['ID'], values.get('VERSION_ID'))))
+    program = 'import sys; print("%d.%d" % sys.version_info[:2])'
+    words = ['python3', '-I', '-S', '-c', program]
     return {
-        'system': system_name(),
+        'system': name,
         'architecture': platform.machine(),
         'glibc': platform.libc_ver()[1],
-        'python': _python(),
+        # that of the Python that programs get, as `3.12`
+        'python': _last_line(words, _PYTHON_TIMEOUT).strip(),
     }
-
-
-def system_name() -> str:
-    """Return the name and version of the system, as os-release(5) has them."""
-    try:
-        values = platform.freedesktop_os_release()
-    except OSError:
-        return os.uname().sysname
-    return ' '.join(filter(None, (values['ID'], values.get('VERSION_ID'))))
 
 
 def login_shell_line(command: str, timeout: float) -> str:
@@ -226,13 +218,6 @@ def login_shell_line(command: str, timeout: float) -> str:
     """
     shell = os.environ.get('SHELL') or '/bin/sh'
     return _last_line([shell, '-lc', command], timeout)
-
-
-def _python() -> str:
-    """Return the version of the Python that programs get, as `3.12`."""
-    program = 'import sys; print("%d.%d" % sys.version_info[:2])'
-    words = ['python3', '-I', '-S', '-c', program]
-    return _last_line(words, _PYTHON_TIMEOUT).strip()
 
 
 def _last_line(words: Sequence[str], timeout: float) -> str:
@@ -262,28 +247,31 @@ def check_system(
     :raises UserError: when it does not
     """
     ours = system()
+    what = 'what is built here is'
     for key, verb in (('architecture', 'is'), ('system', 'runs')):
         if built_on[key] != ours[key]:
-            raise UserError(
-                f'it {verb} {ours[key] or "unknown"}, and what is built here '
-                f'is for {built_on[key]}: {_WAY_OUT}'
-            )
+            found = ours[key] or 'unknown'
+            raise _unfit(f'it {verb} {found}', what, built_on[key])
     if _numbers(ours['glibc']) < _numbers(built_on['glibc']):
-        raise UserError(
-            f'its C library is glibc {ours["glibc"] or "of no version"}, and '
-            f'what is built here is for {built_on["glibc"]}: {_WAY_OUT}'
-        )
+        its = f'its C library is glibc {ours["glibc"] or "of no version"}'
+        raise _unfit(its, what, built_on['glibc'])
     if pythons and ours['python'] not in pythons:
-        raise UserError(
-            f'its python3 is {ours["python"] or "missing"}, and modules are '
-            f'built here for {" and ".join(pythons)}: {_WAY_OUT}'
-        )
+        what = 'modules are built here'
+        its = f'its python3 is {ours["python"] or "missing"}'
+        raise _unfit(its, what, ' and '.join(pythons))
     for underlay in underlays:
         if not Path(underlay, 'local_setup.bash').is_file():
             raise UserError(
                 f'what is built here needs {underlay}, which is not there: '
                 'install it there, or build there by `sync: build`'
             )
+
+
+def _unfit(its: str, what: str, wanted: str) -> UserError:
+    return UserError(
+        f'{its}, and {what} for {wanted}: build there instead, by '
+        '`sync: build`'
+    )
 
 
 def _numbers(version: str) -> tuple[int, ...]:
