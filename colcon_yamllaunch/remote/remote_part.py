@@ -8,14 +8,7 @@ Its events and output are emitted here, so that screen, logs and reports have
 them as if it ran here. What is to be done there is sent as commands.
 """
 
-from collections.abc import (
-    Callable,
-    Collection,
-    Iterable,
-    Iterator,
-    Mapping,
-    Sequence,
-)
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
@@ -38,7 +31,14 @@ from colcon_yamllaunch.engine.loop import TimerHandle
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.state import ProcessState
 from colcon_yamllaunch.engine.supervisor import timeouts_of, UNATTRIBUTED
-from colcon_yamllaunch.plan.plan import Component, Entry, Plan, Process, Timer
+from colcon_yamllaunch.plan.plan import (
+    changed_entries,
+    Component,
+    Entry,
+    Plan,
+    Process,
+    Timer,
+)
 from colcon_yamllaunch.plan.plan_json import plan_to_json
 from colcon_yamllaunch.remote import part_protocol
 from colcon_yamllaunch.remote.deployment.deployment import Machine
@@ -79,7 +79,7 @@ class RemotePart:
         self._has_timers = False
         # all that was planned, as it was planned first
         self._entries: list[Entry] = []
-        self._add(plan.entries)
+        self._add(plan)
         # of a machine that is gone: whether its part is being started again,
         # whole or only what was asked for, who waits for that, and what the
         # new part does not have
@@ -290,7 +290,7 @@ class RemotePart:
 
         :raises RefusedError: when a label is taken
         """
-        self._add(plan.entries)
+        self._add(plan)
         self._is_idle = False
         self.send(commands.Extend(self._localised(plan).entries))
 
@@ -519,7 +519,7 @@ class RemotePart:
     def _plan_again(self) -> str:
         """Return what a new part is to run, in JSON."""
         if self._restarts_all:
-            plan = Plan(tuple(self._not_stopped(self._entries)))
+            plan = Plan(self._not_stopped())
         else:
             plan = self._plan_of(self._wanted)
         self._missing = {*self._parts} - self._expect(plan)
@@ -548,20 +548,18 @@ class RemotePart:
         wanted = inside.union(labels)
         return Plan(tuple(self.part(p) for p in self._parts if p in wanted))
 
-    def _not_stopped(self, entries: Iterable[Entry]) -> Iterator[Entry]:
-        """Return entries as planned now, without what somebody stopped."""
+    def _not_stopped(self) -> tuple[Entry, ...]:
+        """Return all entries as planned now, but for what was stopped."""
         states = self._launch.state.by_label.values()
         stopped = {state.label for state in states if state.is_kept_stopped}
-        for entry in entries:
-            if isinstance(entry, Timer):
-                inner = tuple(self._not_stopped(entry.entries))
-                yield replace(entry, entries=inner)
-            elif not isinstance(entry, Process | Component):
-                yield entry
-            elif entry.label in self._wanted or (
-                entry.label in self._parts and entry.label not in stopped
-            ):
-                yield self.part(entry.label)
+        labels = self._wanted.union(self._parts.keys() - stopped)
+
+        def planned_now(entry: Entry) -> Entry | None:
+            if not isinstance(entry, Process | Component):
+                return entry
+            return self.part(entry.label) if entry.label in labels else None
+
+        return changed_entries(self._entries, planned_now)
 
     def _expect(self, plan: Plan) -> set[str]:
         """Note that all of a plan is started again; return its labels."""
@@ -719,20 +717,23 @@ class RemotePart:
                 return replace(process, label=name)
         return part
 
-    def _add(self, entries: Sequence[Entry]) -> None:
+    def _add(self, plan: Plan) -> None:
         """
         Add the entries of a plan.
 
         :raises RefusedError: when a label is taken
         """
-        more = _parts_of(Plan(tuple(entries)))
+        more = _parts_of(plan)
         for part in more:
             if part.label in self._parts:
                 raise RefusedError(f'there is a process {part.label} already')
         for part in more:
             self._plan_part(part)
-        self._has_timers |= _has_lasting_timers(entries)
-        self._entries += entries
+        self._has_timers |= any(
+            isinstance(entry, Timer) and not entry.cancel_on_shutdown
+            for entry in plan.walk()
+        )
+        self._entries += plan.entries
 
     def _plan_part(self, part: Process | Component) -> None:
         before = self._parts.get(part.label)
@@ -817,12 +818,3 @@ class RemotePart:
 
 def _parts_of(plan: Plan) -> list[Process | Component]:
     return [*plan.processes(), *plan.components()]
-
-
-def _has_lasting_timers(entries: Iterable[Entry]) -> bool:
-    """Return whether there is a timer that a shutdown does not drop."""
-    return any(
-        not e.cancel_on_shutdown or _has_lasting_timers(e.entries)
-        for e in entries
-        if isinstance(e, Timer)
-    )

@@ -175,9 +175,8 @@ def colcon_python() -> list[str]:
     """
     for program in _colcons():
         with suppress(OSError):
-            words = _interpreter(program)
-            if words:
-                return words
+            if os.access(program, os.X_OK) and (w := _interpreter(program)):
+                return w
     raise UserError(
         'colcon is not installed there, which is to build the packages: '
         "install it there ('sudo apt install python3-colcon-common-"
@@ -187,22 +186,16 @@ def colcon_python() -> list[str]:
 
 
 def _colcons() -> Iterator[str]:
+    """Yield the paths where a colcon may be."""
     # that of a virtual environment that `python:` names
     folder = os.path.dirname(sys.executable)
-    path = os.path.join(folder, 'colcon')
-    if os.path.exists(f'{folder}/../pyvenv.cfg') and os.access(path, os.X_OK):
-        yield path
-    found = shutil.which('colcon')
-    if found:
-        yield found
-    for path in _USUAL:
-        program = os.path.expanduser(path)
-        if os.access(program, os.X_OK):
-            yield program
-    # as the user has it when he logs in
+    if os.path.exists(f'{folder}/../pyvenv.cfg'):
+        yield f'{folder}/colcon'
+    yield shutil.which('colcon') or ''
+    yield from map(os.path.expanduser, _USUAL)
+    # as the user has it after a login; there it may be an alias
     line = login_shell_line('command -v colcon', _SHELL_TIMEOUT)
-    if line.startswith('/'):
-        yield line
+    yield line if line.startswith('/') else ''
 
 
 def _interpreter(program: str) -> list[str]:
