@@ -69,7 +69,7 @@ CLOSE_TIMEOUT = 2.0
 #: Seconds for which the loop may stand still, as when the launch is suspended,
 #: without that being silence of a machine; less where that is short.
 _STANDSTILL = 2.0
-#: Messages that are passed on before others get their turn.
+#: Messages that are delivered before others get their turn.
 _PER_TURN = 64
 #: Bytes of output after which they are acknowledged.
 _ACKNOWLEDGED = 512 * 1024
@@ -115,32 +115,31 @@ class MachineLink:
         # whether the part has answered that we have subscribed
         self._is_subscribed = False
         # the plan of a new part, while one is to be started
-        self._plan: Callable[[], str] | None = None
+        self._new_plan: Callable[[], str] | None = None
         # the first connection exists already
         self._timeout = SILENCE
-        self._heard = self._since = self._beaten = time.monotonic()
         self._lost_at: float | None = None
         self._pause = FIRST_PAUSE
         self._retry: TimerHandle | None = None
-        # the next turn in which messages are passed on
-        self._passing: TimerHandle | None = None
+        # the next turn in which messages are delivered
+        self._delivery: TimerHandle | None = None
         # connections that were given up, until they are reaped
         self._ending: dict[int, ConnectProcess] = {}
         self._reset()
 
     def _reset(self) -> None:
-        """Begin with a part that has sent and got nothing yet."""
-        # how many events, and bytes of output, were passed on, and how much
+        """Reset all counters and queues for a new part."""
+        # how many events, and bytes of output, were delivered, and how much
         # of that the part knows
         self._events = self._bytes = self._acknowledged = 0
         # the id of the last request, and requests that are not answered
-        self._number = 0
-        self._requests: dict[int, bytes] = {}
+        self._last_request = 0
+        self._unanswered: dict[int, bytes] = {}
         self._holder = os.urandom(8).hex()
-        # what waits for a screen that takes no more
-        self._waiting: deque[tuple[dict[str, Any], int]] = deque()
-        self._waiting_size = 0
-        self._held = False
+        # messages to deliver with the sizes of their output
+        self._messages: deque[tuple[dict[str, Any], int]] = deque()
+        self._queue_size = 0
+        self._is_paused = False
         #: Whether nothing more comes.
         self.is_gone = False
         # whether the part has ended
@@ -153,12 +152,12 @@ class MachineLink:
 
     @property
     def pid(self) -> int:
-        """The process that connects, a child of ours, or 0."""
+        """The process id of the connection, or 0."""
         return 0 if self._process is None else self._process.pid
 
     @property
     def pids(self) -> frozenset[int]:
-        """That, and those of earlier connections that have not ended."""
+        """The process ids of all connections that have not ended."""
         return frozenset({self.pid, *self._ending} - {0})
 
     def begin(self, loop: Loop, handler: 'RemotePart') -> None:
@@ -173,7 +172,8 @@ class MachineLink:
         process = self._process
         assert process is not None
         process.leave_to_guard()
-        self._heard = self._since = self._beaten = time.monotonic()
+        now = time.monotonic()
+        self._heard_at = self._connecting_since = self._last_beat = now
         loop.call_later(self._heartbeat, self._beat)
         self._watch(process)
         self._put(protocol.encode({'relay': True}))
@@ -197,7 +197,7 @@ class MachineLink:
             self._lost_at = time.monotonic()
             self._retry_later(self._pause)
             self._pause = min(self._pause * 2, LONGEST_PAUSE)
-        self._plan = plan
+        self._new_plan = plan
         if at_once:
             self._retry_later(0.0)
 
@@ -207,34 +207,34 @@ class MachineLink:
 
         :return: The `id` that its answer will have
         """
-        self._number += 1
-        data = protocol.encode({**request, 'id': self._number})
-        self._requests[self._number] = data
+        self._last_request += 1
+        data = protocol.encode({**request, 'id': self._last_request})
+        self._unanswered[self._last_request] = data
         if self._is_subscribed:
             self._put(data)
-        return self._number
+        return self._last_request
 
-    def hold(self, held: bool) -> None:
-        """Pass on no output, and nothing behind it, or go on."""
-        self._held = held
-        self._pass_on_soon()
+    def pause(self, is_paused: bool) -> None:
+        """Stop delivering messages, or resume."""
+        self._is_paused = is_paused
+        self._deliver_soon()
 
     def _beat(self) -> None:
         """Send a heartbeat, or handle that the machine is silent."""
         self._loop.call_later(self._heartbeat, self._beat)
         now = time.monotonic()
-        gap = now - self._beaten
-        self._beaten = now
+        gap = now - self._last_beat
+        self._last_beat = now
         if gap > self._heartbeat + min(_STANDSTILL, self._silence / 2):
             # what was sent meanwhile is still to be read
-            self._heard += gap
-            self._since += gap
+            self._heard_at += gap
+            self._connecting_since += gap
         if self._process is None:
             return
         if not self._is_subscribed:
-            if now - self._since > self._timeout:
+            if now - self._connecting_since > self._timeout:
                 self._lose('it does not answer')
-        elif now - self._heard > self._silence:
+        elif now - self._heard_at > self._silence:
             # the end of this connection is not to stop its part
             self._ping(reconnecting=True)
             self._lose(f'nothing was heard of it for {self._silence:g} s')
@@ -305,14 +305,14 @@ class MachineLink:
                 self._lose(_last_line(process.messages))
             return
         if self._bootstrap is not None:
-            data = self._greeted(self._bootstrap, data)
+            data = self._start_program(self._bootstrap, data)
         self._feed(data)
 
     def _feed(self, data: bytes) -> None:
         process = self._process
         try:
             for message in self._reader.feed(data):
-                self._heard = time.monotonic()
+                self._heard_at = time.monotonic()
                 if self._is_relayed:
                     self._handle(message)
                 else:
@@ -323,10 +323,10 @@ class MachineLink:
             self._give_up(f'the connection is damaged: {error}')
 
     def _handle_reply(self, content: Mapping[str, Any]) -> None:
-        """Handle a reply of the agent, before the part sends something."""
+        """Handle a reply of the agent, before the part sends messages."""
         match content:
             case {'reply': _, 'error': str(error)}:
-                if self._plan is None:
+                if self._new_plan is None:
                     # it is there, without its part
                     self._pause = FIRST_PAUSE
                 self._give_up(one_line(error))
@@ -334,7 +334,7 @@ class MachineLink:
                 'reply': _,
                 'result': {'identity': str(identity), 'boot': str(boot)},
             }:
-                self._plan = None
+                self._new_plan = None
                 self._part = replace(self._part, identity=identity, boot=boot)
                 self._put(protocol.encode({'relay': True}))
             case {'reply': _}:
@@ -343,12 +343,12 @@ class MachineLink:
                 self._subscribe()
 
     def _subscribe(self) -> None:
-        """Subscribe to what was not passed on."""
+        """Subscribe to what was not delivered yet."""
         self._is_relayed = True
         self._pings.clear()
-        # what waits comes once more
-        self._waiting.clear()
-        self._waiting_size = 0
+        # undelivered messages come once more
+        self._messages.clear()
+        self._queue_size = 0
         keeps = self.machine.on_lost == 'keep'
         lease = None if keeps else self._lost_after + _GUARD_MARGIN
         request = protocol.request(
@@ -384,9 +384,9 @@ class MachineLink:
         elif not self._is_subscribed:
             raise ProtocolError('a message came too early')
         else:
-            self._queue(message)
+            self._add_message(message)
 
-    def _queue(self, message: dict[str, Any]) -> None:
+    def _add_message(self, message: dict[str, Any]) -> None:
         """
         Queue a message for the handler.
 
@@ -394,18 +394,18 @@ class MachineLink:
         """
         number = message.get('id')
         if isinstance(number, int):
-            self._requests.pop(number, None)
+            self._unanswered.pop(number, None)
         size = 0
         match message:
             case {'output': {'data': bytes(data)}} | {
                 'shown': {'data': bytes(data)}
             }:
                 size = len(data)
-        self._waiting.append((message, size))
-        self._waiting_size += size
-        if self._waiting_size > MAXIMUM_HELD:
+        self._messages.append((message, size))
+        self._queue_size += size
+        if self._queue_size > MAXIMUM_HELD:
             raise ProtocolError('it sends more than it may')
-        self._pass_on_soon()
+        self._deliver_soon()
 
     def _resume(self, asked: object) -> None:
         """
@@ -414,15 +414,15 @@ class MachineLink:
         :param asked: The last request that it has executed
         :raises ProtocolError: when it was not asked for that
         """
-        if not isinstance(asked, int) or not 0 <= asked <= self._number:
+        if not isinstance(asked, int) or not 0 <= asked <= self._last_request:
             raise ProtocolError('it has executed more than it was asked for')
         self._is_subscribed = True
-        self._requests = {
+        self._unanswered = {
             number: data
-            for number, data in self._requests.items()
+            for number, data in self._unanswered.items()
             if number > asked
         }
-        self._put(b''.join(self._requests.values()))
+        self._put(b''.join(self._unanswered.values()))
         if self._lost_at is not None:
             seconds = time.monotonic() - self._lost_at
             self._lost_at = None
@@ -430,7 +430,7 @@ class MachineLink:
             self._handler.back(seconds)
 
     def _ping(self, *, reconnecting: bool = False) -> None:
-        """Acknowledge what was passed on, and ask for a sign of life."""
+        """Acknowledge what was delivered, and request a reply."""
         self._acknowledged = self._bytes
         self._pings.append(time.time())
         request = protocol.request(
@@ -440,7 +440,7 @@ class MachineLink:
 
     @property
     def _point(self) -> dict[str, int]:
-        """How far events and output were passed on; see `protocol`."""
+        """How far events and output were delivered; see `protocol`."""
         return {'events': self._events, 'bytes': self._bytes}
 
     def _put(self, data: bytes) -> None:
@@ -464,36 +464,36 @@ class MachineLink:
         else:
             self._loop.remove_writer(process.stdin)
 
-    def _pass_on_soon(self) -> None:
-        """Pass on what has come in the next turn, unless it is held."""
-        if self._passing is None and self._waiting and not self._held:
-            self._passing = self._loop.call_soon(self._pass_on_in_turn)
+    def _deliver_soon(self) -> None:
+        """Deliver queued messages in the next turn, unless paused."""
+        if self._delivery is None and self._messages and not self._is_paused:
+            self._delivery = self._loop.call_soon(self._deliver_in_turn)
 
-    def _pass_on_in_turn(self) -> None:
-        self._passing = None
+    def _deliver_in_turn(self) -> None:
+        self._delivery = None
         if self.is_gone:
             return
-        self._pass_on()
+        self._deliver()
         if (
             self._is_subscribed
             and self._bytes - self._acknowledged >= _ACKNOWLEDGED
         ):
             self._ping()
-        self._pass_on_soon()
+        self._deliver_soon()
 
-    def _pass_on(self) -> None:
-        """Pass on what has come, for a turn."""
+    def _deliver(self) -> None:
+        """Deliver as many queued messages as fit into a turn."""
         try:
             for _ in range(_PER_TURN):
-                if self._held or not self._waiting:
+                if self._is_paused or not self._messages:
                     return
-                message, size = self._waiting.popleft()
-                self._waiting_size -= size
-                self._pass_on_message(message)
+                message, size = self._messages.popleft()
+                self._queue_size -= size
+                self._deliver_message(message)
         except ProtocolError as error:
             self._give_up(f'the connection is damaged: {error}')
 
-    def _pass_on_message(self, message: dict[str, Any]) -> None:
+    def _deliver_message(self, message: dict[str, Any]) -> None:
         """
         Pass on one message.
 
@@ -538,8 +538,8 @@ class MachineLink:
         process = self._process
         if process is not None:
             self._drop_connection(process)
-        while self._waiting and not self._held:
-            self._pass_on()
+        while self._messages and not self._is_paused:
+            self._deliver()
         if self._is_over:
             self._finish('it has ended')
             return
@@ -550,7 +550,7 @@ class MachineLink:
             pause = 0.0
             self._handler.lost(reason)
         self._retry_later(pause)
-        if self._plan is not None and self.machine.on_lost != 'restart':
+        if self._new_plan is not None and self.machine.on_lost != 'restart':
             # the requester gets the reason
             self._give_up(reason)
         elif not self.can_start_again:
@@ -569,12 +569,12 @@ class MachineLink:
         keeps = self.machine.on_lost == 'keep'
         limit = self._lost_after + STOPPED_AFTER
         is_late = time.monotonic() - self._lost_at > limit
-        if is_late and not keeps and self._plan is None:
+        if is_late and not keeps and self._new_plan is None:
             self._give_up(
                 f'no connection for {limit:g} s; its part has stopped itself'
             )
             return
-        self._since = time.monotonic()
+        self._connecting_since = time.monotonic()
         self._timeout = ANSWER_TIMEOUT
         try:
             process = connect(
@@ -594,8 +594,8 @@ class MachineLink:
         self._watch(process)
         self._put(self._bootstrap.script())
 
-    def _greeted(self, bootstrap: Bootstrap, data: bytes) -> bytes:
-        """Go on with the first words; return what has come behind them."""
+    def _start_program(self, bootstrap: Bootstrap, data: bytes) -> bytes:
+        """Continue to start our program there; return the data behind that."""
         answer, rest = bootstrap.feed(data)
         self._put(answer)
         if bootstrap.state == 'failed':
@@ -607,12 +607,12 @@ class MachineLink:
                 'identity': self._part.identity,
                 'boot': self._part.boot,
             }
-            if self._plan is not None:
-                self._since = time.monotonic()
+            if self._new_plan is not None:
+                self._connecting_since = time.monotonic()
                 self._timeout = START_TIMEOUT
                 content = {
                     'request': 'start',
-                    'plan': self._plan(),
+                    'plan': self._new_plan(),
                     'settings': to_json(self._part.settings),
                 }
             content['id'] = 1
@@ -620,7 +620,7 @@ class MachineLink:
         return rest
 
     def _drop_connection(self, process: ConnectProcess) -> None:
-        """Close a connection, whose process is reaped later."""
+        """Close a connection; its process is reaped later."""
         self._process = None
         self._bootstrap = None
         self._is_subscribed = False
@@ -635,7 +635,7 @@ class MachineLink:
                 self._loop.call_later(CLOSE_TIMEOUT, self._kill, process.pid)
 
     def _kill(self, pid: int) -> None:
-        """Kill a connection process that hangs in a network that is gone."""
+        """Kill a connection process that hangs, as after a network failure."""
         if pid in self._ending:
             with suppress(ProcessLookupError):
                 os.killpg(pid, signal.SIGKILL)
@@ -650,7 +650,7 @@ class MachineLink:
     def _finish(self, reason: str) -> None:
         if not self.is_gone:
             self.is_gone = True
-            self._plan = self._lost_at = None
+            self._new_plan = self._lost_at = None
             self._handler.gone(reason)
 
 

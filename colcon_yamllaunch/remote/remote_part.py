@@ -77,20 +77,20 @@ class RemotePart:
         self._by_name: dict[str, str] = {}
         # whether its end may wait for timers
         self._has_timers = False
-        # all that was planned, as it was planned first
+        # all entries as first planned
         self._entries: list[Entry] = []
         self._add(plan)
         # of a machine that is gone: whether its part is being started again,
         # whole or only what was asked for, who waits for that, and what the
         # new part does not have
         self._is_restarting = self._restarts_all = False
-        self._wanted: set[str] = set()
+        self._to_restart: set[str] = set()
         self._waiting_replies: list[Callable[[Any], object]] = []
         self._missing: set[str] = set()
         # why its part stops by itself though the launch goes on
         self._stopped_for = ''
         self._size = os.terminal_size((80, 24))
-        # who waits for the answer to a request, by its number
+        # the callbacks of unanswered requests, by number
         self._replies: dict[int, Callable[[Mapping[str, Any]], None]] = {}
         #: The state of the connection to the machine.
         self.link_state: LinkState = 'up'
@@ -100,13 +100,13 @@ class RemotePart:
         self._is_finishing = False
         # when it must have ended, as the launch does
         self._deadline: TimerHandle | None = None
-        # whether it has been said that a stop waits for the link
+        # whether the user knows that a stop waits for the link
         self._is_waited_for = False
-        # which processes are held as the launch is
+        # processes that are suspended because the launch is
         self._suspended: set[str] = set()
-        # whose output the screen does not take for now
-        self._held: set[tuple[str, events.Stream]] = set()
-        # by label, what to say of the terminal that it reads from
+        # streams whose output the screen does not accept now
+        self._full_streams: set[tuple[str, events.Stream]] = set()
+        # the local modes of terminals, by label
         self._modes: dict[str, int] = {}
         # the processes of the link that the guard knows
         self._guarded: frozenset[int] = frozenset()
@@ -118,21 +118,21 @@ class RemotePart:
 
     @property
     def is_over(self) -> bool:
-        """Whether nothing is to be heard of it any more."""
+        """Whether the part has ended or is given up."""
         return self.link_state in ('gone', 'done')
 
     @property
     def is_busy(self) -> bool:
-        """Whether something runs there, or is about to."""
+        """Whether something runs there, starts, or is not answered yet."""
         return not self.is_over and bool(self._replies or not self._is_idle)
 
     def join(self, launch: Engine) -> None:
-        """Take part in a launch from now on."""
+        """Connect the part with the launch."""
         self._launch = launch
         self._guard_link()
 
     def begin(self, size: os.terminal_size) -> None:
-        """Run from now on, with terminals of a size."""
+        """Start the part, with terminals of `size`."""
         self.link.begin(self._launch.loop, self)
         self.resize(size)
 
@@ -142,20 +142,22 @@ class RemotePart:
         self.send(commands.Resize(size.columns, size.lines))
 
     def end_turn(self) -> None:
-        """Continue with output that the screen accepts again."""
-        if self._held:
+        """Resume the link once the screen accepts output again."""
+        if self._full_streams:
             # while all is stopped, there is not much that may still come
             is_stopping = self._launch.is_stopping
             accepts = self._launch.accepts
-            self._held = {
-                key for key in self._held if not (is_stopping or accepts(key))
+            self._full_streams = {
+                key
+                for key in self._full_streams
+                if not (is_stopping or accepts(key))
             }
-            if not self._held:
-                self.link.hold(False)
+            if not self._full_streams:
+                self.link.pause(False)
         self._guard_link()
 
     def send(self, command: commands.Command[Any]) -> None:
-        """Send a command whose answer is of no interest."""
+        """Send a command, and ignore the answer."""
         if not self.is_over:
             self.link.send(request_of(command))
 
@@ -181,7 +183,7 @@ class RemotePart:
         self._replies[number] = answered
 
     def stop(self, command: commands.Shutdown) -> None:
-        """Begin to end all of it."""
+        """Begin to stop the whole part."""
         if self._is_restarting:
             self._give_up(self.reason)
         if self.link_state == 'lost' and not self._is_waited_for:
@@ -213,7 +215,7 @@ class RemotePart:
         self.send(commands.Escalate())
 
     def suspend(self, is_suspended: bool) -> None:
-        """Hold all processes, or let them go on."""
+        """Suspend all processes, or resume them."""
         if is_suspended:
             # the machine reports it when the launch goes on
             self._suspended |= {state.label for state in self._running()}
@@ -222,7 +224,7 @@ class RemotePart:
         self.send(commands.Hold(is_suspended))
 
     def finish(self) -> None:
-        """Ask it to end, as the launch is over."""
+        """Tell the part to end, as the launch has ended."""
         if not self._is_finishing:
             self._is_finishing = True
             if self._deadline is None and not self._has_timers:
@@ -234,7 +236,7 @@ class RemotePart:
         self.link.close()
         self._guard_link()
 
-    # what it consists of
+    # lookups
 
     def label_of(self, name: str) -> str | None:
         """Return the label of a process or component by one of its names."""
@@ -306,7 +308,7 @@ class RemotePart:
             self.send(commands.Revise(there, at_once))
 
     def restart(self, labels: Collection[str]) -> tuple[str, ...]:
-        """Start and load parts anew after a change; return their labels."""
+        """Restart or reload parts after a change; return their labels."""
         states = self._launch.state.by_label
         begun = tuple(
             label
@@ -323,7 +325,7 @@ class RemotePart:
         return ()
 
     def drop(self, label: str) -> None:
-        """Stop or unload a part, and forget it then."""
+        """Stop or unload a process or component, then remove it."""
         if label in self._missing:
             self._launch.emit(events.Dropped(self._parts[label]))
             self._forget(label)
@@ -331,11 +333,11 @@ class RemotePart:
         self.send(commands.Drop(label))
 
     def forget(self, plan: Plan) -> None:
-        """Do not do what has not been done yet."""
+        """Cancel entries that have not begun."""
         self._entries = [e for e in self._entries if e not in plan.entries]
         self.send(commands.Forget(self._localised(plan).entries))
 
-    # what users ask for
+    # commands
 
     def execute(
         self,
@@ -364,7 +366,7 @@ class RemotePart:
         if is_restart and (self.link_state == 'gone' or self._is_restarting):
             if not self.link.can_start_again:
                 raise RefusedError(self._why_not())
-            self._wanted.add(label)
+            self._to_restart.add(label)
             self._waiting_replies.append(reply)
             self._start_again(at_once=True)
             return
@@ -379,7 +381,7 @@ class RemotePart:
     def _response(
         self, command: commands.Command[Any], answer: Mapping[str, Any]
     ) -> Any:
-        """Return the response to a command that an answer stands for."""
+        """Return the response to `command` that `answer` contains."""
         if not answer.get('ok'):
             return commands.Refused(printable(str(answer.get('error'))))
         if isinstance(command, part_protocol.Measure):
@@ -421,10 +423,10 @@ class RemotePart:
 
         self.ask(part_protocol.Measure(), measured)
 
-    # what comes from there, called by the link
+    # called by the link
 
     def message(self, message: Mapping[str, Any]) -> None:
-        """Handle a message of the control protocol; its `time` is as ours."""
+        """Handle a message of the control protocol; `time` is by our clock."""
         if self.is_over:
             return
         try:
@@ -451,9 +453,9 @@ class RemotePart:
         with self._at(seconds):
             self._launch.feed_output(process, stream, data)
         if not (self._launch.accepts(key) or self._launch.is_stopping):
-            if not self._held:
-                self.link.hold(True)
-            self._held.add(key)
+            if not self._full_streams:
+                self.link.pause(True)
+            self._full_streams.add(key)
 
     @contextmanager
     def _at(self, seconds: object) -> Iterator[None]:
@@ -479,7 +481,7 @@ class RemotePart:
             self._refuse_all()
 
     def back(self, seconds: float) -> None:
-        """Handle a new connection, after some seconds without one."""
+        """Handle a new connection after `seconds` without one."""
         if self.link_state == 'lost':
             self.link_state = 'up'
             self.reason = ''
@@ -489,7 +491,7 @@ class RemotePart:
             if self._is_restarting:
                 self._is_restarting = False
                 self.resize(self._size)
-                self._send_missing(self._missing & self._wanted)
+                self._send_missing(self._missing & self._to_restart)
                 self._answer_waiting(commands.DONE)
 
     def gone(self, reason: str) -> None:
@@ -517,20 +519,20 @@ class RemotePart:
         self.link.start_again(self._plan_again, at_once=at_once)
 
     def _plan_again(self) -> str:
-        """Return what a new part is to run, in JSON."""
+        """Return the plan of the new part, in JSON."""
         if self._restarts_all:
             plan = Plan(self._not_stopped())
         else:
-            plan = self._plan_of(self._wanted)
+            plan = self._plan_of(self._to_restart)
         self._missing = {*self._parts} - self._expect(plan)
         self._stopped_for = ''
         self._modes.clear()
         self._suspended.clear()
-        self._held.clear()
+        self._full_streams.clear()
         return plan_to_json(self._localised(plan))
 
     def _send_missing(self, labels: Collection[str]) -> None:
-        """Send the part what it does not have yet."""
+        """Send entries that the new part does not have yet."""
         if not labels:
             return
         plan = self._plan_of(labels)
@@ -539,7 +541,7 @@ class RemotePart:
         self.send(commands.Extend(self._localised(plan).entries))
 
     def _plan_of(self, labels: Collection[str]) -> Plan:
-        """Return some of the parts, with what is in containers of these."""
+        """Return a plan of parts, with the components of containers."""
         inside = {
             component.label
             for component, process in self.components()
@@ -552,7 +554,7 @@ class RemotePart:
         """Return all entries as planned now, but for what was stopped."""
         states = self._launch.state.by_label.values()
         stopped = {state.label for state in states if state.is_kept_stopped}
-        labels = self._wanted.union(self._parts.keys() - stopped)
+        labels = self._to_restart.union(self._parts.keys() - stopped)
 
         def planned_now(entry: Entry) -> Entry | None:
             if not isinstance(entry, Process | Component):
@@ -562,7 +564,7 @@ class RemotePart:
         return changed_entries(self._entries, planned_now)
 
     def _expect(self, plan: Plan) -> set[str]:
-        """Note that all of a plan is started again; return its labels."""
+        """Mark all of a plan as waiting for a start; return its labels."""
         parts = _parts_of(plan)
         for part in parts:
             self._plan_part(part)
@@ -572,7 +574,7 @@ class RemotePart:
 
     def _answer_waiting(self, response: object) -> None:
         waiting, self._waiting_replies = self._waiting_replies, []
-        self._wanted.clear()
+        self._to_restart.clear()
         self._restarts_all = False
         for reply in waiting:
             reply(response)
@@ -750,7 +752,7 @@ class RemotePart:
         self._missing.discard(label)
 
     def _running(self) -> list[ProcessState]:
-        """Return the processes that run, as far as that is known."""
+        """Return the processes that run, according to the last events."""
         states = map(self._launch.state.process, self._parts)
         return [state for state in states if state and state.pid is not None]
 
@@ -790,7 +792,7 @@ class RemotePart:
         )
 
     def _refuse_all(self) -> None:
-        """Answer all requests, as nobody else will."""
+        """Refuse all requests that are not answered."""
         waiting, self._replies = self._replies, {}
         for done in waiting.values():
             done({'error': self._why_not()})

@@ -86,7 +86,7 @@ class RemoteParts(Participant, Keyboards):
         return self._placed.whole
 
     def join(self, engine: Engine) -> None:
-        """Take part in a launch from now on."""
+        """Connect the parts with the launch."""
         self._launch = engine
         engine.state.machine_of = self.machine_of
         engine.state.add_machines(self._parts)
@@ -101,7 +101,7 @@ class RemoteParts(Participant, Keyboards):
             part.begin(size)
 
     def handle(self, event: events.Event) -> None:
-        """Send the machines a shutdown that happened here."""
+        """Forward a shutdown of the launch to the machines."""
         if isinstance(event, events.ShuttingDown):
             for part in self.parts:
                 part.stop(
@@ -111,7 +111,7 @@ class RemoteParts(Participant, Keyboards):
                 )
 
     def end_turn(self) -> None:
-        """Continue with output that the screen accepts again."""
+        """Resume links once the screen accepts output again."""
         for part in self.parts:
             part.end_turn()
 
@@ -137,12 +137,12 @@ class RemoteParts(Participant, Keyboards):
 
     def find(self, name: str) -> Process | Component | None:
         """Return a process or component as it is planned now."""
-        found = self._found(name)
+        found = self._find_part(name)
         return None if found is None else found[0].part(found[1])
 
     def machine_of(self, label: str) -> str | None:
         """Return the name of the machine where a part runs."""
-        found = self._found(label)
+        found = self._find_part(label)
         return None if found is None else found[0].machine.name
 
     def cpu_shares(self) -> dict[str, float]:
@@ -187,18 +187,20 @@ class RemoteParts(Participant, Keyboards):
     def execute(
         self, command: commands.Command[Any], reply: Reply, proceed: Execute
     ) -> Any:
-        """Execute what is about a part on a machine."""
+        """Execute the share of a command that concerns machines."""
         match command:
-            case commands.PartCommand() if found := self._found(
+            case commands.PartCommand() if found := self._find_part(
                 command.process
             ):
                 part, label = found
                 part.execute(replace(command, process=label), reply)
                 return None
-            case commands.Revise() if found := self._found(command.part.label):
+            case commands.Revise() if found := self._find_part(
+                command.part.label
+            ):
                 found[0].revise(command.part, at_once=command.at_once)
                 return commands.DONE
-            case commands.Drop() if found := self._found(command.label):
+            case commands.Drop() if found := self._find_part(command.label):
                 found[0].drop(command.label)
                 return commands.DONE
             case commands.Extend() | commands.Forget():
@@ -273,12 +275,12 @@ class RemoteParts(Participant, Keyboards):
 
     def has_keyboard(self, label: str) -> bool:
         """Return whether keys can be typed at a process now."""
-        found = self._found(label)
+        found = self._find_part(label)
         return found is not None and found[0].has_keyboard(found[1])
 
     def input_modes(self, label: str) -> int | None:
         """Return the local modes of the terminal that a process reads."""
-        found = self._found(label)
+        found = self._find_part(label)
         return None if found is None else found[0].input_modes(found[1])
 
     def attach(self, label: str) -> None:
@@ -294,11 +296,11 @@ class RemoteParts(Participant, Keyboards):
         self._send(commands.Type(label, keys))
 
     def _send(self, command: commands.PartCommand[Any]) -> None:
-        found = self._found(command.process)
+        found = self._find_part(command.process)
         if found is not None:
             found[0].send(command)
 
-    def _found(self, name: str) -> tuple[RemotePart, str] | None:
+    def _find_part(self, name: str) -> tuple[RemotePart, str] | None:
         for part in self.parts:
             label = part.label_of(name)
             if label is not None:

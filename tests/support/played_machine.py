@@ -38,7 +38,7 @@ class PlayedLink:
         self.pids = frozenset({4711})
         self.sent: list[dict[str, Any]] = []
         self.handler: Any = None
-        self.is_held = False
+        self.is_paused = False
         self.is_closed = False
         self.reaped: list[int] = []
         self.can_start_again = True
@@ -55,8 +55,8 @@ class PlayedLink:
         self.sent.append(request)
         return len(self.sent)
 
-    def hold(self, held: bool) -> None:
-        self.is_held = held
+    def pause(self, is_paused: bool) -> None:
+        self.is_paused = is_paused
 
     def ended(self, pid: int, outcome: Outcome) -> None:
         self.reaped.append(pid)

@@ -39,7 +39,7 @@ class LauncherChannel:
         self.program = program
         self._reader = MessageReader()
         self._messages: list[dict[str, Any]] = []
-        self._heard = self._beaten = time.monotonic()
+        self._heard_at = self._last_beat = time.monotonic()
         self._was_asked = False
         #: Seconds without a word after which the launcher is gone.
         self.silence = SILENCE
@@ -72,15 +72,15 @@ class LauncherChannel:
             poll.register(0, select.POLLIN)
         for descriptor, mask in others.items():
             poll.register(descriptor, mask)
-        due = self._beaten + BEAT - time.monotonic()
+        due = self._last_beat + BEAT - time.monotonic()
         ready = {d for d, _ in poll.poll(max(0, min(due, seconds)) * 1000)}
         now = time.monotonic()
         if 0 in ready:
             self._read()
-        elif listens and now - self._heard > self.silence:
+        elif listens and now - self._heard_at > self.silence:
             raise LauncherGoneError
-        if now >= self._beaten + BEAT:
-            self._beaten = now
+        if now >= self._last_beat + BEAT:
+            self._last_beat = now
             send({'beat': 0})
         return ready - {0}
 
@@ -122,7 +122,7 @@ class LauncherChannel:
         data = os.read(0, _READ)
         if not data:
             raise LauncherGoneError
-        self._heard = time.monotonic()
+        self._heard_at = time.monotonic()
         self._messages += self._reader.feed(data)
 
 

@@ -70,7 +70,7 @@ _TIMEOUTS = Timeouts(3.0, 3.0)
 _REPLIED = 0
 _READ = 256 * 1024
 #: Bytes that may wait for a program that does not read.
-_WAITING = 4 * 1024 * 1024
+_MAXIMUM_BACKLOG = 4 * 1024 * 1024
 #: How a program that is no longer needed is stopped.
 _PROGRAM_TIMEOUTS = Timeouts(1.0, 1.0)
 
@@ -373,7 +373,7 @@ def _pass_on(launcher: LauncherChannel, process: 'Popen[bytes]') -> None:
         if waiting:
             masks[stdin] = select.POLLOUT
         # else the launcher waits meanwhile
-        listens = len(waiting) < _WAITING
+        listens = len(waiting) < _MAXIMUM_BACKLOG
         ready = launcher.poll(masks, listens=listens)
         for message in launcher.new_messages():
             if 'stream' in message and not at_end:

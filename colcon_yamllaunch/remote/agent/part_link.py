@@ -25,10 +25,10 @@ from colcon_yamllaunch.remote.agent.part_sockets import (
 
 _READ = 256 * 1024
 #: Bytes that may wait in each direction.
-_WAITING = 1024 * 1024
+_MAXIMUM_BACKLOG = 1024 * 1024
 #: Seconds that the launcher gets to take the last of it.
-_LAST_PATIENCE = 5.0
-_LOOK = 0.5
+_LAST_TIMEOUT = 5.0
+_INTERVAL = 0.5
 _KILLED = 'its launcher there was killed, and its processes were stopped'
 #: Seconds that the launcher may take to start its other parts.
 _FIRST_TIMEOUT = 60.0
@@ -109,18 +109,20 @@ def pass_on(engine: int) -> None:
     while (not at_end or up) and time.monotonic() < deadline:
         poll = select.poll()
         masks: dict[int, int] = {}
-        if len(down) < _WAITING:
+        if len(down) < _MAXIMUM_BACKLOG:
             masks[0] = select.POLLIN
         if up:
             masks[1] = select.POLLOUT
         if not at_end:
-            mask = select.POLLIN if len(up) < _WAITING else 0
+            mask = select.POLLIN if len(up) < _MAXIMUM_BACKLOG else 0
             masks[engine] = mask | (select.POLLOUT if down else 0)
         for descriptor, mask in masks.items():
             poll.register(descriptor, mask)
         if at_end and deadline == math.inf:
-            deadline = time.monotonic() + _LAST_PATIENCE
-        for descriptor, found in poll.poll(_LOOK * 1000 if at_end else None):
+            deadline = time.monotonic() + _LAST_TIMEOUT
+        for descriptor, found in poll.poll(
+            _INTERVAL * 1000 if at_end else None
+        ):
             if descriptor == 0:
                 if not _read(0, down):
                     # its last words, such as that all is to be stopped

@@ -54,7 +54,7 @@ _NAMESPACE = '/proc/self/ns/pid'
 # an identity as new_identity() makes it, the boot and the namespace
 _SOCKET = re.compile(r'([0-9a-f]{16})-([0-9a-f]{8})-([0-9a-f]{8})\.link')
 _TIMEOUTS = Timeouts(DEFAULT_SIGTERM_TIMEOUT, DEFAULT_SIGKILL_TIMEOUT)
-_LOOK = 0.05
+_INTERVAL = 0.05
 
 
 def boot_of_machine() -> str:
@@ -167,7 +167,7 @@ def _folders(environment: Mapping[str, str]) -> Iterator[Path]:
         yield Path(environment['TMPDIR']) / name
 
 
-class _Left(Targets):
+class _Orphans(Targets):
     """
     Processes with the mark of a launch, and their descendants.
 
@@ -213,10 +213,10 @@ def stop_orphans(
     :param leader: A child of ours that is to be ended, too
     """
     while is_guarded(identity):
-        time.sleep(_LOOK)
-    left = _Left(identity, leader)
-    Escalation(left, {WHOLE: timeouts}, time.monotonic()).run()
-    left.remove()
+        time.sleep(_INTERVAL)
+    orphans = _Orphans(identity, leader)
+    Escalation(orphans, {WHOLE: timeouts}, time.monotonic()).run()
+    orphans.remove()
 
 
 def stop_orphans_in_fork(

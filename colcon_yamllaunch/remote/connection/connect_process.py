@@ -180,13 +180,13 @@ class ConnectProcess:
                 os.write(watch, b'\n')
             os.close(watch)
 
-    def end(self, patience: float = _END_TIMEOUT) -> None:
+    def end(self, timeout: float = _END_TIMEOUT) -> None:
         """
         Wait for its end, and stop it if that takes too long.
 
-        :param patience: For how long to wait before it is stopped (seconds)
+        :param timeout: For how long to wait before it is stopped (seconds)
         """
-        if self.wait(patience) is not None:
+        if self.wait(timeout) is not None:
             return
         for number in (signal.SIGTERM, signal.SIGKILL):
             with suppress(ProcessLookupError, PermissionError):
@@ -194,10 +194,10 @@ class ConnectProcess:
             if self.wait(_END_TIMEOUT) is not None:
                 break
 
-    def close(self, patience: float = _END_TIMEOUT) -> None:
+    def close(self, timeout: float = _END_TIMEOUT) -> None:
         """Close the pipes, and :meth:`end` it."""
         self.close_pipes()
-        self.end(patience)
+        self.end(timeout)
 
     def close_input(self) -> None:
         """Close its input, so that what runs there ends."""

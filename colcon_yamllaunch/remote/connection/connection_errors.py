@@ -116,10 +116,9 @@ def no_command(machine: Machine, error: OSError) -> ConnectError:
         reason = (
             f"the program '{error.filename}' is not on the PATH; install it"
         )
-        if machine.kind == 'ssh':
-            reason += ' (Debian: openssh-client)'
-        elif machine.kind == 'slurm':
-            reason += ' (Debian: slurm-client)'
+        if machine.kind != 'connect':
+            package = {'ssh': 'openssh-client', 'slurm': 'slurm-client'}
+            reason += f' (Debian: {package[machine.kind]})'
     return ConnectError(machine, reason)
 
 
@@ -182,15 +181,6 @@ def silent(machine: Machine, seconds: float, said: str) -> ConnectError:
         machine,
         f'no answer within {seconds:g} s: see whether it is switched on, and '
         f'whether its login waits for a key{_shown(said)}',
-    )
-
-
-def no_protocol(machine: Machine, reason: str) -> ConnectError:
-    """Return the error that the machine sends other data than our program."""
-    return ConnectError(
-        machine,
-        f'the connection is damaged: {reason}; the command that connects must '
-        'pass on all bytes as they are, without a terminal in between',
     )
 
 

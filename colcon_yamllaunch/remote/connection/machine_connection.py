@@ -420,7 +420,12 @@ class MachineConnection:
         return connection_errors.lost(self.machine, messages)
 
     def _damaged(self, reason: str) -> ConnectError:
-        return connection_errors.no_protocol(self.machine, reason)
+        return ConnectError(
+            self.machine,
+            f'the connection is damaged: {reason}; the command that connects '
+            'must pass on all bytes as they are, without a terminal in '
+            'between',
+        )
 
     def _feed(self, data: bytes) -> None:
         try:

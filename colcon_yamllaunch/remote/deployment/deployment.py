@@ -88,7 +88,7 @@ class Rule:
     executable: str | None = None
     length: int = 1
 
-    def meant(self, processes: Sequence[Process]) -> set[int]:
+    def selected(self, processes: Sequence[Process]) -> set[int]:
         """Return the indices of the processes that this rule selects."""
         known = [ProcessNames.of_plan(process) for process in processes]
         meant = set(range(len(processes)))
@@ -143,6 +143,6 @@ class Deployment:
         # the first rule decides
         for rule in reversed(self.rules):
             name = None if rule.machine == HERE else rule.machine
-            for index in rule.meant(processes):
+            for index in rule.selected(processes):
                 machines[index] = name
         return machines

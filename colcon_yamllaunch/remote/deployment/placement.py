@@ -189,17 +189,17 @@ def rules_in_vain(plan: Plan, deployment: Deployment) -> Iterator[Diagnostic]:
     processes = list(plan.processes())
     components = list(plan.components())
     for rule in deployment.rules:
-        if not rule.meant(processes):
+        if not rule.selected(processes):
             yield Diagnostic(
                 'warning',
                 f"no process of the launch is meant by '{rule}'",
                 rule.position,
-                _way_out(rule, processes, components),
+                _fix_for(rule, processes, components),
                 rule.length,
             )
 
 
-def _way_out(
+def _fix_for(
     rule: Rule, processes: Sequence[Process], components: Sequence[Component]
 ) -> str:
     from colcon_yamllaunch.common.suggestions import did_you_mean

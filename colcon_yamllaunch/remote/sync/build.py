@@ -85,7 +85,7 @@ def begin(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:
     if arguments['needs']:
         check_system(**arguments['needs'])
     root = _prepared_root(str(arguments['workspace']), say)
-    holder = hold(root, arguments, say)
+    holder = hold_lock(root, arguments, say)
     try:
         changed = Manifest(root).changed_places(
             arguments['origin'], arguments['states']
@@ -230,7 +230,7 @@ def _wait(process: 'subprocess.Popen[bytes]') -> None:
         BuildProcesses(builder=process.pid).end()
 
 
-def hold(root: str, arguments: Mapping[str, Any], say: Say) -> list[int]:
+def hold_lock(root: str, arguments: Mapping[str, Any], say: Say) -> list[int]:
     """
     Acquire the lock, and start a process that inherits it.
 
@@ -242,7 +242,7 @@ def hold(root: str, arguments: Mapping[str, Any], say: Say) -> list[int]:
     :raises UserError: when there can be no lock
     """
     base = Path(root, str(arguments['build_base']))
-    if _is_launchers(base, arguments['launcher']):
+    if _launcher_has_lock(base, arguments['launcher']):
         return []
     agent = os.getppid()
     lock = WorkspaceLock(str(arguments['title']))
@@ -267,7 +267,7 @@ def hold(root: str, arguments: Mapping[str, Any], say: Say) -> list[int]:
 
 
 def end(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:  # noqa: ARG001
-    """End the process that :func:`hold` has started, the `holder`."""
+    """End the process that :func:`hold_lock` has started, the `holder`."""
     if arguments['holder']:
         pid, birth = arguments['holder']
         if _birth(pid) == birth:
@@ -276,7 +276,7 @@ def end(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:  # noqa: ARG0
     return {}
 
 
-def _is_launchers(base: Path, launcher: tuple[str, int]) -> bool:
+def _launcher_has_lock(base: Path, launcher: tuple[str, int]) -> bool:
     boot, pid = launcher
     with suppress(OSError, ValueError):
         holder = (base / LOCK_NAME).read_bytes().partition(b'\t')[0]

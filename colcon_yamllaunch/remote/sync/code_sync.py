@@ -156,7 +156,7 @@ class _Sync:
         places = [listing.place_of(p, code.root) for p in code.packages]
         places += [tree.place for tree in trees]
         words = self._build_arguments()
-        with self._begun(trees, build=words) as answer:
+        with self._locked(trees, build=words) as answer:
             count = self._transfer(answer, trees, list_trees, places)
             if answer['changed']:
                 words['root'] = answer['root']
@@ -179,7 +179,7 @@ class _Sync:
             'pythons': listing.pythons_of(trees),
             'underlays': list(map(str, chained_underlays(code.install_base))),
         }
-        with self._begun(trees, needs=needs) as begun:
+        with self._locked(trees, needs=needs) as begun:
             change_texts = partial(
                 listing.changed_texts,
                 root=code.root,
@@ -245,7 +245,7 @@ class _Sync:
         return Synced()
 
     @contextmanager
-    def _begun(
+    def _locked(
         self,
         trees: Sequence[listing.FileTree],
         *,

@@ -252,12 +252,12 @@ def test_paused_link_delivers_nothing(plain: PlainMachine) -> None:
     script = 'echo first; sleep 1; yes abcdefgh | head -c 20000000'
     with LinkedPart(plain.machine(), [process('arm│a', script)]) as part:
         part.wait_for(part.out)
-        part.link.hold(True)
+        part.link.pause(True)
         until = time.monotonic() + 7
         part.wait_for(lambda: time.monotonic() > until)
         assert part.out() == 'first\n'
         assert 'lost' not in part.told
-        part.link.hold(False)
+        part.link.pause(False)
         part.wait_for_told('exited')
         assert len(part.out()) == 20_000_006
         part.finish()
@@ -269,12 +269,12 @@ def test_output_is_complete_after_a_paused_link_was_lost(
     machine = plain.machine(on_lost='keep')
     with LinkedPart(machine, [process('arm│a', MANY_LINES)]) as part:
         part.wait_for(part.out)
-        part.link.hold(True)
+        part.link.pause(True)
         until = time.monotonic() + 1
         part.wait_for(lambda: time.monotonic() > until)
         part.cut()
         part.wait_for_told('back')
-        part.link.hold(False)
+        part.link.pause(False)
         part.wait_for_told('exited')
         assert part.out().splitlines() == LINES
         assert part.told.count('started') == 1
@@ -359,7 +359,7 @@ def pass_on(engine):
         return
     with linked as part:
         if name == 'flood':
-            part.link.hold(True)
+            part.link.pause(True)
         part.wait_for_told('gone')
         assert part.gone_for is not None
         assert part.gone_for.startswith('the connection is damaged: ')

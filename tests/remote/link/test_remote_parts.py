@@ -144,12 +144,12 @@ def test_late_output_and_events_keep_their_time(played):
 def test_full_screen_pauses_the_link_until_it_accepts_more(played):
     played.launch.full.add(LABEL)
     played.link.handler.output(LABEL, 'stdout', b'line\n', 0.0)
-    assert played.link.is_held
+    assert played.link.is_paused
     played.parts.end_turn()
-    assert played.link.is_held
+    assert played.link.is_paused
     played.launch.full.clear()
     played.parts.end_turn()
-    assert not played.link.is_held
+    assert not played.link.is_paused
 
 
 def test_full_screen_does_not_pause_the_link_while_stopping(played):
@@ -157,7 +157,7 @@ def test_full_screen_does_not_pause_the_link_while_stopping(played):
     played.link.handler.output(LABEL, 'stdout', b'line\n', 0.0)
     played.launch.is_stopping = True
     played.parts.end_turn()
-    assert not played.link.is_held
+    assert not played.link.is_paused
 
 
 def test_stop_requests_are_sent_in_order(played):
