@@ -4,8 +4,8 @@
 """
 The part of a launch that runs on one machine, as the launcher sees it.
 
-Its events and output are emitted here, so that screen, logs and reports have
-them as if it ran here. What is to be done there is sent as commands.
+It emits the events and output of the part in the launch here, for the screen,
+logs and reports, and sends commands to the machine.
 """
 
 from collections.abc import Callable, Collection, Iterator, Mapping

@@ -23,7 +23,7 @@ from colcon_yamllaunch.remote.remote_part import RemotePart
 
 #: Seconds that a request for the state waits for measurements of machines.
 MEASURING = 1.0
-#: Seconds after which such figures are asked for anew.
+#: Seconds after which they are measured again.
 FRESH = 2.0
 
 #: Returns what of some entries runs where.
@@ -34,14 +34,12 @@ Localise = Callable[[str, Plan], Plan]
 
 class RemoteParts(Participant, Keyboards):
     """
-    Runs what a plan has on other machines.
+    Runs the parts of a plan on other machines.
 
-    :param links: What leads to the machines; on each its part runs, or is
-      about to
-    :param placed: The plan, and what of it runs where, with the paths of this
-      computer
-    :param place_more: Tells where what comes later runs; without it, that is
-      here
+    :param links: The links to the machines
+    :param placed: The plan and its parts, with the paths of this computer
+    :param place_more: Places entries that are added later; without it, all
+      run here
     :param localise: Returns a plan with the paths of a machine
     """
 
@@ -149,7 +147,7 @@ class RemoteParts(Participant, Keyboards):
         """
         Return the shares of a processor that are known, by label.
 
-        Asking has them measured anew.
+        They are measured again for the next call.
         """
         if self._launch.loop.time() >= self._measured + FRESH:
             self.measure(lambda: None)

@@ -25,7 +25,7 @@ from colcon_yamllaunch.sweep.results import (
     SweepDefinition,
     versions_of,
 )
-from colcon_yamllaunch.sweep.table import Run
+from colcon_yamllaunch.sweep.table import Run, RunTable
 
 #: Pixels; a plot grows and shrinks with the page.
 _WIDTH, _HEIGHT = 320, 206
@@ -309,25 +309,19 @@ def _svg(label: str, *parts: str) -> str:
     )
 
 
+@dataclass(frozen=True, slots=True)
 class _Page:
-    """The content of the page; see :func:`report_page`."""
+    """
+    The content of the page; see :func:`report_page`.
 
-    def __init__(
-        self,
-        definition: SweepDefinition,
-        results: Mapping[int, RunResult],
-        log_of: Callable[[int], str | None],
-    ) -> None:
-        self.table = definition.table
-        self.metrics = tuple(definition.metrics)
-        self.results = results
-        self.log_of = log_of
-        #: The runs that are done.
-        self.done = [
-            (run, results[run.number])
-            for run in self.table.runs
-            if run.number in results
-        ]
+    :param done: The runs that are done, with their results
+    """
+
+    table: RunTable
+    metrics: Sequence[str]
+    results: Mapping[int, RunResult]
+    log_of: Callable[[int], str | None]
+    done: Sequence[tuple[Run, RunResult]]
 
 
 def report_page(
@@ -343,7 +337,10 @@ def report_page(
       or None if there is none
     :param made: When, in seconds since the epoch
     """
-    page = _Page(definition, results, log_of)
+    table = definition.table
+    runs = [run for run in table.runs if run.number in results]
+    done = [(run, results[run.number]) for run in runs]
+    page = _Page(table, tuple(definition.metrics), results, log_of, done)
     return '\n'.join(_parts(page, definition, made)) + '\n'
 
 

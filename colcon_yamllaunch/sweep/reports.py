@@ -4,7 +4,7 @@
 """The reports of a sweep: `results.csv`, `junit.xml` and `report.html`."""
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 import re
@@ -132,25 +132,20 @@ class SweepReports:
                 f'; that is {_percent(succeeded / total)}, and '
                 f'{_percent(required)} are required: {reached}'
             )
-        path = self._folder.shown(self._folder.path / REPORT)
-        return [
-            line,
-            *self._version_warning(),
-            f'results: {path}, {RESULTS}, {JUNIT}',
-        ]
-
-    def _version_warning(self) -> Iterator[str]:
-        """Yield a warning if the results are of several versions."""
+        lines = [line]
         versions = versions_of(self._results.values())
-        if len(versions) < 2:
-            return
-        yield (
-            f'warning: these results are of {len(versions)} versions of the '
-            'code (commit, fingerprint):'
-        )
-        for name, found in versions.items():
-            yield f'  {one_line(name)}: {_runs(len(found))}'
-        yield 'help: for results that compare, do all again: --again all'
+        if len(versions) > 1:
+            lines += [
+                f'warning: these results are of {len(versions)} versions of '
+                'the code (commit, fingerprint):',
+                *(
+                    f'  {one_line(name)}: {_runs(len(found))}'
+                    for name, found in versions.items()
+                ),
+                'help: for results that compare, do all again: --again all',
+            ]
+        path = self._folder.shown(self._folder.path / REPORT)
+        return [*lines, f'results: {path}, {RESULTS}, {JUNIT}']
 
     def _outcomes(self) -> Counter[str]:
         return Counter(result.outcome for result in self._results.values())

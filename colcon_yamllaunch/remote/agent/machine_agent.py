@@ -104,15 +104,15 @@ def main(temporary: str) -> None:
 
 def _hang_up(_number: int, _frame: object) -> None:
     """
-    Close the connection; whoever reads from the launcher notices that.
+    Close the connection, which the next read from the launcher notices.
 
-    An exception would come anywhere, also where what was started is ended.
+    An exception could interrupt the code that stops processes.
     """
     launcher_channel.redirect_to_null(0, 1)
 
 
 def _idle(launcher: LauncherChannel) -> None:
-    """Do what can be done before it is asked for, as that takes a while."""
+    """Import modules and clean up while no request waits."""
     from colcon_yamllaunch.remote.agent import part  # noqa: F401
 
     _stop_other_orphans()
@@ -169,7 +169,7 @@ def _result_of(
 
 
 def _hello(content: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what the machine is like."""
+    """Return the properties of the machine; see `Facts`."""
     wanted = [os.path.expanduser(w) for w in content['workspaces']]
     found = next(filter(os.path.isdir, wanted), None)
     workspace = found or (wanted[-1] if wanted else None)
@@ -207,7 +207,7 @@ def _set_up(launcher: LauncherChannel, setup: str | None) -> None:
 
 
 def _complete_environment() -> None:
-    """Set what any login would have set; Slurm sets nothing."""
+    """Set the variables of a login, as Slurm sets none."""
     with suppress(KeyError):
         user = pwd.getpwuid(os.getuid())
         os.environ.setdefault('HOME', user.pw_dir)
@@ -229,7 +229,7 @@ def _stop_other_orphans() -> None:
         sockets = PartSockets(os.environ)
         identities = list(sockets.orphaned())
     except (OSError, UserError):
-        # who needs it says so
+        # starting a part reports it
         return
     if identities and not os.fork():
         with suppress(BaseException):
@@ -306,7 +306,7 @@ def _function(name: str) -> Any:
 
 
 def _call(function: Any, content: Mapping[str, Any], connection: int) -> int:
-    """Call it, and answer by a pipe; return the exit code."""
+    """Call `function`, send the reply and return the exit code."""
     launcher_channel.redirect_to_null(0)
     # what it starts is not to write between our messages
     os.dup2(2, 1)
@@ -329,7 +329,7 @@ def run_program(
     launcher: LauncherChannel, content: Mapping[str, Any]
 ) -> dict[str, Any]:
     """
-    Run a program whose standard streams are the launcher's.
+    Run a program, and relay its standard streams to the launcher.
 
     :raises LauncherGoneError: when the launcher is gone, and it is ended
     :raises UserError: when it cannot be started
@@ -361,7 +361,7 @@ def run_program(
 
 
 def _pass_on(launcher: LauncherChannel, process: 'Popen[bytes]') -> None:
-    """Pass on its streams until they end."""
+    """Relay the streams of a process until they end."""
     assert process.stdin and process.stdout and process.stderr
     stdin = process.stdin.fileno()
     os.set_blocking(stdin, False)

@@ -36,7 +36,7 @@ _FIRST_TIMEOUT = 60.0
 
 def relay(launcher: LauncherChannel, content: Mapping[str, Any]) -> None:
     """
-    Start the engine of a part, or find one that runs, and pass on.
+    Start the engine of a part, or connect with one that runs, and relay.
 
     Return when either end is gone.
 
@@ -95,7 +95,7 @@ def _is_alive(identity: str) -> bool:
 
 def pass_on(engine: int) -> None:
     """
-    Pass on what comes from either end, until the engine has closed its own.
+    Copy data in both directions until the engine closes its end.
 
     :raises LauncherGoneError: when the launcher is gone
     """

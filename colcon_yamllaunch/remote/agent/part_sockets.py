@@ -2,14 +2,14 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-Where a part of a launch is found by those who connect again.
+The sockets at which a launcher finds its parts when it connects again.
 
-Its engine listens on a socket in a folder that is the user's alone. The name
-of the socket has the boot and the container of the machine. It goes when the
-engine has ended in order, so one whose engine is gone is that of a part with
-orphans, which :func:`stop_orphans` ends. The folder that
-systemd makes for those who are logged in (`/run/user/UID`) would go with the
-connection.
+The engine of a part listens on a socket in a private folder of the user. Its
+name has the boot and the container of the machine. An engine that ends in
+order removes its socket. A socket without engine belongs to a part with
+orphans, which :func:`stop_orphans` stops. The folder that systemd makes for
+users who are logged in (`/run/user/UID`) is not used, as it is removed with
+the connection.
 """
 
 from collections.abc import Collection, Iterator, Mapping
@@ -128,7 +128,7 @@ class PartSockets:
         return False
 
     def remove(self, identity: str) -> None:
-        """Remove the socket of a part, as that has ended."""
+        """Remove the socket of a part that has ended."""
         self._unlink(_socket_of(identity))
 
     def orphaned(self) -> Iterator[str]:

@@ -2,14 +2,14 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-The first words with a machine: they start our program there.
+Starts our program on a machine.
 
-They are a script for `sh`, sent to its standard input. It looks for a Python,
-and that for our modules, which it stores under their hash in
-`~/.cache/colcon-launch`; if it lacks them, it asks for them, and answers each
-piece with an empty line. If it cannot store them there, it uses a private
-temporary folder until the program ends; if there is no room either, it reports
-that. The output of a shell before that, from its `.bashrc`, is ignored.
+A script for `sh`, sent to its standard input, looks for a Python. That looks
+for our modules under their hash in `~/.cache/colcon-launch`. If they are
+missing, it requests them, answers each piece with an empty line, and stores
+them there; if it cannot, in a private temporary folder until the program ends;
+if there is no room either, it reports that. Output of a shell before that,
+from its `.bashrc`, is ignored.
 
 Nothing is installed there, so our modules are sent, see :func:`program_files`.
 They import only one another and the standard library (a test checks that). The
@@ -201,7 +201,7 @@ def program_files() -> dict[str, str]:
 
 class Bootstrap:
     """
-    The launcher's side of the first words; it does no input or output.
+    The launcher's side of starting the program; does no input or output.
 
     :param python: The Python there, None to search for one
     """

@@ -219,13 +219,10 @@ def finish(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:  # noqa: A
         for inner, sent in folder.files.items():
             if sent.status is None:
                 path = manifest.path(place, inner)
-                found, status = _look(path, sent.sent)
-                if not have_same_data(found, sent.sent):
+                folder.files[inner] = now = _updated(sent, path)
+                if not have_same_data(now.content, sent.sent):
                     differ.append(path)
                     folder.state = ''
-                folder.files[inner] = sent._replace(
-                    content=found, status=status
-                )
     manifest.write()
     return {'differ': differ}
 
@@ -247,10 +244,7 @@ def record_build(root: str, begin: float) -> None:
                     and os.path.isfile(path)
                     and os.lstat(path).st_mtime >= begin
                 ):
-                    found, status = _look(path, sent.sent)
-                    folder.files[inner] = sent._replace(
-                        content=found, status=status
-                    )
+                    folder.files[inner] = _updated(sent, path)
                     is_changed = True
     if is_changed:
         manifest.write()
@@ -305,8 +299,7 @@ class _Changes:
         for inner in self._other_modes:
             path, sent = self._path(inner), self._after[inner]
             _set_executable(path, sent.sent.startswith('x'))
-            found, status = _look(path, sent.sent)
-            self._after[inner] = sent._replace(content=found, status=status)
+            self._after[inner] = _updated(sent, path)
         self._manifest.folders[self._place] = Folder(
             origin, state, self._after
         )
@@ -397,6 +390,12 @@ def _is_unchanged(path: str, sent: Sent) -> bool:
         return content_at(path) == sent.content
     except UserError:
         return False
+
+
+def _updated(sent: Sent, path: str) -> Sent:
+    """Return the record of a file with its content and status now."""
+    content, status = _look(path, sent.sent)
+    return sent._replace(content=content, status=status)
 
 
 def _look(path: str, wanted: str) -> tuple[str, list[int]]:
