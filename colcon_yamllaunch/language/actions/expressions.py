@@ -230,18 +230,14 @@ def _is_known(node: ast.AST) -> bool:
         return node.id in _FUNCTIONS and node.id not in _UNBOUNDED
     if isinstance(node, ast.Attribute):
         return node.attr in _METHODS
-    if isinstance(node, ast.Call):
-        return _is_bounded_call(node)
-    return True
-
-
-def _is_bounded_call(node: ast.Call) -> bool:
-    if _is_round(node):
+    if isinstance(node, ast.Call) and _is_round(node):
         # with -N, it computes 10 to the N
         return not node.keywords and all(
             isinstance(digits, ast.Constant) for digits in node.args[1:]
         )
-    return isinstance(node.func, ast.Name | ast.Attribute)
+    if isinstance(node, ast.Call):
+        return isinstance(node.func, ast.Name | ast.Attribute)
+    return True
 
 
 def _makes_text(node: ast.AST) -> bool:
@@ -310,30 +306,19 @@ def _compute(
             resource.setrlimit(resource.RLIMIT_AS, (most, hard))
         # what the signal does unless it is handled is to end the process
         signal.setitimer(signal.ITIMER_PROF, MAXIMUM_TIME)
-        _write(writer, _outcome(expression, variables))
+        data = _outcome(expression, variables)
+        while data:
+            data = data[os.write(writer, data) :]
     finally:
         os._exit(0)
 
 
 def _outcome(expression: str, variables: Mapping[str, object]) -> bytes:
     try:
-        kind, text = _RESULT, _computed(expression, variables)
-    except ExpressionError as e:
-        kind, text = _FAILURE, str(e)
-    return kind + text.encode(errors='surrogatepass')
-
-
-def _computed(expression: str, variables: Mapping[str, object]) -> str:
-    try:
-        return str(eval(expression, dict(variables)))
-    except MemoryError as e:
+        kind, text = _RESULT, str(eval(expression, dict(variables)))
+    except MemoryError:
         most = MAXIMUM_MEMORY // 1024 // 1024
-        raise ExpressionError(f'it takes more than {most} MB') from e
-    except Exception as e:
-        # the expression is the user's own program, and may raise anything
-        raise ExpressionError(f'{type(e).__name__}: {e}') from e
-
-
-def _write(writer: int, data: bytes) -> None:
-    while data:
-        data = data[os.write(writer, data) :]
+        kind, text = _FAILURE, f'it takes more than {most} MB'
+    except Exception as e:  # noqa: BLE001 - the user's own program
+        kind, text = _FAILURE, f'{type(e).__name__}: {e}'
+    return kind + text.encode(errors='surrogatepass')

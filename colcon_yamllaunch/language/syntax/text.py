@@ -223,11 +223,18 @@ class _Parser:
         )
 
 
-_WHITESPACE = ' \t\r\n'
-
-
 class UnclosedQuoteError(ValueError):
     """A quote of a command line is not closed."""
+
+
+_DOUBLE = r'"([^"\\]*(?:\\.[^"\\]*)*)"'
+_SINGLE = r"'([^']*)'"
+# an argument of a command line, or a quote that is not closed
+_ARGUMENT = re.compile(
+    rf'(?:[^ \t\r\n\\"\']+|\\.?|{_DOUBLE}|{_SINGLE})+|(?P<open>["\'])',
+    re.DOTALL,
+)
+_QUOTED = re.compile(rf'\\(.?)|{_DOUBLE}|{_SINGLE}', re.DOTALL)
 
 
 def split_command_line(template: Template) -> tuple[Template, ...]:
@@ -239,76 +246,35 @@ def split_command_line(template: Template) -> tuple[Template, ...]:
 
     :raises UnclosedQuoteError: when a quote is not closed
     """
-    splitter = _Splitter()
-    for part in template.parts:
-        if isinstance(part, Substitution):
-            splitter.substitution(part)
-        else:
-            for character in part:
-                splitter.character(character)
-    return splitter.finish()
+    texts = [part for part in template.parts if isinstance(part, str)]
+    # a character of private use stands for each substitution
+    private = map(chr, range(0xE000, 0xF900))
+    marker = next(c for c in private if not any(c in text for text in texts))
+    substitutions = (p for p in template.parts if not isinstance(p, str))
+    line = ''.join(
+        part if isinstance(part, str) else marker for part in template.parts
+    )
+    arguments = []
+    for found in _ARGUMENT.finditer(line):
+        if found['open']:
+            raise UnclosedQuoteError(found['open'])
+        first, *others = _QUOTED.sub(_unquoted, found[0]).split(marker)
+        parts: list[str | Substitution] = [first]
+        for text in others:
+            parts += [next(substitutions), text]
+        arguments.append(Template(tuple(part for part in parts if part)))
+    return tuple(arguments)
 
 
-class _Splitter:
-    """The state between two characters of a command line."""
-
-    def __init__(self) -> None:
-        self._arguments: list[Template] = []
-        self._parts: list[str | Substitution] = []
-        # a text that grows bit by bit would take quadratic time
-        self._text: list[str] = []
-        self._started = False
-        self._quote = ''
-        self._escape = False
-
-    def substitution(self, part: Substitution) -> None:
-        self._flush_text()
-        self._parts.append(part)
-        self._started = True
-
-    def character(self, character: str) -> None:
-        if self._escape:
-            # within double quotes a backslash stays before a character that
-            # it does not escape (POSIX shell, 2.2.3)
-            if self._quote and character not in '"\\':
-                self._text.append('\\')
-            self._text.append(character)
-            self._escape = False
-        elif character == '\\' and self._quote != "'":
-            self._escape = self._started = True
-        elif self._quote:
-            if character == self._quote:
-                self._quote = ''
-            else:
-                self._text.append(character)
-        elif character in '\'"':
-            self._quote = character
-            self._started = True
-        elif character in _WHITESPACE:
-            self._end_argument()
-        else:
-            self._text.append(character)
-            self._started = True
-
-    def finish(self) -> tuple[Template, ...]:
-        if self._quote:
-            raise UnclosedQuoteError(self._quote)
-        if self._escape:
-            self._text.append('\\')
-        self._end_argument()
-        return tuple(self._arguments)
-
-    def _flush_text(self) -> None:
-        if self._text:
-            self._parts.append(''.join(self._text))
-            self._text = []
-
-    def _end_argument(self) -> None:
-        if self._started:
-            self._flush_text()
-            self._arguments.append(Template(tuple(self._parts)))
-        self._parts = []
-        self._started = False
+def _unquoted(found: re.Match[str]) -> str:
+    escaped, double, single = found.groups()
+    if escaped is not None:
+        return escaped or '\\'
+    if double is not None:
+        # in double quotes, a backslash stays before a character that it does
+        # not escape (POSIX shell, 2.2.3)
+        return re.sub(r'\\(["\\])', r'\1', double)
+    return str(single)
 
 
 # substitutions, by their names in ROS 1

@@ -431,50 +431,40 @@ def load_yaml(text: str) -> Any:
 
     :raises UnusableYamlError: when it is not YAML, or exceeds a limit
     """
+    loader = None
     try:
+        loader = yaml.SafeLoader(text)
+        node = loader.get_single_node()
         # without aliases a text has fewer values than characters
-        if '*' in text and '&' in text:
-            _refuse_large(text)
-        return yaml.safe_load(text)
+        if '*' in text and '&' in text and _size(node, {}) > MAXIMUM_EXPANDED:
+            raise UnusableYamlError(
+                f'it has more than {MAXIMUM_EXPANDED} values once its aliases '
+                'are expanded'
+            )
+        return None if node is None else loader.construct_document(node)
     except RecursionError as e:
         raise UnusableYamlError('it is nested too deep') from e
     except (yaml.YAMLError, ValueError, LookupError, OverflowError) as e:
         # a scalar with a tag that it does not fit fails in its own way
         raise UnusableYamlError(str(e).split('\n', 1)[0]) from e
-
-
-def _refuse_large(text: str) -> None:
-    """
-    Count the values of a text with its aliases expanded.
-
-    :raises UnusableYamlError: when there are too many
-    """
-    sizes: dict[str, int] = {}
-    open_sizes: list[int] = [0]
-    open_anchors: list[str | None] = []
-    loader = _Loader(text)
-    try:
-        while not isinstance(event := loader.get_event(), yaml.StreamEndEvent):
-            size = 0
-            if isinstance(event, yaml.CollectionStartEvent):
-                open_sizes.append(1)
-                open_anchors.append(event.anchor)
-            elif isinstance(event, yaml.CollectionEndEvent):
-                size = open_sizes.pop()
-                sizes[open_anchors.pop() or ''] = size
-            elif isinstance(event, yaml.ScalarEvent):
-                size = 1
-                sizes[event.anchor or ''] = 1
-            elif isinstance(event, yaml.AliasEvent):
-                # within what it names, it is a circle, which shows as such
-                size = sizes.get(event.anchor or '', 1)
-            open_sizes[-1] += size
-            if open_sizes[-1] > MAXIMUM_EXPANDED:
-                raise UnusableYamlError(
-                    f'it has more than {MAXIMUM_EXPANDED} values once its '
-                    'aliases are expanded'
-                )
-            if len(open_anchors) > MAXIMUM_DEPTH:
-                raise UnusableYamlError('it is nested too deep')
     finally:
-        loader.dispose()
+        if loader is not None:
+            loader.dispose()
+
+
+def _size(node: yaml.Node | None, sizes: dict[int, int]) -> int:
+    """
+    Return the number of values of a node with its aliases expanded.
+
+    :param sizes: The results so far, by the identity of the node
+    """
+    if id(node) not in sizes:
+        # for an alias within what it names: such a circle shows as an error
+        sizes[id(node)] = 1
+        inner: list[yaml.Node] = []
+        if isinstance(node, yaml.MappingNode):
+            inner = [one for pair in node.value for one in pair]
+        elif isinstance(node, yaml.SequenceNode):
+            inner = node.value
+        sizes[id(node)] += sum(_size(one, sizes) for one in inner)
+    return sizes[id(node)]
