@@ -15,7 +15,6 @@ from colcon_yamllaunch.language.actions.parameter_files import (
     file_of,
     note_sections,
     note_sections_of_scope,
-    ParameterSections,
     read_sections,
     sections_in,
 )
@@ -57,56 +56,54 @@ def component_parameters(
         if isinstance(parameter, Parameter):
             found.append(parameter)
         else:
-            found += _in_file(walk, parameter, plugin, node)
+            found += _from_file(walk, parameter, plugin, node)
     for entry in attributes.items('param'):
         if 'from' not in entry.item.texts:
             found += nested_parameters(walk, entry, component)
             continue
         text, file = (
             entry.item.texts['from'],
-            file_of(walk, entry, is_needed=True),
+            file_of(walk, entry, needed=True),
         )
-        if isinstance(file, ParameterFile):
-            found += _in_text(walk, file.content, text, node)
-        elif file is not None:
-            note_sections(walk, file, entry, node)
-            found += _in_file(walk, os.path.join(walk.cwd, file), text, node)
+        if isinstance(file, str):
+            file = os.path.join(walk.cwd, file)
+            place = walk.place_of(text)
+            note_sections(walk, file, place, node, is_own=True)
+        if file is not None:
+            found += _from_file(walk, file, text, node)
     # what has no type cannot be sent
     return [p for p in found if p.value != ()]
 
 
-def _in_file(
-    walk: Walk, path: str, origin: Text, node: Value | None
+def _from_file(
+    walk: Walk, file: str | ParameterFile, origin: Text, node: Value | None
 ) -> Iterator[Parameter]:
-    """Iterate over the parameters of a file that are for a node."""
+    """
+    Iterate over the parameters of a file that are for a node.
+
+    :param file: Its path, or its content
+    :param origin: What names it
+    """
     with walk.within_text(origin):
-        # other nodes read theirs themselves
-        walk.inputs[walk.parameter_file(path) or path] = None
-        yield from _of_node(walk, sections_in(walk, path), node)
-
-
-def _in_text(
-    walk: Walk, content: str, origin: Text, node: Value | None
-) -> Iterator[Parameter]:
-    with walk.within_text(origin):
-        source = Source(origin.plain, origin.plain, content)
-        yield from _of_node(walk, read_sections(source), node)
-
-
-def _of_node(
-    walk: Walk, read: ParameterSections, node: Value | None
-) -> Iterator[Parameter]:
-    if read.warnings:
-        walk.report(LaunchError(*read.warnings))
-    if node is not None and node.text is None:
-        return
-    for parameter in read.parameters_of(node and node.text):
-        if parameter.value == ():
-            walk.warn(
-                f"the parameter '{parameter.name}' is left out: {EMPTY_LIST}",
-                parameter.position,
-            )
-        yield parameter
+        if isinstance(file, ParameterFile):
+            source = Source(origin.plain, origin.plain, file.content)
+            read = read_sections(source)
+        else:
+            # other nodes read theirs themselves
+            walk.inputs[walk.parameter_file(file) or file] = None
+            read = sections_in(walk, file)
+        if read.warnings:
+            walk.report(LaunchError(*read.warnings))
+        if node is not None and node.text is None:
+            return
+        for parameter in read.parameters_of(node and node.text):
+            if parameter.value == ():
+                walk.warn(
+                    f"the parameter '{parameter.name}' is left out: "
+                    f'{EMPTY_LIST}',
+                    parameter.position,
+                )
+            yield parameter
 
 
 def _node_container(walk: Walk, attributes: Attributes) -> None:
@@ -172,7 +169,14 @@ def _load(walk: Walk, components: list[Entity], container: str | None) -> None:
 
 def _component(walk: Walk, attributes: Attributes) -> None:
     package, plugin = attributes.text('pkg'), attributes.text('plugin')
-    _note_plugin(walk, attributes, package, plugin)
+    if package is not None:
+        # whether it has the component shows once it is built
+        texts = attributes.item.texts
+        at = texts['pkg'].position
+        if walk.packages.prefix(package) is not None:
+            walk.use_package(package, at)
+        use = PluginUse(package, plugin, texts['plugin'].position, at)
+        walk.plugins.append(use)
     # ROS 2 takes an empty name for none
     written = attributes.text('name')
     name = None if written == '' else node_name(attributes)
@@ -207,27 +211,6 @@ def _component(walk: Walk, attributes: Attributes) -> None:
             autostart=is_lifecycle and attributes.boolean('autostart') is True,
         )
     )
-
-
-def _note_plugin(
-    walk: Walk,
-    attributes: Attributes,
-    package: str | None,
-    plugin: str | None,
-) -> None:
-    """
-    Record a package and the component to load from it.
-
-    Whether it has that shows in its install space, once it is built.
-    """
-    if package is None:
-        return
-    texts = attributes.item.texts
-    if walk.packages.prefix(package) is not None:
-        walk.use_package(package, texts['pkg'].position)
-    position = texts['plugin'].position
-    use = PluginUse(package, plugin, position, texts['pkg'].position)
-    walk.plugins.append(use)
 
 
 def _extra_arguments(

@@ -47,17 +47,8 @@ _COMPUTING = frozenset(
 _UNBOUNDED = frozenset(('comb', 'factorial', 'perm', 'pow', 'lcm', 'prod'))
 _METHODS = frozenset(
     (
-        'endswith',
-        'find',
-        'intersection',
-        'lower',
-        'lstrip',
-        'rstrip',
-        'split',
-        'startswith',
-        'strip',
-        'title',
-        'upper',
+        *('endswith', 'find', 'intersection', 'lower', 'lstrip', 'rstrip'),
+        *('split', 'startswith', 'strip', 'title', 'upper'),
     )
 )
 _NODES = (

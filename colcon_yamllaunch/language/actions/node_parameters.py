@@ -4,6 +4,7 @@
 """The parameters of a node, from what the launch file says of them."""
 
 from collections.abc import Iterator
+import os
 
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.values import Value
@@ -19,7 +20,6 @@ from colcon_yamllaunch.language.vocabulary.parameter import (
     parameter_file,
     ParameterContent,
     ParameterTypeError,
-    ScalarValue,
     type_name,
 )
 from colcon_yamllaunch.plan.plan import ParameterFile, SetParameter
@@ -68,11 +68,17 @@ def parameter_arguments(
             # many launches have no parameter files
             from colcon_yamllaunch.language.actions import parameter_files
 
-            path = parameter_files.file_of(walk, entry)
-            if path is not None:
-                arguments.extend(['--params-file', path])
-            if isinstance(path, str):
-                parameter_files.note_sections(walk, path, entry, full_name)
+            file = parameter_files.file_of(walk, entry)
+            if file is not None:
+                arguments.extend(['--params-file', file])
+            if isinstance(file, str):
+                parameter_files.note_sections(
+                    walk,
+                    os.path.join(walk.cwd, file),
+                    walk.place_of(entry.item.texts['from']),
+                    full_name,
+                    is_own=True,
+                )
             continue
         for parameter in nested_parameters(walk, entry, node):
             if parameter.value is not None:
@@ -112,8 +118,11 @@ def _list(walk: Walk, value: ParameterValue, kind: str | None) -> Content:
     element = None
     if kind is not None and kind.startswith(_LIST):
         element = kind[len(_LIST) :]
-    contents = [_element(walk, text, element) for text in value.texts]
-    values = [content for content, _ in contents if content is not None]
+    contents = [_scalar(walk, text, element, False) for text in value.texts]
+    for text, (content, _) in zip(value.texts, contents, strict=True):
+        if isinstance(content, tuple):
+            raise error('a list cannot have a list in it', text)
+    values = [v for v, _ in contents if not isinstance(v, tuple | None)]
     kinds = {type(v) for v in values}
     if len(kinds) > 1:
         raise error(
@@ -129,18 +138,6 @@ def _list(walk: Walk, value: ParameterValue, kind: str | None) -> Content:
         return (), ()
     is_known = len(values) == len(contents)
     return tuple(values) if is_known else None, contents[-1][1]
-
-
-def _element(
-    walk: Walk, text: Text, kind: str | None
-) -> tuple[ScalarValue | None, tuple[Position, ...]]:
-    value, origins = _scalar(walk, text, kind, False)
-    if isinstance(value, tuple):
-        raise error(
-            'a list cannot have a list in it',
-            text,
-        )
-    return value, origins
 
 
 def _scalar(

@@ -3,7 +3,7 @@
 
 """The files with parameters that a launch file names."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 import math
 import os
 import stat
@@ -13,7 +13,6 @@ from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.findings import SectionUse
-from colcon_yamllaunch.language.evaluation.request import FindExposed
 from colcon_yamllaunch.language.evaluation.values import Place, Value
 from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.syntax.diagnostics import (
@@ -145,24 +144,9 @@ def read_sections(source: Source) -> ParameterSections:
         )
     sections = tuple(_sections(document, (), start))
     if not sections:
-        found = tuple(_flattened(document, '', start))
+        found = _parameters(document, start)
         sections = (Section(f'/{_EVERY_NODE}', found, start),)
     return ParameterSections(sections, warnings)
-
-
-def uniform_list(
-    values: Iterable[ScalarValue],
-) -> tuple[ScalarValue, ...] | None:
-    """
-    Return values as a list of one type, None when they have several.
-
-    Whole numbers among others become such, as ROS 2's launcher has it.
-    """
-    items = tuple(values)
-    kinds = {type(item) for item in items}
-    if kinds == {int, float}:
-        return tuple(float(item) for item in items)
-    return items if len(kinds) <= 1 else None
 
 
 def _parts(name: str) -> list[str]:
@@ -175,22 +159,27 @@ def _sections(
     for name, position, inner in _pairs(value, at):
         if name == PARAMETERS:
             pattern = '/' + '/'.join(outer)
-            parameters = tuple(_flattened(inner, '', position))
-            yield Section(pattern, parameters, at)
+            yield Section(pattern, _parameters(inner, position), at)
         elif isinstance(inner, Mapping | dict):
             yield from _sections(inner, (*outer, *_parts(name)), position)
 
 
-def _flattened(
+def _parameters(value: object, at: Position) -> tuple[Parameter, ...]:
+    return tuple(
+        Parameter(name, _content(inner, name, position), position)
+        for name, position, inner in _leaves(value, '', at)
+    )
+
+
+def _leaves(
     value: object, prefix: str, at: Position
-) -> Iterator[Parameter]:
+) -> Iterator[tuple[str, Position, object]]:
+    """Iterate over the full names, places and values in nested mappings."""
     for name, position, inner in _pairs(value, at):
-        full_name = prefix + name
         if isinstance(inner, Mapping | dict):
-            yield from _flattened(inner, f'{full_name}.', position)
+            yield from _leaves(inner, f'{prefix}{name}.', position)
         else:
-            content = _content(inner, full_name, position)
-            yield Parameter(full_name, content, position)
+            yield prefix + name, position, inner
 
 
 def _pairs(
@@ -208,8 +197,12 @@ def _content(value: object, name: str, at: Position) -> ParameterContent:
     items = value.items if isinstance(value, Sequence) else value
     if not isinstance(items, list):
         return _scalar(items, name, at)
-    found = uniform_list(_scalar(item, name, at) for item in items)
-    if found is None:
+    found = tuple(_scalar(item, name, at) for item in items)
+    kinds = {type(item) for item in found}
+    if kinds == {int, float}:
+        # as ROS 2's launcher has it
+        return tuple(float(item) for item in found)
+    if len(kinds) > 1:
         raise error(
             f"the list '{name}' has values of several types",
             at,
@@ -278,17 +271,8 @@ def _parameters_in_file(path: str, cwd: str) -> Iterator[SetParameter]:
     for _, at, body in _pairs(document, start):
         for name, _, values in _pairs(body, at):
             if name == PARAMETERS:
-                yield from _as_written(values, '', at)
-
-
-def _as_written(
-    value: object, prefix: str, at: Position
-) -> Iterator[SetParameter]:
-    for name, position, inner in _pairs(value, at):
-        if isinstance(inner, Mapping):
-            yield from _as_written(inner, f'{prefix}{name}.', position)
-        else:
-            yield SetParameter(prefix + name, _shown(inner), position)
+                for full_name, position, value in _leaves(values, '', at):
+                    yield SetParameter(full_name, _shown(value), position)
 
 
 def _shown(value: object) -> str:
@@ -298,19 +282,19 @@ def _shown(value: object) -> str:
 
 
 def file_of(
-    walk: Walk, entry: Attributes, *, is_needed: bool = False
+    walk: Walk, entry: Attributes, *, needed: bool = False
 ) -> str | ParameterFile | None:
     """
     Return the file of an item of `param`, None when it is not known.
 
-    :param is_needed: Whether the launch cannot go on without it
+    :param needed: Whether the launch cannot go on without it
     """
     text, written = entry.item.texts['from'], entry.text('from')
     file = None
     if written is not None:
         path = os.path.join(walk.cwd, written)
         file = walk.parameter_file(path)
-        if file is None and is_needed:
+        if file is None and needed:
             missing_file(walk, entry, 'from', path)
         elif file is None:
             walk.report(
@@ -360,31 +344,22 @@ def similar_file(walk: Walk, written: str) -> str | None:
     )
 
 
-def note_sections(
-    walk: Walk, written: str, entry: Attributes, node: Value | None
-) -> None:
-    """
-    Record that a node gets a parameter file.
-
-    :param written: The file
-    :param entry: The item of `param` that names it
-    :param node: The full name of the node, None when it names itself
-    """
-    path = os.path.join(walk.cwd, written)
-    place = walk.place_of(entry.item.texts['from'])
-    _note(walk, path, place, node, is_own=True)
-
-
 def note_sections_of_scope(walk: Walk, node: Value | None) -> None:
     """Record the parameter files that a node gets from its scope."""
     for path in walk.scope.parameters:
         if isinstance(path, str):
-            _note(walk, path, walk.file_places[path], node, is_own=False)
+            place = walk.file_places[path]
+            note_sections(walk, path, place, node, is_own=False)
 
 
-def _note(
+def note_sections(
     walk: Walk, path: str, place: Place, node: Value | None, *, is_own: bool
 ) -> None:
+    """
+    Record that a node gets a parameter file; see :class:`SectionUse`.
+
+    :param node: The full name of the node, None when it names itself
+    """
     if walk.never:
         return
     try:
@@ -413,7 +388,10 @@ def sections_in(walk: Walk, path: str) -> ParameterSections:
 def _substituted(walk: Walk, path: str, origin: Text) -> str | None:
     content = None
     with walk.within_text(origin):
-        text = whole_file(path, walk.exposed)
+        source = read_source(path, path)
+        end = source.position_at(len(source.text))
+        scalar = Scalar(source, 0, 0, source.text, '', None, (end.line, 0))
+        text = Text(scalar, exposed=walk.exposed)
         walk.inputs[path] = None
         walk.note_text(text.template)
         content = walk.value(text).text
@@ -436,16 +414,3 @@ def _substituted(walk: Walk, path: str, origin: Text) -> str | None:
             )
         )
     return content
-
-
-def whole_file(path: str, exposed: FindExposed) -> Text:
-    """
-    Return the content of a file with substitutions in it.
-
-    :param exposed: Gives the substitutions that packages bring
-    :raises LaunchError: when it cannot be read, or one of them is malformed
-    """
-    source = read_source(path, path)
-    end = source.position_at(len(source.text))
-    scalar = Scalar(source, 0, 0, source.text, '', None, (end.line, 0))
-    return Text(scalar, exposed=exposed)

@@ -10,9 +10,8 @@ import os
 import re
 import shlex
 import shutil
-from typing import TypeVar
+from typing import Any, TypeVar
 
-from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.suggestions import way_to_program
 from colcon_yamllaunch.language.actions.node_parameters import (
     parameter_arguments,
@@ -31,11 +30,8 @@ from colcon_yamllaunch.language.evaluation.findings import (
     ExecutableUse,
     ProgramUse,
 )
-from colcon_yamllaunch.language.evaluation.scope import (
-    environment_changes,
-    Names,
-)
-from colcon_yamllaunch.language.evaluation.values import Place, Value
+from colcon_yamllaunch.language.evaluation.scope import environment_changes
+from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import Handler, Walk
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.text import Substitution, Text
@@ -56,22 +52,6 @@ _FIRST_WORD = re.compile("""("[^"]*"|'[^']*'|[^\\s"'])*""")
 Arguments = list[str | ParameterFile | None]
 
 
-@dataclass(frozen=True, slots=True)
-class _Program:
-    """What distinguishes one process from another but its attributes."""
-
-    name: str
-    argv: Arguments
-    text: Text
-    hint: str | None = None
-    package: str | None = None
-    node_name: str | None = None
-    parameters: tuple[SetParameter, ...] = ()
-    is_container: bool = False
-    is_lifecycle: bool = False
-    autostart: bool = False
-
-
 def _executable(walk: Walk, attributes: Attributes) -> None:
     words = attributes.command('cmd')
     if not words:
@@ -79,7 +59,7 @@ def _executable(walk: Walk, attributes: Attributes) -> None:
         return
     argv = _texts(words)
     name = attributes.text('name') or os.path.basename(argv[0] or '')
-    _add_process(walk, attributes, _Program(name, [*argv], words[0].text))
+    _add_process(walk, attributes, name, [*argv], words[0].text)
 
 
 def run_node(walk: Walk, attributes: Attributes) -> str | None:
@@ -124,19 +104,20 @@ def run_node(walk: Walk, attributes: Attributes) -> str | None:
     argv += own
     for rule in remap_rules(walk, attributes):
         argv += ['-r', rule]
-    node = _Program(
+    _add_process(
+        walk,
+        attributes,
         attributes.text('exec_name') or os.path.basename(program or ''),
         argv,
         attributes.item.texts['exec'],
         "name its package with 'pkg'",
-        None if package is None else package.text,
-        full_text,
-        tuple(parameters),
-        is_container,
-        is_lifecycle,
-        is_lifecycle and attributes.boolean('autostart') is True,
+        package=None if package is None else package.text,
+        node_name=full_text,
+        parameters=tuple(parameters),
+        is_container=is_container,
+        is_lifecycle=is_lifecycle,
+        autostart=is_lifecycle and attributes.boolean('autostart') is True,
     )
-    _add_process(walk, attributes, node)
     if full_text is not None:
         walk.note_node(full_text, attributes.item.texts['name'])
     elif name is not None or is_container:
@@ -231,34 +212,64 @@ def remap_rules(walk: Walk, attributes: Attributes) -> list[str]:
 
 
 def _add_process(
-    walk: Walk, attributes: Attributes, program: _Program
+    walk: Walk,
+    attributes: Attributes,
+    program: str,
+    command: Arguments,
+    text: Text,
+    hint: str | None = None,
+    **fields: Any,
 ) -> None:
+    """
+    Add a process to the plan.
+
+    :param program: What ROS 2 calls it, without its number
+    :param command: Its command line but for the launch prefix
+    :param text: What names the program
+    :param hint: The fix if there is no such program
+    :param fields: Fields of the process that are not among the attributes
+    """
     variables = walk.scope.environment.inner()
     for pair in attributes.items('env'):
         name, value = pair.text('name'), pair.required('value')
         check_variable(pair, name, value)
         variables.set(name, value)
     cwd = os.path.join(walk.cwd, attributes.text('cwd') or '')
-    prefix = _prefix(walk, attributes, program)
+    prefix = _prefix(walk, attributes, os.path.basename(str(command[0])))
     if prefix is None:
         return
+    place = walk.place_of(text)
+    if 'launch-prefix' in attributes:
+        place = walk.place_of(attributes.item.texts['launch-prefix'])
+        hint = None
+    elif text is attributes.item.texts.get('cmd'):
+        position, length = text.position_at(0), _program_length(text)
+        place = replace(place, position=position, length=length)
     # in a launch, all arguments are known
-    argv = [a for a in (*prefix, *program.argv) if a is not None]
+    argv = [a for a in (*prefix, *command) if a is not None]
     uses_shell = attributes.boolean('shell')
     if uses_shell:
         argv = _through_shell(argv)
     elif uses_shell is False and (
         walk.is_launch or not prefix or 'launch-prefix' in attributes
     ):
-        first = prefix[0] if prefix else program.argv[0]
+        first = prefix[0] if prefix else command[0]
+        own = variables.own.get('PATH')
+        if own is None:
+            path = walk.search_path()
+        else:
+            path = own.text if walk.has_environment else None
         if first is not None:
-            path = _search_path(walk, variables)
-            _check_program(walk, attributes, program, str(first), cwd, path)
+            use = ProgramUse(place, hint)
+            _check_program(walk, str(first), cwd, path, use)
     if not walk.is_launch:
         return
-    name = walk.draft.process_name(program.name)
-    place, hint = _program_place(walk, attributes, program)
+    name = walk.draft.process_name(program)
     walk.programs[name] = ProgramUse(place, hint)
+    # the launch argument is stronger than every process, as in ROS 2
+    is_tty = _general(walk, 'emulate_tty', parse_boolean, 'true or false')
+    if is_tty is None:
+        is_tty = attributes.boolean('emulate_tty') is True
     walk.draft.entries.append(
         Process(
             label=name,
@@ -268,26 +279,21 @@ def _add_process(
             name=name,
             environment=environment_changes(walk.environment, variables),
             output=_output(walk, attributes),
-            emulate_tty=_emulate_tty(walk, attributes),
+            emulate_tty=is_tty,
             respawn=attributes.boolean('respawn') is True,
             respawn_delay=attributes.seconds('respawn_delay') or 0.0,
             respawn_max_retries=attributes.whole('respawn_max_retries') or 0,
             sigterm_timeout=_timeout(walk, attributes, 'sigterm_timeout'),
             sigkill_timeout=_timeout(walk, attributes, 'sigkill_timeout'),
             on_exit_shutdown='on_exit' in attributes,
-            package=program.package,
-            node_name=program.node_name,
-            parameters=program.parameters,
             block=walk.draft.block,
-            is_container=program.is_container,
-            is_lifecycle=program.is_lifecycle,
-            autostart=program.autostart,
+            **fields,
         )
     )
 
 
 def _prefix(
-    walk: Walk, attributes: Attributes, program: _Program
+    walk: Walk, attributes: Attributes, program: str
 ) -> list[str] | None:
     """Return the words in front of a command line, None when not known."""
     value = attributes.value('launch-prefix')
@@ -297,8 +303,16 @@ def _prefix(
         if value is None:
             return []
         pattern = _configured(walk, 'launch-prefix-filter')
-        name = os.path.basename(str(program.argv[0]))
-        if pattern is not None and not _matches(walk, pattern, name):
+        try:
+            if pattern is not None and not re.match(pattern, program):
+                return []
+        except re.error as e:
+            walk.fail(
+                error(
+                    f"'launch-prefix-filter:={pattern}' is no regular "
+                    f'expression: {e}'
+                )
+            )
             return []
     else:
         fail = partial(attributes.fail, 'launch-prefix')
@@ -309,19 +323,6 @@ def _prefix(
     except ValueError:
         fail(f"the launch prefix '{value.text}' has an open quote")
         return None
-
-
-def _matches(walk: Walk, pattern: str, name: str) -> bool:
-    try:
-        return re.match(pattern, name) is not None
-    except re.error as e:
-        walk.fail(
-            error(
-                f"'launch-prefix-filter:={pattern}' is no regular "
-                f'expression: {e}'
-            )
-        )
-        return False
 
 
 def _through_shell(
@@ -341,21 +342,14 @@ def _through_shell(
     return [*shell, 'sh', *files] if files else shell
 
 
-def _search_path(walk: Walk, variables: Names) -> str | None:
-    own = variables.own.get('PATH')
-    if own is None:
-        return walk.search_path()
-    return own.text if walk.has_environment else None
-
-
 def _check_program(
-    walk: Walk,
-    attributes: Attributes,
-    program: _Program,
-    name: str,
-    cwd: str,
-    path: str | None,
+    walk: Walk, name: str, cwd: str, path: str | None, use: ProgramUse
 ) -> None:
+    """
+    Check that there is a program.
+
+    :param path: The `PATH` to search, None when it is not known
+    """
     full_path = os.path.join(cwd, name)
     # a launch goes on without a program that this machine lacks
     if not (walk.checks_programs or _is_in_package(walk, full_path)):
@@ -364,32 +358,16 @@ def _check_program(
         found = walk.is_program(full_path)
     else:
         found = path is None or shutil.which(name, path=path) is not None
-    if found or any(use.path == name for use in walk.executables):
+    if found or any(one.path == name for one in walk.executables):
         return
-    place, hint = _program_place(walk, attributes, program)
     walk.fail(
         error(
             walk.no_program(name),
-            place,
-            hint=hint or way_to_program(name, cwd),
+            use.place,
+            hint=use.hint or way_to_program(name, cwd),
             may_pass_after_build=True,
         )
     )
-
-
-def _program_place(
-    walk: Walk, attributes: Attributes, program: _Program
-) -> tuple[Place, str | None]:
-    """Return where the first word of a command line is, and the hint."""
-    prefix = attributes.item.texts.get('launch-prefix')
-    if prefix is not None:
-        return walk.place_of(prefix), None
-    text = program.text
-    place = walk.place_of(text)
-    if text is attributes.item.texts.get('cmd'):
-        position, length = text.position_at(0), _program_length(text)
-        place = replace(place, position=position, length=length)
-    return place, program.hint
 
 
 def _is_in_package(walk: Walk, path: str) -> bool:
@@ -426,14 +404,6 @@ def _output(walk: Walk, attributes: Attributes) -> str:
             hint=f'it is one of {", ".join(OUTPUT_MODES)}',
         )
     return override
-
-
-def _emulate_tty(walk: Walk, attributes: Attributes) -> bool:
-    # the launch argument is stronger than every process, as in ROS 2
-    general = _general(walk, 'emulate_tty', parse_boolean, 'true or false')
-    if general is None:
-        return attributes.boolean('emulate_tty') is True
-    return general
 
 
 def _timeout(walk: Walk, attributes: Attributes, name: str) -> float:

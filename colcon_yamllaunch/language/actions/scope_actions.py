@@ -60,32 +60,28 @@ def join_namespace(base: str | None, namespace: str) -> str:
 
 
 #: The values of a `bool_arg`, as ROS 2 lists them.
-BOOLEAN_CHOICES = ('true', 'false', 'True', 'False', 'TRUE', 'FALSE')
+BOOLEAN_CHOICES: tuple[str, ...] = (
+    'true',
+    'false',
+    'True',
+    'False',
+    'TRUE',
+    'FALSE',
+)
 
 
 def _arg(walk: Walk, attributes: Attributes) -> None:
-    choices = [choice.plain('value') for choice in attributes.items('choice')]
-    _declare(walk, attributes, tuple(choices))
-
-
-def _bool_arg(walk: Walk, attributes: Attributes) -> None:
-    _declare(walk, attributes, BOOLEAN_CHOICES)
-
-
-def _declare(
-    walk: Walk, attributes: Attributes, choices: tuple[str, ...]
-) -> None:
-    name = attributes.plain('name')
+    name, choices = attributes.plain('name'), BOOLEAN_CHOICES
+    if attributes.name == 'arg':
+        items = attributes.items('choice')
+        choices = tuple(choice.plain('value') for choice in items)
     walk.declare(attributes, name, choices)
     value = walk.scope.configurations.get(name)
     if value is None:
         value = _default(walk, attributes, name)
-    given = value.text
-    if not choices or given is None or given in choices:
-        return
-    if walk.is_left_open(value):
-        return
-    walk.fail_choice(name, value, choices, attributes)
+    is_wrong = value.text is not None and value.text not in choices
+    if choices and is_wrong and not walk.is_left_open(value):
+        walk.fail_choice(name, value, choices, attributes)
 
 
 def _default(walk: Walk, attributes: Attributes, name: str) -> Value:
@@ -285,7 +281,7 @@ def _set_ros_log_dir(walk: Walk, attributes: Attributes) -> None:
 #: What does each action that changes the scope.
 SCOPE_HANDLERS: Mapping[str, Handler] = {
     'arg': _arg,
-    'bool_arg': _bool_arg,
+    'bool_arg': _arg,
     'let': set_configuration,
     'reset': _reset,
     'set_env': _set_env,

@@ -192,12 +192,6 @@ def _command(call: Call, line: str, mode: str = 'fail') -> str | None:
         ) from e
     if not words:
         raise SubstitutionError('the command is empty')
-    return _run_command(call, line, words, mode)
-
-
-def _run_command(
-    call: Call, line: str, words: list[str], mode: str
-) -> str | None:
     walk = call.walk
     if not walk.is_launch:
         return None
@@ -344,10 +338,6 @@ def _find_pkg_prefix(call: Call, name: str) -> str:
     return prefix
 
 
-def _find_pkg_share(call: Call, name: str) -> str:
-    return os.path.join(_find_pkg_prefix(call, name), 'share', name)
-
-
 def _exec_in_pkg(call: Call, name: str, package: str) -> str:
     _find_pkg_prefix(call, package)
     packages = call.walk.packages
@@ -386,10 +376,6 @@ def _filename(call: Call) -> str:
     return name
 
 
-def _log_dir(call: Call) -> str | None:
-    return call.walk.log_folder
-
-
 def _file_content(call: Call, name: str) -> str | None:
     walk = call.walk
     path = Path(walk.cwd, name)
@@ -406,28 +392,6 @@ def _file_content(call: Call, name: str) -> str | None:
         ) from e
     # as in files that are opened as texts
     return text.replace('\r\n', '\n').replace('\r', '\n')
-
-
-def _not(_call: Call, value: str) -> str:
-    return _shown(not _boolean(value))
-
-
-def _and(_call: Call, *texts: str) -> str:
-    values = [_boolean(text) for text in texts]
-    return _shown(all(values))
-
-
-def _or(_call: Call, *texts: str) -> str:
-    values = [_boolean(text) for text in texts]
-    return _shown(any(values))
-
-
-def _equals(_call: Call, left: str, right: str) -> str:
-    return _shown(_is_equal(left, right))
-
-
-def _not_equals(_call: Call, left: str, right: str) -> str:
-    return _shown(not _is_equal(left, right))
 
 
 def _is_equal(left: str, right: str) -> bool:
@@ -503,14 +467,6 @@ def _string_join(call: Call, delimiter: str, *parts: str) -> str:
     return delimiter.join(parts)
 
 
-def _path_join(_call: Call, *parts: str) -> str:
-    return str(Path(*parts))
-
-
-def _string_strip(_call: Call, text: str) -> str:
-    return text.strip()
-
-
 def _exposed(call: Call, *texts: str) -> str | None:
     return call.walk.make_exposed(call.name, texts, call)
 
@@ -535,24 +491,26 @@ _TEXTS: Mapping[str, TextMaker] = {
     'command': _command,
     'find-exec': _find_exec,
     'find-pkg-prefix': _find_pkg_prefix,
-    'find-pkg-share': _find_pkg_share,
+    'find-pkg-share': lambda call, name: os.path.join(
+        _find_pkg_prefix(call, name), 'share', name
+    ),
     'exec-in-pkg': _exec_in_pkg,
     'anon': _anon,
     'dirname': _dirname,
     'filename': _filename,
-    'log_dir': _log_dir,
-    'launch_log_dir': _log_dir,
+    'log_dir': lambda call: call.walk.log_folder,
+    'launch_log_dir': lambda call: call.walk.log_folder,
     'file-content': _file_content,
-    'not': _not,
-    'and': _and,
-    'or': _or,
-    'any': _or,
-    'all': _and,
-    'equals': _equals,
-    'not-equals': _not_equals,
+    'not': lambda _call, text: _shown(not _boolean(text)),
+    'and': lambda _call, *texts: _shown(all([*map(_boolean, texts)])),
+    'or': lambda _call, *texts: _shown(any([*map(_boolean, texts)])),
+    'any': lambda _call, *texts: _shown(any([*map(_boolean, texts)])),
+    'all': lambda _call, *texts: _shown(all([*map(_boolean, texts)])),
+    'equals': lambda _call, *texts: _shown(_is_equal(*texts)),
+    'not-equals': lambda _call, *texts: _shown(not _is_equal(*texts)),
     'string-join': _string_join,
-    'path-join': _path_join,
-    'string-strip': _string_strip,
+    'path-join': lambda _call, *parts: str(Path(*parts)),
+    'string-strip': lambda _call, text: text.strip(),
 }
 #: What makes each substitution.
 MAKERS: Mapping[str, Maker] = _Makers(

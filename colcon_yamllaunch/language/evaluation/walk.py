@@ -574,8 +574,14 @@ class Walk(Findings):
         :param rounds: The variables of each round, as far as they are known
         :param _otherwise: The variables of any round
         """
-        for variables in rounds:
-            self.visit_round(children, variables)
+        scope = self.scope
+        outer = scope.variables
+        try:
+            for variables in rounds:
+                scope.variables = {**outer, **variables}
+                self.visit_all(children)
+        finally:
+            scope.variables = outer
 
     def launch(self, name: str, path: str) -> None:
         """
@@ -752,18 +758,6 @@ class Walk(Findings):
                 place.position,
                 _ITSELF,
             )
-
-    def visit_round(
-        self, children: tuple[Entity, ...], variables: dict[str, Value]
-    ) -> None:
-        """Do actions with other variables of a loop."""
-        scope = self.scope
-        outer = scope.variables
-        scope.variables = {**outer, **variables}
-        try:
-            self.visit_all(children)
-        finally:
-            scope.variables = outer
 
     def visit(self, entity: Entity) -> None:
         """Do an action if its condition holds."""

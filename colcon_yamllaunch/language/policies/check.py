@@ -9,7 +9,7 @@ to, and every launch file that is included. Listing launch arguments is a use
 of it.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Set
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
@@ -196,7 +196,12 @@ class _Check(Walk):
         is_never = is_sure and not guard.taken
         masked: frozenset[str] = frozenset()
         if guard.taken is None and guard is not _ANY_CONDITION:
-            masked = _read_by_condition(entity)
+            # the names whose values the condition may decide on
+            use = FileUse()
+            for name in ('if', 'unless'):
+                if name in entity.item.texts:
+                    use.add_text(entity.item.texts[name].template)
+            masked = frozenset(use.read)
         inner = self.scope.inner(hides=guard.taken is False, masked=masked)
         self._conditions += 1
         self.never += is_never
@@ -365,7 +370,17 @@ class _Check(Walk):
             behind = FileUse()
             for other in pairs[index + 1 :]:
                 behind.add_text(other.item.texts['value'].template)
-            self._check_passed(path, pair, here | behind.read)
+            name = pair.text('name')
+            if name is None or name in here | behind.read:
+                continue
+            hint = unknown_argument(self.uses, path, name)
+            if hint is not None:
+                self.warn(
+                    f"'{os.path.basename(path)}' declares no launch argument "
+                    f"'{name}'",
+                    pair.item.texts['name'],
+                    hint,
+                )
 
     def _may_follow(self, path: str, file: Text) -> bool:
         if path.endswith(PYTHON_SUFFIX) and (
@@ -384,22 +399,6 @@ class _Check(Walk):
         if conditions:
             return self._visits[path] < MAXIMUM_INCLUDE_DEPTH
         return self._visits.get(path, 0) < MAXIMUM_VISITS
-
-    def _check_passed(
-        self, path: str, pair: Attributes, used: Set[str]
-    ) -> None:
-        name = pair.text('name')
-        if name is None or name in used:
-            return
-        hint = unknown_argument(self.uses, path, name)
-        if hint is not None:
-            text = pair.item.texts['name']
-            self.warn(
-                f"'{os.path.basename(path)}' declares no launch argument "
-                f"'{name}'",
-                text,
-                hint,
-            )
 
     def missing_argument(self, attributes: Attributes, name: str) -> None:
         include = self._files[-1]
@@ -484,15 +483,6 @@ class _Check(Walk):
             use.is_open = True
         else:
             use.add_text(template)
-
-
-def _read_by_condition(entity: Entity) -> frozenset[str]:
-    """Return the names whose values a condition may decide on."""
-    use = FileUse()
-    for name in ('if', 'unless'):
-        if name in entity.item.texts:
-            use.add_text(entity.item.texts[name].template)
-    return frozenset(use.read)
 
 
 class _Listing(_Check):

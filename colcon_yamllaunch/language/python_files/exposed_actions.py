@@ -7,7 +7,7 @@ Actions and substitutions of other packages in YAML and XML launch files.
 ROS 2's own `launch` has to run them: the worker for Python launch files does.
 """
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 import re
 from typing import Any, TypeGuard
@@ -44,109 +44,81 @@ _CHILDREN = 'children'
 @dataclass(frozen=True, slots=True)
 class RawEntity:
     """
-    An action, or an item in one of its lists, with nothing evaluated.
+    An action of another package, with nothing evaluated.
 
-    :param type: The name of the action, or of the list
-    :param package: The package that has it, or the action that it stands in
-    :param attributes: A scalar, or a list of these and of items, each
-    :param children: What stands inside; None when there is no place for it
-    :param position: Where it starts
-    :param written: The attributes that YAML takes no text for, as texts
+    :param package: The package that has it
+    :param message: The action as the worker takes it, see
+      `python_launch/worker/__init__.py`
     :param texts: Its texts as far as they are well-formed, those inside too
     """
 
-    type: str
     package: str
-    attributes: dict[str, Any]
-    children: 'tuple[RawEntity, ...] | None'
-    position: Position
-    written: dict[str, str]
+    message: dict[str, Any]
     texts: tuple[Text, ...]
 
-    def message(self, prepare: Callable[[str], str]) -> dict[str, Any]:
-        """
-        Return it as the worker of launch files in Python takes it.
 
-        :param prepare: Makes a text what the worker is to have
-        """
-        position = self.position
-        return {
-            'type': self.type,
-            'attributes': {
-                name: _plain(value, prepare)
-                for name, value in self.attributes.items()
-            },
-            'texts': self.written,
-            'children': _plain(self.children, prepare),
-            'position': [position.path, position.line, position.column],
-        }
-
-
-def _plain(value: Any, prepare: Callable[[str], str]) -> Any:
-    if isinstance(value, RawEntity):
-        return value.message(prepare)
-    if isinstance(value, list | tuple):
-        return [_plain(item, prepare) for item in value]
-    return prepare(value) if isinstance(value, str) else value
-
-
-class RawReader:
+def read_exposed(
+    package: str, name: str, at: Position, value: Value, exposed: FindExposed
+) -> RawEntity:
     """
-    Reads what an action of another package has.
+    Read an action of another package.
 
-    :param package: The package that has it
+    :param name: The name of the action
+    :param at: Where it starts
+    :param value: What stands behind its name
     :param exposed: Gives the substitutions that packages bring
+    :raises LaunchError: when no attribute can be like that
     """
+    texts: list[Text] = []
+    message = _Reader(exposed, texts).read(name, at, value)
+    return RawEntity(package, message, tuple(texts))
 
-    def __init__(self, package: str, exposed: FindExposed) -> None:
-        self._package = package
+
+class _Reader:
+    """Reads an action and what is in it, and adds the texts of all to one."""
+
+    def __init__(self, exposed: FindExposed, texts: list[Text]) -> None:
         self._exposed = exposed
+        self._texts = texts
 
-    def read(self, name: str, at: Position, value: Value) -> RawEntity:
-        """
-        Read an action, or an item of a list.
-
-        :param at: Where it starts
-        :param value: What stands behind its name
-        :raises LaunchError: when no attribute can be like that
-        """
-        texts: list[Text] = []
+    def read(self, name: str, at: Position, value: Value) -> dict[str, Any]:
+        """Read an action, or an item of a list."""
         attributes: dict[str, Any] = {}
-        as_text: dict[str, str] = {}
-        children: Value | None = None
-        if isinstance(value, Mapping):
-            for key, (_, written) in value.pairs.items():
-                if key == _CHILDREN:
-                    children = written
-                else:
-                    attributes[key] = self._attribute(key, written, texts)
-                    if _is_of_yaml(written):
-                        as_text[key] = written.text
-        elif isinstance(value, Sequence):
-            children = value
-        elif not isinstance(value, Scalar) or value.kind != 'null':
+        children: Value | None = value if isinstance(value, Sequence) else None
+        pairs = value.pairs if isinstance(value, Mapping) else {}
+        if isinstance(value, Scalar) and value.kind != 'null':
             raise error(
                 f"'{name}' has attributes or a list of actions, and no text",
                 value.position,
                 hint='write its attributes below it, indented deeper',
             )
-        inside = None
-        if children is not None:
-            inside = tuple(self._children(name, children))
-            texts += [text for child in inside for text in child.texts]
-        return RawEntity(
-            name,
-            self._package,
-            attributes,
-            inside,
-            at,
-            as_text,
-            tuple(texts),
-        )
+        for key, (_, written) in pairs.items():
+            if key == _CHILDREN:
+                children = written
+            else:
+                attributes[key] = self._attribute(key, written)
+        return {
+            'type': name,
+            'attributes': attributes,
+            'texts': {
+                key: written.text
+                for key, (_, written) in pairs.items()
+                if key != _CHILDREN and _is_of_yaml(written)
+            },
+            'children': None
+            if children is None
+            else list(self._children(name, children)),
+            'position': [at.path, at.line, at.column],
+        }
 
-    def _attribute(self, name: str, value: Value, texts: list[Text]) -> Any:
+    def _attribute(self, name: str, value: Value) -> Any:
         if isinstance(value, Sequence):
-            return [self._item(name, item, texts) for item in value.items]
+            return [
+                self._scalar(item)
+                if isinstance(item, Scalar)
+                else self.read(name, item.position, item)
+                for item in value.items
+            ]
         if not isinstance(value, Scalar):
             raise error(
                 f"'{name}' cannot be a mapping",
@@ -154,25 +126,18 @@ class RawReader:
                 hint='quote a text that starts with {, or put "- " before '
                 'each item of a list',
             )
-        return self._scalar(value, texts)
+        return self._scalar(value)
 
-    def _item(self, name: str, value: Value, texts: list[Text]) -> Any:
-        if isinstance(value, Scalar):
-            return self._scalar(value, texts)
-        item = self.read(name, value.position, value)
-        texts += item.texts
-        return item
-
-    def _scalar(self, value: Scalar, texts: list[Text]) -> Any:
+    def _scalar(self, value: Scalar) -> Any:
         is_null = value.kind == 'null' and not value.is_of_xml
         if is_null or _is_of_yaml(value):
             return value.value
         with suppress(LaunchError):
             # it may be a text that no substitutions are made in
-            texts.append(Text(value, exposed=self._exposed))
+            self._texts.append(Text(value, exposed=self._exposed))
         return value.text
 
-    def _children(self, name: str, value: Value) -> Iterator[RawEntity]:
+    def _children(self, name: str, value: Value) -> Iterator[dict[str, Any]]:
         items = value.items if isinstance(value, Sequence) else [value]
         for item in items:
             if not isinstance(item, Mapping) or len(item.pairs) != 1:
@@ -220,28 +185,24 @@ def do(walk: Walk, attributes: Attributes) -> None:
     :raises NotAskedError: when the worker cannot, or is not there
     :raises LaunchError: when the action fails
     """
+    raw, at = attributes.item.raw, attributes.position
+    assert raw is not None
+    what = f"the action '{attributes.name}'"
     try:
-        _do(walk, attributes)
+        _need(walk, raw.package, what, attributes)
+        _note_uses(walk, raw.texts)
+        request = {
+            'do': 'action',
+            'entity': _prepared_entity(walk, raw.message, at),
+            'position': [at.path, at.line, at.column],
+            'file': walk.source.name,
+            'frontend': 'xml' if walk.source.is_xml else 'yaml',
+        }
+        _ask(walk, request, attributes, what, raw.package)
     except (AlreadyReportedError, LaunchError):
         # what it would have set is not known
         walk.scope.configurations.is_open = True
         raise
-
-
-def _do(walk: Walk, attributes: Attributes) -> None:
-    raw, at = attributes.item.raw, attributes.position
-    assert raw is not None
-    what = f"the action '{raw.type}'"
-    _need(walk, raw.package, what, attributes)
-    _note_uses(walk, raw.texts)
-    request = {
-        'do': 'action',
-        'entity': raw.message(lambda text: _prepared(walk, text, at)),
-        'position': [at.path, at.line, at.column],
-        'file': walk.source.name,
-        'frontend': 'xml' if walk.source.is_xml else 'yaml',
-    }
-    _ask(walk, request, attributes, what, raw.package)
 
 
 def make(
@@ -317,6 +278,21 @@ def _note_uses(walk: Walk, texts: Iterable[Text]) -> None:
                 walk.use_package(name, at)
 
 
+def _prepared_entity(
+    walk: Walk, entity: dict[str, Any], at: Position
+) -> dict[str, Any]:
+    def prepared(value: Any) -> Any:
+        if isinstance(value, dict):
+            return _prepared_entity(walk, value, at)
+        if isinstance(value, list):
+            return [prepared(item) for item in value]
+        return _prepared(walk, value, at) if isinstance(value, str) else value
+
+    attributes = {n: prepared(v) for n, v in entity['attributes'].items()}
+    children = prepared(entity['children'])
+    return {**entity, 'attributes': attributes, 'children': children}
+
+
 def _prepared(walk: Walk, text: str, at: Position) -> str:
     """Make what depends on the place where a text is written."""
     if '$(' not in text:
@@ -330,11 +306,8 @@ def _prepared(walk: Walk, text: str, at: Position) -> str:
         # no argument of a substitution has a space, unless it is quoted
         if value is not None and not (is_inside and ' ' in value):
             written = _SPECIAL.sub(r'\\\g<0>', value)
-            text = (
-                text[: substitution.start]
-                + written
-                + (text[substitution.end :])
-            )
+            start, end = substitution.start, substitution.end
+            text = text[:start] + written + text[end:]
     return text
 
 

@@ -279,27 +279,23 @@ def visit_in_python(walk: Walk, what: str, path: str, origin: Span) -> None:
     start = Position(walk.source_path(path), 1, 1)
     is_first = not walk.depth
     walk.note_python(start.path)
-    problem = None
-    with walk.within(
-        Source(start.path, path, ''), None if is_first else origin
-    ):
-        try:
+    source = Source(start.path, path, '')
+    try:
+        with walk.within(source, None if is_first else origin):
             message = _asked(walk, {'do': what, 'path': path}, origin, start)
-            if 'error' in message:
-                if is_no_choice(walk, message['error'], start):
-                    raise AlreadyReportedError
-                raise python_error(walk, message['error'], start)
-        except LaunchError as e:
-            problem = e
-    if problem is not None or message.get('failed'):
-        # it may have set anything
+            if message.get('failed'):
+                # it may have set anything
+                walk.scope.configurations.is_open = True
+            if 'error' in message and is_no_choice(
+                walk, message['error'], start
+            ):
+                raise AlreadyReportedError
+            _check_end(walk, message, start)
+    except LaunchError as e:
         walk.scope.configurations.is_open = True
-    if problem is not None:
-        raise problem if is_first else problem.included_from(origin.position)
-    if 'refused' in message:
-        raise NotTakenOverError(str(message['refused']))
-    if message.get('failed'):
-        raise AlreadyReportedError
+        raise (
+            e if is_first else e.included_from(origin.position)
+        ) from e.__cause__
 
 
 def ask_worker(walk: Walk, request: WorkerMessage, origin: Span) -> str | None:
@@ -313,14 +309,26 @@ def ask_worker(walk: Walk, request: WorkerMessage, origin: Span) -> str | None:
     :raises LaunchError: when it fails
     """
     message = _asked(walk, request, origin, origin.position)
+    _check_end(walk, message, origin.position)
+    value = message.get('value')
+    return None if value is None else str(value)
+
+
+def _check_end(walk: Walk, message: WorkerMessage, start: Position) -> None:
+    """
+    Raise the error that the end of an answer tells, if any.
+
+    :param start: Where the error is if the answer does not say it
+    :raises NotTakenOverError: when the worker cannot do what it was asked for
+    :raises LaunchError: when it fails
+    :raises AlreadyReportedError: when it fails, and the user was told why
+    """
     if 'error' in message:
-        raise python_error(walk, message['error'], origin.position)
+        raise python_error(walk, message['error'], start)
     if 'refused' in message:
         raise NotTakenOverError(str(message['refused']))
     if message.get('failed'):
         raise AlreadyReportedError
-    value = message.get('value')
-    return None if value is None else str(value)
 
 
 def finish(walk: Walk, path: str) -> None:
@@ -612,8 +620,15 @@ class GrowingLaunch:
         last = max(end.get('id', 0) for end in ends)
         while self._asked and self._asked[0][0] <= last:
             self._asked.popleft()
-        problems = self._failure(self._intake)
-        for end in () if problems else ends:
+        problems = []
+        try:
+            self._intake.finish()
+        except LaunchError as e:
+            located, ends = self._walk.located(e), []
+            problems = [render(located.diagnostics, self._walk.cwd)]
+        except (AlreadyReportedError, EndlessError):
+            pass
+        for end in ends:
             problems += self._problems(end)
         return self._growth(problems)
 
@@ -627,16 +642,6 @@ class GrowingLaunch:
         self._dialogue.forget_handlers()
         self._dialogue.calls.clear()
         return self._growth([reason] if reason else [])
-
-    def _failure(self, intake: Intake) -> list[str]:
-        try:
-            intake.finish()
-        except LaunchError as e:
-            located = self._walk.located(e)
-            return [render(located.diagnostics, self._walk.cwd)]
-        except (AlreadyReportedError, EndlessError):
-            pass
-        return []
 
     def _problems(self, message: WorkerMessage) -> list[str]:
         if 'error' in message:

@@ -194,20 +194,14 @@ def read_launch_file(
     try:
         return _TreeReader(source, exposed).read()
     except LaunchError:
-        line = _python_line(source.text)
-        if line is None:
+        found = re.search(_PYTHON, source.text, re.M)
+        if found is None:
             raise
     raise error(
         'this launch file is written in Python, but its name says otherwise',
-        source.position(line, 0),
+        source.position_at(found.start()),
         hint="let its name end in '.launch.py'",
     )
-
-
-def _python_line(text: str) -> int | None:
-    """Return the first line that is a statement of Python, if there is one."""
-    found = re.search(_PYTHON, text, re.M)
-    return None if found is None else text.count('\n', 0, found.start())
 
 
 class _TreeReader:
@@ -319,7 +313,14 @@ class _TreeReader:
         pairs = iter(value.pairs.items())
         name, (key, attributes) = next(pairs)
         for other, (other_key, _) in pairs:
-            self._report_second_key(name, other, other_key, attributes)
+            empty = (
+                isinstance(attributes, Scalar) and attributes.kind == 'null'
+            )
+            hint = 'put "- " before it'
+            if empty and name in ACTIONS:
+                hint = f"indent it deeper than '{name}' if it is its attribute"
+            message = f"'{other}' stands beside '{name}' in one list item"
+            self._report(message, other_key, hint)
             return _unreadable(key.position)
         action = ACTIONS.get(ALIASES.get(name, name))
         if action is not None:
@@ -327,23 +328,6 @@ class _TreeReader:
         package = self._exposed().action(name)
         if package is not None:
             return self._read_exposed(package, key, attributes)
-        self._report_unknown_action(name, key)
-        return _unreadable(key.position)
-
-    def _report_second_key(
-        self, name: str, other: str, key: Scalar, attributes: Value
-    ) -> None:
-        empty = isinstance(attributes, Scalar) and attributes.kind == 'null'
-        hint = 'put "- " before it'
-        if empty and name in ACTIONS:
-            hint = f"indent it deeper than '{name}' if it is its attribute"
-        self._report(
-            f"'{other}' stands beside '{name}' in one list item",
-            key,
-            hint,
-        )
-
-    def _report_unknown_action(self, name: str, key: Scalar) -> None:
         if name in COMPONENTS:
             message = f"'{name}' is no action of its own"
             hint = "it stands in 'node_container' or 'load_composable_node'"
@@ -353,12 +337,13 @@ class _TreeReader:
             near = ', '.join(nearest_first(name, known)[:NEAREST])
             hint = did_you_mean(name, known) or f'the nearest are {near}'
         self._report(message, key, hint)
+        return _unreadable(key.position)
 
     def _read_exposed(self, package: str, key: Scalar, value: Value) -> Entity:
         """Read an action that another package has."""
         # most launch files have none
         from colcon_yamllaunch.language.python_files.exposed_actions import (
-            RawReader,
+            read_exposed,
         )
 
         name, known = key.text, len(self._problems)
@@ -372,8 +357,9 @@ class _TreeReader:
         item = self._item(f"'{name}'", CONDITIONS, key.position, conditions)
         self._check_conditions(item)
         try:
-            reader = RawReader(package, self._exposed)
-            raw = reader.read(name, key.position, value)
+            raw = read_exposed(
+                package, name, key.position, value, self._exposed
+            )
         except LaunchError as e:
             self._problems.extend(e.diagnostics)
         if len(self._problems) > known:
@@ -519,11 +505,7 @@ class _TreeReader:
             )
         if hint is None and known:
             hint = f'the attributes are {listing(known)}'
-        self._report(
-            f"{what} has no attribute '{name}'",
-            key,
-            hint,
-        )
+        self._report(f"{what} has no attribute '{name}'", key, hint)
 
     def _attribute(
         self, item: Item, attribute: Attribute, value: Value
@@ -569,11 +551,13 @@ class _TreeReader:
         found = []
         for element in value.items:
             if not isinstance(element, Mapping):
+                hint = f'its attributes are {names}'
+                if len(known) == 1 and isinstance(element, Scalar):
+                    hint = f'write {{{names}: {element.text}}}'
                 raise error(
                     f"an item of '{attribute.name}' is a mapping",
                     element.position,
-                    hint=_as_item(element, known)
-                    or f'its attributes are {names}',
+                    hint=hint,
                 )
             pairs = self._as_pairs(element, known)
             if pairs is not None:
@@ -590,8 +574,15 @@ class _TreeReader:
                     f"'{attribute.name}'", known, element.position, element
                 )
             )
-            if known is PARAMETER:
-                self._check_parameter(element)
+            # an attribute that there is not is reported before
+            if (
+                known is PARAMETER
+                and element.pairs.keys() <= by_name(known).keys()
+            ):
+                # also the names whose values have mistakes of their own
+                problem = parameter_problem(set(element.pairs))
+                if problem is not None:
+                    self._report(problem[0], element.position, problem[1])
             self._check_conditions(found[-1])
         item.items[attribute.name] = tuple(found)
 
@@ -618,16 +609,6 @@ class _TreeReader:
             f"'{first}'{more}"
         )
 
-    def _check_parameter(self, parameter: Mapping) -> None:
-        names = parameter.pairs.keys()
-        if not names <= by_name(PARAMETER).keys():
-            # one mistake, one error
-            return
-        # also the names whose values have mistakes of their own
-        problem = parameter_problem(set(names))
-        if problem is not None:
-            self._report(problem[0], parameter.position, problem[1])
-
     def _report(
         self,
         message: str,
@@ -649,13 +630,6 @@ def _meant(name: str, known: Iterable[str]) -> str | None:
     """Return the attribute that is meant by one that does not exist."""
     elsewhere = _NAMES_ELSEWHERE.get(name, name)
     return elsewhere if elsewhere in known else nearest(name, known)
-
-
-def _as_item(written: Value, known: tuple[Attribute, ...]) -> str | None:
-    """Return how to write an item that has but one attribute."""
-    if len(known) != 1 or not isinstance(written, Scalar):
-        return None
-    return f'write {{{known[0].name}: {written.text}}}'
 
 
 def _without(value: Mapping, name: str) -> Mapping:
