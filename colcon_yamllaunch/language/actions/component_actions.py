@@ -27,7 +27,7 @@ from colcon_yamllaunch.language.actions.process_actions import (
 )
 from colcon_yamllaunch.language.actions.scope_actions import node_name_problem
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
-from colcon_yamllaunch.language.evaluation.findings import PluginUse, Wanted
+from colcon_yamllaunch.language.evaluation.findings import PluginUse
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import Handler, Walk
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
@@ -132,7 +132,7 @@ def _load_composable_node(walk: Walk, attributes: Attributes) -> None:
             container = None
     if container is not None and target.is_sure and not walk.never:
         place = walk.place_of(attributes.item.texts['target'])
-        walk.targets.append(Wanted(container, place))
+        walk.targets.append((container, place))
     components = _components(attributes)
     if not components:
         attributes.fail_as_whole(

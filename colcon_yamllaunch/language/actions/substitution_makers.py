@@ -35,11 +35,11 @@ from colcon_yamllaunch.language.evaluation.values import (
     derived,
     known,
     LeftOpen,
-    SubstitutionError,
     unknown,
     Value,
 )
 from colcon_yamllaunch.language.evaluation.walk import Call, Maker
+from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.vocabulary.parameter import parse_boolean
 
 #: The largest file that `$(file-content …)` reads, and the most that a
@@ -79,12 +79,8 @@ def _of_texts(make: TextMaker) -> Maker:
                 text = make(call, *texts)
                 if text is not None:
                     call.walk.spend(len(text), lambda: call.position)
-            except SubstitutionError as e:
-                call.fail(
-                    e.message,
-                    e.hint,
-                    may_pass_after_build=e.may_pass_after_build,
-                )
+            except LaunchError as e:
+                call.walk.fail(e)
         if isinstance(text, LeftOpen):
             return Value(text, text, frozenset((text,)))
         if call.walk.is_launch and text is not None:
@@ -94,10 +90,10 @@ def _of_texts(make: TextMaker) -> Maker:
     return made
 
 
-def _boolean(text: str) -> bool:
+def _boolean(call: Call, text: str) -> bool:
     value = parse_boolean(text)
     if value is None:
-        raise SubstitutionError(f"'{text}' is neither true nor false")
+        raise call.error(f"'{text}' is neither true nor false")
     return value
 
 
@@ -170,7 +166,7 @@ def _eval(call: Call, expression: str, modules: str = 'math') -> str | None:
         shown = expression
         if len(shown) > MAXIMUM_SHOWN:
             shown = f'{shown[:MAXIMUM_SHOWN]}…'
-        raise SubstitutionError(f"the expression '{shown}' fails: {e}") from e
+        raise call.error(f"the expression '{shown}' fails: {e}") from e
     if value is None and call.walk.is_launch:
         return call.walk.leave_open(
             f'$(eval {shlex.quote(expression)})', call.position
@@ -180,18 +176,16 @@ def _eval(call: Call, expression: str, modules: str = 'math') -> str | None:
 
 def _command(call: Call, line: str, mode: str = 'fail') -> str | None:
     if mode not in STDERR_MODES:
-        raise SubstitutionError(
+        raise call.error(
             f"'{mode}' is no way to treat output on stderr",
             f'it is one of {", ".join(STDERR_MODES)}',
         )
     try:
         words = shlex.split(line)
     except ValueError as e:
-        raise SubstitutionError(
-            f"the command '{line}' has an open quote"
-        ) from e
+        raise call.error(f"the command '{line}' has an open quote") from e
     if not words:
-        raise SubstitutionError('the command is empty')
+        raise call.error('the command is empty')
     walk = call.walk
     if not walk.is_launch:
         return None
@@ -229,7 +223,7 @@ def _command(call: Call, line: str, mode: str = 'fail') -> str | None:
             finally:
                 _kill_all_of(process.pid, mark)
     except (OSError, ValueError) as e:
-        raise SubstitutionError(
+        raise call.error(
             f"the command '{line}' cannot be run: {e}",
             may_pass_after_build=True,
         ) from e
@@ -237,11 +231,11 @@ def _command(call: Call, line: str, mode: str = 'fail') -> str | None:
         unblock()
     stderr = errors.decode(errors='replace').strip()[:MAXIMUM_STDERR]
     if len(output) > MAXIMUM_CONTENT:
-        raise SubstitutionError(
+        raise call.error(
             f"the command '{line}' writes more than {MAXIMUM_CONTENT} bytes"
         )
     if process.returncode != 0:
-        raise SubstitutionError(
+        raise call.error(
             f"the command '{line}' failed with exit code "
             f'{process.returncode}' + (f': {stderr}' if stderr else ''),
             may_pass_after_build=True,
@@ -249,7 +243,7 @@ def _command(call: Call, line: str, mode: str = 'fail') -> str | None:
     if stderr and mode == 'warn':
         walk.warn(f"the command '{line}' said: {stderr}", call.position)
     elif stderr and mode == 'fail':
-        raise SubstitutionError(
+        raise call.error(
             f"the command '{line}' wrote to stderr: {stderr}",
             f"add 'ignore', 'warn' or 'capture': $(command '{line}' ignore)",
             may_pass_after_build=True,
@@ -323,9 +317,7 @@ def _find_exec(call: Call, name: str) -> str | None:
         return None
     found = shutil.which(name, path=path)
     if found is None:
-        raise SubstitutionError(
-            call.walk.no_program(name), may_pass_after_build=True
-        )
+        raise call.error(call.walk.no_program(name), may_pass_after_build=True)
     return found
 
 
@@ -333,7 +325,7 @@ def _find_pkg_prefix(call: Call, name: str) -> str:
     walk = call.walk
     prefix = walk.packages.prefix(name)
     if prefix is None:
-        raise SubstitutionError(*walk.no_package(name))
+        raise call.error(*walk.no_package(name))
     walk.use_package(name, call.position)
     return prefix
 
@@ -343,7 +335,7 @@ def _exec_in_pkg(call: Call, name: str, package: str) -> str:
     packages = call.walk.packages
     found = packages.executable(package, name)
     if found is None:
-        raise SubstitutionError(packages.explain_executable(package, name))
+        raise call.error(packages.explain_executable(package, name))
     return found
 
 
@@ -387,11 +379,22 @@ def _file_content(call: Call, name: str) -> str | None:
         if may_appear and not walk.is_launch:
             return None
         reason = getattr(e, 'strerror', None) or 'it is not UTF-8 text'
-        raise SubstitutionError(
+        raise call.error(
             f"cannot read '{path}': {reason}", may_pass_after_build=may_appear
         ) from e
     # as in files that are opened as texts
     return text.replace('\r\n', '\n').replace('\r', '\n')
+
+
+def _all(call: Call, *texts: str) -> str:
+    # each of them must be a boolean
+    values = [_boolean(call, text) for text in texts]
+    return _shown(all(values))
+
+
+def _any(call: Call, *texts: str) -> str:
+    values = [_boolean(call, text) for text in texts]
+    return _shown(any(values))
 
 
 def _is_equal(left: str, right: str) -> bool:
@@ -410,9 +413,9 @@ def _if(call: Call) -> Value:
     if condition.text is None:
         return call.unknown([condition, *call.all()[1:]])
     try:
-        is_true = _boolean(condition.text)
-    except SubstitutionError as e:
-        call.fail(e.message)
+        is_true = _boolean(call, condition.text)
+    except LaunchError as e:
+        call.walk.fail(e)
         return condition.forgotten()
     side = known('')
     if is_true or len(call) > 2:
@@ -501,11 +504,11 @@ _TEXTS: Mapping[str, TextMaker] = {
     'log_dir': lambda call: call.walk.log_folder,
     'launch_log_dir': lambda call: call.walk.log_folder,
     'file-content': _file_content,
-    'not': lambda _call, text: _shown(not _boolean(text)),
-    'and': lambda _call, *texts: _shown(all([*map(_boolean, texts)])),
-    'or': lambda _call, *texts: _shown(any([*map(_boolean, texts)])),
-    'any': lambda _call, *texts: _shown(any([*map(_boolean, texts)])),
-    'all': lambda _call, *texts: _shown(all([*map(_boolean, texts)])),
+    'not': lambda call, text: _shown(not _boolean(call, text)),
+    'and': _all,
+    'or': _any,
+    'any': _any,
+    'all': _all,
     'equals': lambda _call, *texts: _shown(_is_equal(*texts)),
     'not-equals': lambda _call, *texts: _shown(not _is_equal(*texts)),
     'string-join': _string_join,

@@ -97,19 +97,6 @@ class PluginUse:
 
 
 @dataclass(frozen=True, slots=True)
-class Wanted:
-    """
-    Something that the launch file names, and that must be somewhere.
-
-    :param name: What it names
-    :param place: Where it does
-    """
-
-    name: str
-    place: Place
-
-
-@dataclass(frozen=True, slots=True)
 class SectionUse:
     """
     A file with parameters that a node is given.
@@ -204,8 +191,9 @@ class Findings:
         #: The programs of the processes of a launch, by what ROS 2 calls
         #: these.
         self.programs: dict[str, ProgramUse] = {}
-        #: The containers that components are loaded into.
-        self.targets: list[Wanted] = []
+        #: The containers that components are loaded into, and where a launch
+        #: file names them.
+        self.targets: list[tuple[str, Place]] = []
         #: Whether there may be nodes whose names are not known.
         self.may_have_others = False
         self.section_uses: list[SectionUse] = []

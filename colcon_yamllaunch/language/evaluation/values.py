@@ -25,28 +25,6 @@ class AlreadyReportedError(Exception):
     """A value cannot be had for a reason that was shown before."""
 
 
-class SubstitutionError(Exception):
-    """
-    A substitution cannot be made.
-
-    :param message: Why
-    :param hint: The way out
-    :param may_pass_after_build: See :class:`Diagnostic`
-    """
-
-    def __init__(
-        self,
-        message: str,
-        hint: str | None = None,
-        *,
-        may_pass_after_build: bool = False,
-    ) -> None:
-        super().__init__(message)
-        self.message = message
-        self.hint = hint
-        self.may_pass_after_build = may_pass_after_build
-
-
 class LeftOpen(str):
     """
     A substitution that stands in a plan as it is written.

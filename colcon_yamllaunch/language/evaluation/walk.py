@@ -166,14 +166,24 @@ class Call:
         may_pass_after_build: bool = False,
     ) -> None:
         """Report that it cannot be evaluated; see :meth:`Walk.fail`."""
-        self.walk.fail(
-            error(
-                message,
-                self,
-                hint=hint,
-                may_pass_after_build=may_pass_after_build,
-            ),
-            is_certain=is_certain,
+        problem = self.error(
+            message, hint, may_pass_after_build=may_pass_after_build
+        )
+        self.walk.fail(problem, is_certain=is_certain)
+
+    def error(
+        self,
+        message: str,
+        hint: str | None = None,
+        *,
+        may_pass_after_build: bool = False,
+    ) -> LaunchError:
+        """Return the error that it cannot be evaluated."""
+        return error(
+            message,
+            self,
+            hint=hint,
+            may_pass_after_build=may_pass_after_build,
         )
 
 

@@ -242,17 +242,17 @@ def warn_of_missing_containers(walk: Walk) -> None:
     """Warn of components whose container no node of the launch is."""
     if walk.may_have_others:
         return
-    for wanted in walk.targets:
-        if wanted.name in walk.nodes:
+    for name, place in walk.targets:
+        if name in walk.nodes:
             continue
-        last = wanted.name.rpartition('/')[2]
+        last = name.rpartition('/')[2]
         same = [n for n in walk.nodes if n.rpartition('/')[2] == last]
-        hint = did_you_mean(wanted.name, same or walk.nodes)
+        hint = did_you_mean(name, same or walk.nodes)
         if same:
             hint = f"did you mean '{same[0]}'?"
         walk.warn_at(
-            wanted.place,
-            f"nothing in this launch is the container '{wanted.name}'",
+            place,
+            f"nothing in this launch is the container '{name}'",
             hint or 'its components are loaded once it runs elsewhere',
         )
 

@@ -21,7 +21,6 @@ from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.language.evaluation.findings import (
     ExecutableUse,
     PluginUse,
-    Wanted,
 )
 from colcon_yamllaunch.language.evaluation.launch_worker import (
     LaunchWorker,
@@ -508,7 +507,7 @@ class Intake:
             )
         )
         if not walk.never:
-            walk.targets.append(Wanted(container, walk.place_of(position)))
+            walk.targets.append((container, walk.place_of(position)))
         component = Component(
             label=walk.draft.component_label(plugin),
             package=package,

@@ -4,7 +4,7 @@
 """XML with the position of every element and attribute."""
 
 from array import array
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 import re
 from xml.parsers import expat
@@ -18,73 +18,42 @@ from colcon_yamllaunch.language.syntax.yaml_reader import MAXIMUM_DEPTH, Scalar
 _CHARACTER = re.compile(r'&[^;]*;|\r\n|.', re.DOTALL)
 
 
-class Written:
-    """
-    How the value of an attribute is written.
-
-    :param source: The file
-    :param start: The index in the file where the value starts
-    :param end: The index behind it
-    """
-
-    __slots__ = ('_end', '_indices', '_is_plain', '_start', 'source')
-
-    def __init__(self, source: Source, start: int, end: int) -> None:
-        self.source = source
-        self._start = start
-        self._end = end
-        raw = source.text[start:end]
-        self._is_plain = '&' not in raw and '\n' not in raw
-        self._indices: array[int] | None = None
-
-    def index_of(self, count: int) -> int:
-        """Return where the character of the value with this index stands."""
-        if self._is_plain:
-            return self._start + count
-        if self._indices is None:
-            pieces = _CHARACTER.finditer(
-                self.source.text, self._start, self._end
-            )
-            starts = (piece.start() for piece in pieces)
-            self._indices = array('Q', [*starts, self._end])
-        return self._indices[min(count, len(self._indices) - 1)]
-
-
 class XmlScalar(Scalar):
     """
     The value of an attribute, or a piece of it.
 
     XML has no types but text: what type is wanted decides what it is.
 
-    :param written: How the value is written
+    :param source: The file
+    :param indices: The index in the file for each character of the whole
+      value, and the one behind it
     :param text: The text, its entities resolved
     :param offset: How many characters of the value stand before the text
     :param style: None where YAML's rules say what the text is, else a quote
     :param tag: The YAML tag that is written with it, if any
     """
 
-    __slots__ = ('_offset', '_written')
+    __slots__ = ('_indices', '_offset')
     is_of_xml = True
 
     def __init__(
         self,
-        written: Written,
+        source: Source,
+        indices: Sequence[int],
         text: str,
         *,
         offset: int = 0,
         style: str | None = '"',
         tag: str | None = None,
     ) -> None:
-        self._written = written
+        self._indices = indices
         self._offset = offset
-        source = written.source
-        start = source.place_of(written.index_of(offset))
-        end = source.place_of(written.index_of(offset + len(text)))
+        start, end = map(source.place_of, map(self.locate, (0, len(text))))
         super().__init__(source, *start, text, style, tag, end)
 
     def locate(self, index: int) -> int:
         """Return where a character of the text stands in the file."""
-        return self._written.index_of(self._offset + index)
+        return self._indices[min(self._offset + index, len(self._indices) - 1)]
 
     def piece(
         self,
@@ -95,7 +64,8 @@ class XmlScalar(Scalar):
     ) -> 'XmlScalar':
         """Return a piece of the text; see the class for the parameters."""
         return XmlScalar(
-            self._written,
+            self.source,
+            self._indices,
             text,
             offset=self._offset + offset,
             style=style,
@@ -207,8 +177,11 @@ class _Reader:
             key = Scalar(self._source, *self._source.place_of(start), name)
             quote = text[at - 1]
             start = text.index(quote, start + len(name)) + 1
-            written_value = Written(self._source, start, at - 1)
-            yield key, XmlScalar(written_value, value)
+            indices: Sequence[int] = range(start, at)
+            if '&' in text[start:at] or '\n' in text[start:at]:
+                pieces = _CHARACTER.finditer(text, start, at - 1)
+                indices = array('Q', [*(p.start() for p in pieces), at - 1])
+            yield key, XmlScalar(self._source, indices, value)
 
     def _end(self, _name: str) -> None:
         self._open.pop()

@@ -75,7 +75,11 @@ class Entries:
         self._keep_loads()
         for name, do in {
             'actions.lifecycle_node': self._patch_lifecycle,
-            'actions.load_composable_nodes': self._patch_loading,
+            'actions.load_composable_nodes': lambda module: replace_method(
+                module.LoadComposableNodes,
+                'execute',
+                partial(self._load, module),
+            ),
             'actions.node': self._patch_node,
             'actions.set_use_sim_time': self._patch_sim_time,
             'descriptions.composable_node': lambda module: note_positions(
@@ -300,11 +304,6 @@ class Entries:
         replace_method(module.ParameterFile, 'evaluate', evaluate)
 
     # containers and components
-
-    def _patch_loading(self, module: Any) -> None:
-        replace_method(
-            module.LoadComposableNodes, 'execute', partial(self._load, module)
-        )
 
     def _load(self, module: Any, _old: Any, action: Any, context: Any) -> None:
         visitor, private = self._visitor, Private(action)

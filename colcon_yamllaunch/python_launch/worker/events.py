@@ -162,8 +162,13 @@ class Events:
         included = event_handlers.OnIncludeLaunchDescription()
         setattr(included, OF_WORKER, True)
         register(included)
-        self._on(events.Shutdown, self._set_shutdown)
-        self._on(processes.ShutdownProcess, self._shut_down_process)
+        self._on(
+            events.Shutdown, lambda _: self._context._set_is_shutdown(True)
+        )
+        self._on(
+            processes.ShutdownProcess,
+            lambda event: self._report_signal(event, 0),
+        )
         self._on(processes.SignalProcess, self._signal_process)
 
     @property
@@ -198,10 +203,6 @@ class Events:
         self._context.register_event_handler(handler)
 
     # requests
-
-    def finish(self, _request: Json) -> None:
-        """Handle what was emitted while the launch files were read."""
-        self.handle_all()
 
     def is_settled(self, event: Any) -> bool:
         """
@@ -344,7 +345,11 @@ class Events:
             returncode=returncode, **_details(action)
         )
         self.queue.put_nowait(exited)
-        self._note_shutdown(action)
+        on_exit: Any = getattr(action, '_ExecuteLocal__on_exit', None)
+        if is_shutdown(on_exit) and not self._is_ending:
+            # one or several, for which the end of this process ends the launch
+            actions = getattr(on_exit, '__iter__', lambda: [on_exit])()
+            self._shutdowns += [one.event for one in actions]
 
         def complete() -> None:
             if not event['respawns']:
@@ -352,14 +357,6 @@ class Events:
                 getattr(action, _COMPLETED).set_result()
 
         self.handle_all(complete)
-
-    def _note_shutdown(self, action: Any) -> None:
-        """Keep the reason for which the end of a process ends the launch."""
-        on_exit: Any = getattr(action, '_ExecuteLocal__on_exit', None)
-        if is_shutdown(on_exit) and not self._is_ending:
-            # one or several
-            actions = getattr(on_exit, '__iter__', lambda: [on_exit])()
-            self._shutdowns += [one.event for one in actions]
 
     def _wrote(self, event: Json) -> None:
         action = self._running().get(event['process'])
@@ -510,16 +507,10 @@ class Events:
         handler.handle = handle
         self._context.register_event_handler(handler)
 
-    def _set_shutdown(self, _event: Any) -> None:
-        self._context._set_is_shutdown(True)
-
     def _keep_output(self, action: Any, event: Any) -> None:
         name = 'stderr' if event.from_stderr else 'stdout'
         buffer = getattr(action, f'_ExecuteLocal__{name}_buffer')
         buffer.write(event.text.decode(errors='replace'))
-
-    def _shut_down_process(self, event: Any) -> None:
-        self._report_signal(event, 0)
 
     def _signal_process(self, event: Any) -> None:
         number = event.signal

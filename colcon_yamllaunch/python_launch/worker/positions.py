@@ -216,14 +216,9 @@ class Positions:
                 if call.line <= key.lineno <= call.end_line and (
                     key.value in (name, last)
                 ):
-                    column = _column(
-                        code.co_filename, key.lineno, key.col_offset
-                    )
-                    return [
-                        self.shown(code.co_filename),
-                        key.lineno,
-                        column,
-                    ]
+                    path, line = code.co_filename, key.lineno
+                    column = _column(path, line, key.col_offset)
+                    return [self.shown(path), line, column]
         return self.of(made)
 
     def in_code(self, code: CodeType, lasti: int) -> Place | None:

@@ -82,7 +82,7 @@ class Visitor:
         #: Called before a `done` without error, such as to tell `handlers`.
         self.before_done: list[Callable[[], object]] = []
         #: Says whether siblings are left to a time that is still to come.
-        self.is_put_off: Callable[[Sequence[Any]], bool] = _never
+        self.is_put_off: Callable[[Sequence[Any]], bool] = lambda _: False
         #: Called when a new round of evaluation begins.
         self.forget: list[Callable[[], object]] = []
         #: The actions of processes by their `id`.
@@ -353,7 +353,7 @@ class Visitor:
         """Return what undoes a request, as far as others would notice."""
         if self.context is None or do in ('event', 'call'):
             # what happened, happened
-            return _nothing
+            return lambda: None
         handlers = list(self.context._event_handlers)
         queue = self.context._event_queue
         events, last_id = queue.copy(), self._last_id
@@ -376,14 +376,6 @@ class _Loop:
 
     def __getattr__(self, name: str) -> Any:
         self._visitor.refuse('needs the event loop')
-
-
-def _never(_siblings: object) -> bool:
-    return False
-
-
-def _nothing() -> None:
-    pass
 
 
 #: What launch_ros keeps among the launch configurations.
@@ -431,7 +423,8 @@ class Scopes:
         self.uses_sim_time = bool(scope.get('uses_sim_time'))
         if 'processes' in scope:
             # ROS 2 counts all processes of a launch
-            _counter().__dict__[_COUNTER] = scope['processes']
+            module = importlib.import_module('launch.descriptions.executable')
+            setattr(module, _COUNTER, scope['processes'])
         wanted = dict(self._environment)
         for name, value in (scope.get('environment') or {}).items():
             if value is None:
@@ -481,10 +474,6 @@ class Scopes:
             if name not in variables:
                 changed[name] = None
         return changed
-
-
-def _counter() -> Any:
-    return importlib.import_module('launch.descriptions.executable')
 
 
 def set_environment(wanted: dict[str, str]) -> None:
