@@ -53,7 +53,6 @@ UNUSED_MODULES = (
     'language.policies.check',
     'language.syntax.xml_reader',
     'language.syntax.errors',
-    'language.syntax.xml_to_yaml',
     'observers.failure_advice',
     'observers.junit',
     'observers.start_table',

@@ -84,14 +84,12 @@ class Names:
     def get(self, name: str) -> Value | None:
         """Return what a name stands for, None when it is not set."""
         is_hidden = False
-        layer: Names | None = self
-        while layer is not None:
+        for layer in self._layers():
             value = layer.own.get(name)
             if value is not None:
                 return value.forgotten() if is_hidden else value
             if layer.hides or name in layer.masked:
                 is_hidden = True
-            layer = layer.outer
         return None
 
     def set(self, name: str | None, value: Value) -> None:

@@ -547,9 +547,8 @@ class GrowingLaunch:
         self._walk = walk
         self._dialogue = dialogue
         self._start = Position(next(iter(walk.python_files), ''), 1, 1)
-        self._labels = {p.label for p in plan.processes()}
-        self._labels |= {c.label for c in plan.components()}
-        walk.draft.reserve_labels(self._labels)
+        self._labels: set[str] = set()
+        self._reserve_labels(plan)
         walk.draft.entries = []
         # what has a name may have ended when something else gets it
         walk.nodes.clear()
@@ -666,11 +665,13 @@ class GrowingLaunch:
         self._reported_count = len(walk.diagnostics)
         walk.nodes.clear()
         grown = with_labels(Plan(tuple(entries)), self._labels)
-        labels = {p.label for p in grown.processes()}
-        labels |= {c.label for c in grown.components()}
-        self._labels |= labels
-        walk.draft.reserve_labels(labels)
+        self._reserve_labels(grown)
         return Growth(grown.entries, tuple(problems), tuple(walk.draft.blocks))
+
+    def _reserve_labels(self, plan: Plan) -> None:
+        self._labels.update(p.label for p in plan.processes())
+        self._labels.update(c.label for c in plan.components())
+        self._walk.draft.reserve_labels(self._labels)
 
 
 def growing_launch(

@@ -335,6 +335,8 @@ class Intake:
         self._origin = origin
         self._open: list[tuple[WorkerMessage, ExitStack, list[Entry]]] = []
         self._failure: Exception | None = None
+        # that of the last message, or else what has asked
+        self._position = origin.position
         #: The text that was asked for.
         self.value: str | None = None
 
@@ -374,18 +376,16 @@ class Intake:
         receive = getattr(self, f'_on_{message.get("say")}', None)
         if receive is None:
             return
-        position = self._position(message)
+        origin = self._origin.position
+        self._position = position_of(message, origin, self._walk)
         try:
-            self._walk.count_action(position)
-            _check_seconds(message, position)
+            self._walk.count_action(self._position)
+            _check_seconds(message, self._position)
             receive(message)
         except (LaunchError, AlreadyReportedError, EndlessError) as e:
             self._failure = e
             if 'ask' in message:
                 self._answer(message, {'failed': True})
-
-    def _position(self, message: WorkerMessage) -> Position:
-        return position_of(message, self._origin.position, self._walk)
 
     def _answer(
         self, message: WorkerMessage, answer: Mapping[str, Any]
@@ -393,7 +393,7 @@ class Intake:
         self._dialogue.worker.send({'answer': message['ask'], **answer})
 
     def _on_begin(self, message: WorkerMessage) -> None:
-        draft, position = self._walk.draft, self._position(message)
+        draft = self._walk.draft
         kind, title = str(message['kind']), str(message.get('title') or '')
         stack = ExitStack()
         entries: list[Entry] = []
@@ -402,10 +402,12 @@ class Intake:
         if kind == 'timer':
             title = title or f'{message["period"]:g} s'
         if kind != 'settled':
-            stack.enter_context(draft.within_block(kind, title, position))
+            stack.enter_context(
+                draft.within_block(kind, title, self._position)
+            )
         if kind == 'file':
             source = Source(title, title, '')
-            stack.enter_context(self._walk.within(source, position))
+            stack.enter_context(self._walk.within(source, self._position))
         self._open.append((message, stack, entries))
 
     def _on_end(self, message: WorkerMessage) -> None:
@@ -432,7 +434,7 @@ class Intake:
         self._walk.draft.entries.append(entry)
 
     def _on_process(self, message: WorkerMessage) -> None:
-        walk, position = self._walk, self._position(message)
+        walk = self._walk
         name = walk.draft.process_name(str(message['program']))
         self._dialogue.names[message['id']] = name
         self._dialogue.ids[name] = message['id']
@@ -442,11 +444,19 @@ class Intake:
         self._add(
             Process(
                 label=name,
-                argv=tuple(map(self._argument, message['argv'])),
+                argv=tuple(
+                    one
+                    if isinstance(one, str)
+                    else ParameterFile(
+                        str(one['content']),
+                        self._as_set(one.get('parameters')),
+                    )
+                    for one in message['argv']
+                ),
                 cwd=os.path.normpath(
                     os.path.join(walk.cwd, message.get('cwd') or '')
                 ),
-                position=position,
+                position=self._position,
                 name=name,
                 environment=tuple(
                     sorted(
@@ -458,79 +468,68 @@ class Intake:
                 output=output if output in OUTPUT_MODES else 'both',
                 package=message.get('package'),
                 node_name=node,
-                parameters=self._parameters(message),
+                parameters=self._as_set(message.get('parameters')),
                 block=walk.draft.block,
                 is_container=is_container,
                 **{n: message[n] for n in _PROCESS_FIELDS if n in message},
             )
         )
         if node is not None:
-            walk.note_node(node, position)
+            walk.note_node(node, self._position)
         elif is_container:
             walk.may_have_others = True
 
-    def _argument(self, said: str | WorkerMessage) -> str | ParameterFile:
-        if isinstance(said, str):
-            return said
-        return ParameterFile(str(said['content']), self._parameters(said))
+    def _as_set(
+        self, said: list[WorkerMessage] | None
+    ) -> tuple[SetParameter, ...]:
+        return tuple(p.as_set() for p in self._parameters(said))
 
-    def _parameters(self, said: WorkerMessage) -> tuple[SetParameter, ...]:
-        return tuple(
-            parameter.as_set()
-            for parameter in self._set(said.get('parameters'), said)
-        )
-
-    def _set(
-        self, parameters: list[WorkerMessage] | None, said: WorkerMessage
-    ) -> list[Parameter]:
-        """Return parameters; they are set where that is, or their node is."""
+    def _parameters(self, said: list[WorkerMessage] | None) -> list[Parameter]:
+        """Return parameters; one without a position is at its node."""
         return [
             Parameter(
                 str(one['name']),
                 value,
-                position_of(one, self._position(said), self._walk),
+                position_of(one, self._position, self._walk),
             )
-            for one in parameters or ()
+            for one in said or ()
             if (value := content(one['value'])) not in (None, ())
         ]
 
     def _on_component(self, message: WorkerMessage) -> None:
-        walk, position = self._walk, self._position(message)
+        walk = self._walk
         package, plugin = str(message['package']), str(message['plugin'])
         container = str(message['container'])
         walk.plugins.append(
             PluginUse(
                 package,
                 plugin,
-                written_at(plugin, position),
-                written_at(package, position),
+                written_at(plugin, self._position),
+                written_at(package, self._position),
             )
         )
         if not walk.never:
-            walk.targets.append((container, walk.place_of(position)))
+            walk.targets.append((container, walk.place_of(self._position)))
+        parameters = self._parameters(message['parameters'])
+        extra = self._parameters(message.get('extra_arguments'))
         component = Component(
             label=walk.draft.component_label(plugin),
             package=package,
             plugin=plugin,
             container=container,
-            position=position,
+            position=self._position,
             name=message.get('name') or '',
             namespace=message.get('namespace') or '',
             remaps=tuple(map(str, message.get('remaps', ()))),
-            parameters=tuple(
-                p.as_json() for p in self._set(message['parameters'], message)
-            ),
-            extra_arguments=tuple(
-                p.as_json()
-                for p in self._set(message.get('extra_arguments'), message)
-            ),
+            parameters=tuple(p.as_json() for p in parameters),
+            extra_arguments=tuple(p.as_json() for p in extra),
             block=walk.draft.block,
             is_lifecycle=message.get('is_lifecycle') is True,
             autostart=message.get('autostart') is True,
         )
         self._add(component)
         if component.node_name is not None:
-            walk.note_node(component.node_name, position)
+            walk.note_node(component.node_name, self._position)
 
     def _on_message(self, message: WorkerMessage) -> None:
         self._add(Message(str(message['level']), str(message['text'])))
@@ -540,42 +539,43 @@ class Intake:
 
     def _on_change_state(self, message: WorkerMessage) -> None:
         node, transition = str(message['node']), str(message['transition'])
-        self._add(ChangeState(node, transition, self._position(message)))
+        self._add(ChangeState(node, transition, self._position))
 
     def _on_signal(self, message: WorkerMessage) -> None:
         name = self._dialogue.names.get(message['process'])
         if name is not None:
-            position = self._position(message)
-            self._add(SignalProcess(name, int(message['signal']), position))
+            self._add(
+                SignalProcess(name, int(message['signal']), self._position)
+            )
 
     def _on_call(self, message: WorkerMessage) -> None:
         number, title = int(message['number']), str(message['title'])
         self._dialogue.calls[number] = self._walk.draft.block
-        self._add(WorkerCall(number, title, self._position(message)))
+        self._add(WorkerCall(number, title, self._position))
 
     def _on_condition(self, message: WorkerMessage) -> None:
         self._walk.draft.conditions.append(
             Condition(
                 str(message['text']),
                 message['taken'] is True,
-                self._position(message),
+                self._position,
             )
         )
 
     def _on_package(self, message: WorkerMessage) -> None:
         name = str(message['name'])
         if self._walk.packages.prefix(name) is not None:
-            position = written_at(name, self._position(message))
+            position = written_at(name, self._position)
             self._walk.use_package(name, position)
 
     def _on_executable(self, message: WorkerMessage) -> None:
-        name, position = str(message['name']), self._position(message)
+        name = str(message['name'])
         self._walk.executables.append(
             ExecutableUse(
                 str(message['package']),
                 name,
                 str(message['path']),
-                written_at(name, position),
+                written_at(name, self._position),
             )
         )
 
@@ -587,7 +587,7 @@ class Intake:
         self._walk.inputs[str(message['path'])] = None
 
     def _on_warning(self, message: WorkerMessage) -> None:
-        self._walk.warn(str(message['text']), self._position(message))
+        self._walk.warn(str(message['text']), self._position)
 
     def _on_argument(self, message: WorkerMessage) -> None:
         self._dialogue.declared.setdefault(str(message['name']), message)
@@ -605,17 +605,17 @@ class Intake:
 
     def _on_include(self, message: WorkerMessage) -> None:
         """Go through a launch file in YAML or XML that Python includes."""
-        walk, position = self._walk, self._position(message)
+        walk = self._walk
         path = str(message['path'])
         candidate = walk.absolute(path)
         located = walk.packages.locate(candidate)
         if located is None:
             text, hint = walk.no_launch_file(path, candidate)
-            raise error(text, position, hint=hint)
+            raise error(text, self._position, hint=hint)
         before = walk.error_count()
         with walk.within_scope(walk.scope.inner()):
-            apply_scope(walk, message['scope'], position)
-            walk.visit_included(*located, position)
+            apply_scope(walk, message['scope'], self._position)
+            walk.visit_included(*located, self._position)
             scope = scope_as_json(walk)
         if walk.error_count() > before:
             self._answer(message, {'failed': True})

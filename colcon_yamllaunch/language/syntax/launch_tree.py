@@ -215,7 +215,7 @@ class _TreeReader:
     def read(self) -> LaunchFile:
         if self._source.is_xml:
             # most launch files are in YAML
-            from colcon_yamllaunch.language.syntax.xml_to_yaml import (
+            from colcon_yamllaunch.language.syntax.xml_reader import (
                 read_xml_document,
             )
 
