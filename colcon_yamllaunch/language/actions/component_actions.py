@@ -186,7 +186,18 @@ def _component(walk: Walk, attributes: Attributes) -> None:
     title = (name and name.text) or (plugin or '').rpartition('::')[2]
     parameters = component_parameters(walk, attributes, title, full_name)
     remaps = remap_rules(walk, attributes)
-    extra = list(_extra_arguments(walk, attributes))
+    extra = []
+    for pair in attributes.items('extra_arg'):
+        argument = pair.text('name') or ''
+        value, origins = parameter_value(
+            walk,
+            pair.item.values['value'],
+            None,
+            infer_text=True,
+            what=f"extra argument '{argument}': ",
+        )
+        if value != ():
+            extra.append(Parameter(argument, value, pair.position, origins))
     if full_text is not None:
         walk.note_node(full_text, attributes.item.texts['name'])
     elif name is not None:
@@ -211,22 +222,6 @@ def _component(walk: Walk, attributes: Attributes) -> None:
             autostart=is_lifecycle and attributes.boolean('autostart') is True,
         )
     )
-
-
-def _extra_arguments(
-    walk: Walk, attributes: Attributes
-) -> Iterator[Parameter]:
-    for pair in attributes.items('extra_arg'):
-        name = pair.text('name') or ''
-        value, origins = parameter_value(
-            walk,
-            pair.item.values['value'],
-            None,
-            infer_text=True,
-            what=f"extra argument '{name}': ",
-        )
-        if value != ():
-            yield Parameter(name, value, pair.position, origins)
 
 
 #: What does each action that loads components, and each of those.

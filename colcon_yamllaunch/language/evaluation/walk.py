@@ -801,9 +801,11 @@ class Walk(Findings):
         if text is None:
             return None
         value, wanted = self.value(text), name == 'if'
-        result = _truth(text, value)
-        if result is not None:
-            is_taken = result is wanted
+        word = (value.text or '').strip().lower()
+        if text.literal is not None and text.kind == 'bool':
+            word = str(text.value).lower()
+        if word in ('true', '1', 'false', '0'):
+            is_taken = (word in ('true', '1')) is wanted
             self.draft.conditions.append(
                 Condition(f'{name}: {text.plain}', is_taken, text.position)
             )
@@ -947,17 +949,6 @@ class Walk(Findings):
             for part in parts
         ]
         return self.join(pieces, lambda: position_at(0))
-
-
-def _truth(text: Text, value: Value) -> bool | None:
-    if value.text is None:
-        return None
-    word = value.text.strip().lower()
-    if text.literal is not None and text.kind == 'bool':
-        word = str(text.value).lower()
-    if word not in ('true', '1', 'false', '0'):
-        return None
-    return word in ('true', '1')
 
 
 def too_deep(position: Position) -> LaunchError:

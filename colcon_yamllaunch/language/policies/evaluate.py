@@ -77,11 +77,13 @@ def evaluate(request: Request, *, runs: bool = True) -> Evaluation:
         cross_checks.cross_check(walk)
     plan = replace(walk.draft.plan(), left_open=tuple(walk.left_open))
     growing = None
-    if walk.dialogue is not None and not walk.error_count():
+    dialogue = walk.dialogue
+    if dialogue is not None and dialogue.goes_on and not walk.error_count():
         # most launch files are not in Python
         from colcon_yamllaunch.language.python_files import python_visit
 
-        plan, growing = python_visit.growing_launch(walk, plan)
+        growing = python_visit.GrowingLaunch(walk, dialogue, plan)
+        plan = replace(plan, handlers=dialogue.handlers)
     return Evaluation(
         tuple(walk.diagnostics),
         tuple(walk.sources),

@@ -11,7 +11,6 @@ The plan of a launch with event handlers grows while it runs, see
 import ast
 from collections import deque
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
 import os
 from pathlib import Path
 import re
@@ -174,10 +173,14 @@ def python_error(
         walk, frames, text, hint, start, may_pass=may_pass, word=word
     )
     if may_pass:
-        _use_named_packages(walk)
+        # what launch files name, so that all of it is built at once
+        own = set(walk.packages.own_names())
+        for path in walk.python_files:
+            for name, position in named_packages(path):
+                if name in own:
+                    walk.use_package(name, position)
     if package is not None and may_pass:
-        position = problem.diagnostics[0].position
-        walk.use_package(package, position or start)
+        walk.use_package(package, problem.diagnostics[0].position or start)
     if argument is not None:
         return MissingArgumentError(*problem.diagnostics)
     return problem
@@ -243,15 +246,6 @@ def may_be_built(walk: Walk) -> bool:
         prefix = walk.packages.prefix(name) or ''
         return walk.packages.may_appear(os.path.join(prefix, 'share', name))
     return False
-
-
-def _use_named_packages(walk: Walk) -> None:
-    """Note what launch files name, so that all of it is built at once."""
-    own = set(walk.packages.own_names())
-    for path in walk.python_files:
-        for name, position in named_packages(path):
-            if name in own:
-                walk.use_package(name, position)
 
 
 class NotTakenOverError(Exception):
@@ -477,8 +471,30 @@ def add_python_launch(walk: Walk, path: str, origin: Span) -> None:
             'launch file in YAML or XML, which need none',
             may_pass_after_build=LAUNCHER_PACKAGE in walk.packages.names(),
         )
-    _warn_of_lost_changes(walk, origin)
-    arguments = _arguments(walk, origin)
+    for action, changes in (
+        ('set_parameter', walk.scope.parameters),
+        ('set_remap', walk.scope.remaps),
+    ):
+        if changes:
+            walk.warn(
+                f"what '{action}' has set does not reach the nodes of a "
+                f"launch file in Python that '{LAUNCHER} launch' runs",
+                origin,
+                'pass it as a launch argument, or write the launch file '
+                'in YAML or XML',
+            )
+    values = walk.scope.configurations.all()
+    if walk.scope.namespace is not None:
+        values['ros_namespace'] = walk.scope.namespace
+    for name, value in values.items():
+        if value.text == '':
+            walk.warn(
+                f"the launch configuration '{name}' is empty; the launch file "
+                'in Python gets none, and uses its own default',
+                origin,
+                f"'{LAUNCHER} launch' takes no empty values",
+            )
+    arguments = [f'{n}:={v.text}' for n, v in values.items() if v.text]
     name = walk.draft.process_name(os.path.basename(path))
     walk.draft.entries.append(
         Process(
@@ -499,36 +515,6 @@ def add_python_launch(walk: Walk, path: str, origin: Span) -> None:
             block=walk.draft.block,
         )
     )
-
-
-def _arguments(walk: Walk, origin: Span) -> list[str]:
-    values = walk.scope.configurations.all()
-    if walk.scope.namespace is not None:
-        values['ros_namespace'] = walk.scope.namespace
-    for name, value in values.items():
-        if value.text == '':
-            walk.warn(
-                f"the launch configuration '{name}' is empty; the launch file "
-                'in Python gets none, and uses its own default',
-                origin,
-                f"'{LAUNCHER} launch' takes no empty values",
-            )
-    return [f'{n}:={value.text}' for n, value in values.items() if value.text]
-
-
-def _warn_of_lost_changes(walk: Walk, origin: Span) -> None:
-    for action, changes in (
-        ('set_parameter', walk.scope.parameters),
-        ('set_remap', walk.scope.remaps),
-    ):
-        if changes:
-            walk.warn(
-                f"what '{action}' has set does not reach the nodes of a "
-                f"launch file in Python that '{LAUNCHER} launch' runs",
-                origin,
-                'pass it as a launch argument, or write the launch file '
-                'in YAML or XML',
-            )
 
 
 class GrowingLaunch:
@@ -672,18 +658,3 @@ class GrowingLaunch:
         self._labels.update(p.label for p in plan.processes())
         self._labels.update(c.label for c in plan.components())
         self._walk.draft.reserve_labels(self._labels)
-
-
-def growing_launch(
-    walk: Walk, plan: Plan
-) -> tuple[Plan, GrowingLaunch | None]:
-    """
-    Return a plan with its event handlers, and what makes more of it.
-
-    The latter is None when nothing does.
-    """
-    dialogue = walk.dialogue
-    if dialogue is None or not dialogue.goes_on:
-        return plan, None
-    growing = GrowingLaunch(walk, dialogue, plan)
-    return replace(plan, handlers=dialogue.handlers), growing
