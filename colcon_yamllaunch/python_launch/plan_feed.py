@@ -169,8 +169,8 @@ class PlanFeed(Participant):
         """
         Return whether an answer is still to come, though no process runs.
 
-        If not, the worker is told that the launch ends. The launch waits for
-        its answer to that, but not for long.
+        If not, the worker is notified that the launch ends. The launch waits
+        for its answer to that, but not for long.
         """
         if self._is_over:
             return False

@@ -103,10 +103,7 @@ def _for_each(walk: Walk, attributes: Attributes) -> None:
         values = ''
     pieces = values.split(';') if values.strip() else []
     if value.is_sure and not pieces:
-        walk.warn(
-            "'for_each' has no values",
-            text,
-        )
+        walk.warn("'for_each' has no values", text)
     rounds = (
         {
             name: Value(word, word, value.sources)

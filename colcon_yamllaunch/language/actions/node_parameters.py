@@ -15,12 +15,10 @@ from colcon_yamllaunch.language.syntax.text import Text
 from colcon_yamllaunch.language.vocabulary.parameter import (
     coerce,
     infer,
-    is_of_type,
     Parameter,
     parameter_file,
     ParameterContent,
     ParameterTypeError,
-    type_name,
 )
 from colcon_yamllaunch.plan.plan import ParameterFile, SetParameter
 from colcon_yamllaunch.plan.position import Position
@@ -157,11 +155,15 @@ def _scalar(
         return _evaluated(walk, text, None)
     value = literal if text.kind == 'str' else text.value
     assert value is not None
-    if is_typed and not is_of_type(value, str(kind)):
+    found = type(value).__name__
+    if is_typed and found != kind:
+        hint = 'change the value or the type'
+        if kind == 'str':
+            hint = f"quote it: '{text.plain}'"
+        elif kind == 'float' and found == 'int':
+            hint = f'write {text.plain}.0'
         raise error(
-            f'the value is of type {type_name(value)}, not {kind}',
-            text,
-            hint=_retype_hint(text, str(kind)),
+            f'the value is of type {found}, not {kind}', text, hint=hint
         )
     return value, ()
 
@@ -176,14 +178,6 @@ def _evaluated(walk: Walk, text: Text, kind: str | None) -> Content:
         return coerce(value.text, kind), value.origins
     except ParameterTypeError as e:
         raise error(str(e), text, origins=value.origins) from e
-
-
-def _retype_hint(text: Text, kind: str) -> str:
-    if kind == 'str':
-        return f"quote it: '{text.plain}'"
-    if kind == 'float' and text.kind == 'int':
-        return f'write {text.plain}.0'
-    return 'change the value or the type'
 
 
 def nested_parameters(

@@ -17,9 +17,9 @@ from colcon_yamllaunch.language.actions.node_parameters import (
     parameter_arguments,
 )
 from colcon_yamllaunch.language.actions.scope_actions import (
-    check_variable,
     inner_namespace,
     node_name_problem,
+    set_variable,
 )
 from colcon_yamllaunch.language.evaluation.attributes import (
     Attributes,
@@ -231,9 +231,8 @@ def _add_process(
     """
     variables = walk.scope.environment.inner()
     for pair in attributes.items('env'):
-        name, value = pair.text('name'), pair.required('value')
-        check_variable(pair, name, value)
-        variables.set(name, value)
+        value = pair.required('value')
+        set_variable(variables, pair, pair.text('name'), value)
     cwd = os.path.join(walk.cwd, attributes.text('cwd') or '')
     prefix = _prefix(walk, attributes, os.path.basename(str(command[0])))
     if prefix is None:
@@ -407,10 +406,8 @@ def _output(walk: Walk, attributes: Attributes) -> str:
 
 
 def _timeout(walk: Walk, attributes: Attributes, name: str) -> float:
-    own = attributes.seconds(name)
-    if name in attributes or own is None:
-        return own or 0.0
-    return general_timeout(walk, name, own)
+    own = attributes.seconds(name) or 0.0
+    return own if name in attributes else general_timeout(walk, name, own)
 
 
 def general_timeout(walk: Walk, name: str, default: float) -> float:

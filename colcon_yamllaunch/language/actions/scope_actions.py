@@ -10,7 +10,7 @@ import re
 
 from colcon_yamllaunch.language.actions.node_parameters import parameter_value
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
-from colcon_yamllaunch.language.evaluation.scope import ANY_NAME
+from colcon_yamllaunch.language.evaluation.scope import ANY_NAME, Names
 from colcon_yamllaunch.language.evaluation.values import (
     AlreadyReportedError,
     known,
@@ -104,7 +104,7 @@ def _default(walk: Walk, attributes: Attributes, name: str) -> Value:
 
 @contextmanager
 def _setting(walk: Walk, name: str | None) -> Iterator[None]:
-    """See to it that a name whose value cannot be had is not known."""
+    """Make a name unknown if its value cannot be evaluated."""
     try:
         yield
     except (LaunchError, AlreadyReportedError):
@@ -146,27 +146,21 @@ def _reset(walk: Walk, attributes: Attributes) -> None:
 
 
 def _set_env(walk: Walk, attributes: Attributes) -> None:
-    value = attributes.required('value')
-    _set_variable(walk, attributes, attributes.text('name'), value)
+    name, value = attributes.text('name'), attributes.required('value')
+    set_variable(walk.scope.environment, attributes, name, value)
 
 
-def _set_variable(
-    walk: Walk, attributes: Attributes, name: str | None, value: Value
+def set_variable(
+    variables: Names, attributes: Attributes, name: str | None, value: Value
 ) -> None:
-    check_variable(attributes, name, value)
-    walk.scope.environment.set(name, value)
-
-
-def check_variable(
-    attributes: Attributes, name: str | None, value: Value
-) -> None:
-    """Check that a process can have an environment variable (POSIX)."""
-    if name is None:
-        return
-    if not name or '=' in name or '\0' in name + (value.text or ''):
+    """Set an environment variable if a process can have it (POSIX)."""
+    if name is not None and (
+        not name or '=' in name or '\0' in name + (value.text or '')
+    ):
         attributes.fail_as_whole(
             f"there can be no environment variable '{name}' with that value"
         )
+    variables.set(name, value)
 
 
 def _unset_env(walk: Walk, attributes: Attributes) -> None:
@@ -189,7 +183,7 @@ def _append_env(walk: Walk, attributes: Attributes) -> None:
             values[::-1] if is_prepended else values,
             lambda: attributes.position,
         )
-    _set_variable(walk, attributes, name, value)
+    set_variable(walk.scope.environment, attributes, name, value)
 
 
 def _reset_env(walk: Walk, _attributes: Attributes) -> None:
@@ -255,11 +249,8 @@ def _set_remap(walk: Walk, attributes: Attributes) -> None:
 
 def _set_use_sim_time(walk: Walk, attributes: Attributes) -> None:
     value = attributes.boolean('value')
-    written = attributes.required('value')
-    parameter = Parameter(
-        'use_sim_time', value, attributes.position, written.origins
-    )
-    walk.scope.parameters += (parameter,)
+    at, origins = attributes.position, attributes.required('value').origins
+    walk.scope.parameters += (Parameter('use_sim_time', value, at, origins),)
     walk.scope.uses_sim_time = value is True
 
 
@@ -275,7 +266,8 @@ def _set_ros_log_dir(walk: Walk, attributes: Attributes) -> None:
         attributes.fail(
             'new_log_dir', f"the log folder '{path}' is not an absolute path"
         )
-    _set_variable(walk, attributes, 'ROS_LOG_DIR', known(path))
+    variables = walk.scope.environment
+    set_variable(variables, attributes, 'ROS_LOG_DIR', known(path))
 
 
 #: What does each action that changes the scope.

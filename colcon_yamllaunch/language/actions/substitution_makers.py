@@ -17,6 +17,7 @@ import os
 from pathlib import Path
 import platform
 import random
+import re
 import select
 import shlex
 import shutil
@@ -347,25 +348,19 @@ def _anon(call: Call, name: str) -> str | None:
     value = configurations.get(key)
     if value is not None:
         return value.text
-    unique = f'{name}_{platform.node()}_{os.getpid()}_' + str(
-        random.getrandbits(64)
-    )
-    for character in '.-:':
-        unique = unique.replace(character, '_')
+    number = random.getrandbits(64)
+    unique = f'{name}_{platform.node()}_{os.getpid()}_{number}'
+    unique = re.sub('[.:-]', '_', unique)
     configurations.set(key, known(unique))
     return unique
 
 
-def _dirname(call: Call) -> str:
-    folder = os.path.dirname(call.walk.source.name)
-    call.walk.name_place(call, folder)
-    return folder
-
-
-def _filename(call: Call) -> str:
-    name = call.walk.source.name
-    call.walk.name_place(call, name)
-    return name
+def _this_file(call: Call) -> str:
+    path = call.walk.source.name
+    if call.name == 'dirname':
+        path = os.path.dirname(path)
+    call.walk.name_place(call, path)
+    return path
 
 
 def _file_content(call: Call, name: str) -> str | None:
@@ -499,8 +494,8 @@ _TEXTS: Mapping[str, TextMaker] = {
     ),
     'exec-in-pkg': _exec_in_pkg,
     'anon': _anon,
-    'dirname': _dirname,
-    'filename': _filename,
+    'dirname': _this_file,
+    'filename': _this_file,
     'log_dir': lambda call: call.walk.log_folder,
     'launch_log_dir': lambda call: call.walk.log_folder,
     'file-content': _file_content,

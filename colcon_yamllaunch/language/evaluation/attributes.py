@@ -103,12 +103,9 @@ class Attributes:
 
     def check(self) -> None:
         """Check all attributes that are one text, but its conditions."""
+        others = (Type.PLAIN, Type.COMMAND, Type.CONDITION)
         for name in self.item.texts:
-            if self._known[name].type not in (
-                Type.PLAIN,
-                Type.COMMAND,
-                Type.CONDITION,
-            ):
+            if self._known[name].type not in others:
                 self.value(name)
 
     def plain(self, name: str) -> str:

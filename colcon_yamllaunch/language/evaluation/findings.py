@@ -327,7 +327,7 @@ class PlanDraft:
         index = self._open_blocks[-1]
         self.blocks[index] = replace(self.blocks[index], title=title)
 
-    def go_on_in(self, block: int | None) -> None:
+    def reopen_block(self, block: int | None) -> None:
         """Reopen an earlier block for the next entries."""
         self._open_blocks = [] if block is None else [block]
 

@@ -62,7 +62,7 @@ class Packages(Protocol):
 
 
 class Exposed(Protocol):
-    """The actions and substitutions that packages bring (`expose_action`)."""
+    """The actions and substitutions of packages (`expose_action`)."""
 
     def action(self, name: str) -> str | None:
         """Return the package that has an action, None when none has."""
@@ -81,7 +81,7 @@ class Exposed(Protocol):
 
 
 class NothingExposed:
-    """No package brings anything."""
+    """No package has actions or substitutions."""
 
     def action(self, _name: str) -> str | None:
         """Return None."""
@@ -104,7 +104,7 @@ class NothingExposed:
         return False
 
 
-#: Gives what packages bring, when first a name is met that is not known.
+#: Returns the actions of packages; called for the first unknown name.
 FindExposed = Callable[[], Exposed]
 
 
@@ -120,7 +120,7 @@ class Request:
     :param arguments: The launch arguments that are given
     :param cwd: The folder that relative paths start from, absolute
     :param log_folder: The folder that `$(log_dir)` names
-    :param exposed: Gives the actions and substitutions that packages bring
+    :param exposed: Returns the actions and substitutions of packages
     :param open_worker: Returns what reads launch files in Python; without it,
       `ros2 launch` runs them
     :param trees: The launch files that were read before, by their paths; one

@@ -22,7 +22,7 @@ _NO_SOURCES: frozenset[str] = frozenset()
 
 
 class AlreadyReportedError(Exception):
-    """A value cannot be had for a reason that was shown before."""
+    """A value is unknown for a reason that was reported before."""
 
 
 class LeftOpen(str):

@@ -79,11 +79,11 @@ PYTHON_SUFFIX = '.py'
 DEPTH_PROBLEM = (
     f'more than {MAXIMUM_INCLUDE_DEPTH} launch files include one another'
 )
-_ITSELF = 'does a launch file include itself?'
+_RECURSION_HINT = 'does a launch file include itself?'
 
 
 class EndlessError(Exception):
-    """The launch would hardly ever end; the user was told."""
+    """The launch exceeds a limit, which was reported."""
 
 
 class Call:
@@ -203,8 +203,8 @@ class Walk(Findings):
     is_launch = True
     #: Whether the environment is that of the launch.
     has_environment = True
-    #: Whether `$(command …)` and `$(eval …)` do what they say. Else those that
-    #: could do harm are left open in a launch.
+    #: Whether `$(command …)` and `$(eval …)` are executed. If not, a launch
+    #: leaves open those that could do harm.
     runs = False
     #: Whether a program that this machine lacks is an error.
     checks_programs = False
@@ -257,11 +257,12 @@ class Walk(Findings):
         self.dialogue: WorkerDialogue | None = None
         #: Returns the worker; None where there is none.
         self.open_worker = request.open_worker
-        #: Whether that ended before it should.
+        #: Whether the worker has ended too early.
         self.has_lost_worker = False
         #: The launch files in Python that were read, in order.
         self.python_files: dict[str, None] = {}
-        #: Whether there is one of which nothing is known.
+        #: Whether `ros2 launch` runs one of them, so that its arguments are
+        #: not known.
         self.has_opaque = False
         self._source_paths: dict[str, str] = {}
         self._broken: dict[str, LaunchError] = {}
@@ -271,7 +272,7 @@ class Walk(Findings):
 
     @property
     def is_on_by_default(self) -> bool:
-        """Whether all conditions hold when no launch argument is given."""
+        """Whether all conditions hold if no launch argument is given."""
         return not self.never and all(guard.taken for guard in self.guards)
 
     @contextmanager
@@ -322,14 +323,14 @@ class Walk(Findings):
         return os.path.normpath(os.path.join(self.cwd, path))
 
     def no_package(self, name: str) -> tuple[str, str | None]:
-        """Return what to say of a package that is not there: and the hint."""
+        """Return the message and the hint for a package that is missing."""
         return no_package(name, self.packages.names(), self.environment)
 
     def no_launch_file(
         self, written: str, path: str
     ) -> tuple[str, str | None]:
         """
-        Return what to say of a launch file that is not there: and the hint.
+        Return the message and the hint for a launch file that is missing.
 
         :param written: What the launch file says
         :param path: The path that this means
@@ -342,7 +343,7 @@ class Walk(Findings):
         )
 
     def no_program(self, name: str) -> str:
-        """Return what to say of a program that is not there."""
+        """Return the message for a program that is missing."""
         where = '' if '/' in name else ' on the PATH'
         return f"there is no executable '{name}'{where}"
 
@@ -721,8 +722,8 @@ class Walk(Findings):
                 self.note_file(path, file)
                 if file.has_mistakes:
                     self._broken[path] = LaunchError(*file.problems)
-        if path in self._broken:
-            problem = self._broken[path]
+        problem = self._broken.get(path)
+        if problem is not None:
             if origin is not None:
                 problem = problem.included_from(origin.position)
             if self.files[path] is None:
@@ -744,7 +745,7 @@ class Walk(Findings):
 
         file = read_launch_file(source, exposed)
         if not has_asked:
-            # what packages bring may be another the next time
+            # the packages may provide other actions the next time
             self._trees[path] = file
         return file
 
@@ -760,13 +761,13 @@ class Walk(Findings):
                 self.visit(entity)
 
     def count_action(self, place: Item | Attributes | Position) -> None:
-        """Record an action, or of a round of a loop."""
+        """Count an action, or a round of a loop."""
         self._actions += 1
         if self._actions > MAXIMUM_ACTIONS:
             self.end(
                 f'the launch has more than {MAXIMUM_ACTIONS} actions',
                 place.position,
-                _ITSELF,
+                _RECURSION_HINT,
             )
 
     def visit(self, entity: Entity) -> None:
@@ -858,7 +859,7 @@ class Walk(Findings):
         self, message: str, position: Position, hint: str | None = None
     ) -> None:
         """
-        End the walk, since it would hardly ever end.
+        Report that the launch exceeds a limit, and end the walk.
 
         :raises EndlessError: always
         """
@@ -953,4 +954,4 @@ class Walk(Findings):
 
 def too_deep(position: Position) -> LaunchError:
     """Return the error of launch files that include one another for ever."""
-    return error(DEPTH_PROBLEM, position, hint=_ITSELF)
+    return error(DEPTH_PROBLEM, position, hint=_RECURSION_HINT)

@@ -541,30 +541,24 @@ class _Listing(_Check):
         self, attributes: Attributes, name: str, choices: tuple[str, ...]
     ) -> None:
         texts = attributes.item.texts
-        self._add(
-            DeclaredArgument(
-                name,
-                attributes.position,
-                texts['description'].plain if 'description' in texts else None,
-                texts['default'].plain if 'default' in texts else None,
-                choices,
-            )
+        description, default = (
+            texts[key].plain if key in texts else None
+            for key in ('description', 'default')
         )
+        at = attributes.position
+        self._add(DeclaredArgument(name, at, description, default, choices))
 
     def _add(self, argument: DeclaredArgument) -> None:
         """Add an argument, and where the launch files set it themselves."""
         value = self.scope.configurations.get(argument.name)
         is_set = value is not None and value.text is not None
-        self.arguments.setdefault(
-            argument.name,
-            replace(
-                argument,
-                is_conditional=argument.is_conditional or self._is_conditional,
-                set_at=next(iter(value.origins), None)
-                if value is not None and is_set
-                else None,
-            ),
+        origins = value.origins if value and is_set else ()
+        argument = replace(
+            argument,
+            is_conditional=argument.is_conditional or self._is_conditional,
+            set_at=origins[0] if origins else None,
         )
+        self.arguments.setdefault(argument.name, argument)
 
     def launch_python(self, name: str, path: str, origin: Span) -> None:
         # most launch files are not in Python

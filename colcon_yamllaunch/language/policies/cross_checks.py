@@ -247,7 +247,7 @@ def warn_of_missing_containers(walk: Walk) -> None:
             continue
         last = name.rpartition('/')[2]
         same = [n for n in walk.nodes if n.rpartition('/')[2] == last]
-        hint = did_you_mean(name, same or walk.nodes)
+        hint = did_you_mean(name, walk.nodes)
         if same:
             hint = f"did you mean '{same[0]}'?"
         walk.warn_at(

@@ -34,11 +34,11 @@ _WANTED_NAMES: Mapping[str, tuple[str, ...]] = {
     'composable_node': ('name',),
     'composable_lifecycle_node': ('name',),
 }
-# ROS 2 reads these as a text, which it takes for a boolean afterwards
 # what is a text in ROS 2, though it has another type here
 _TEXTS = ('respawn', 'value', 'len')
 _TYPED = (Type.BOOLEAN, Type.INTEGER, Type.SECONDS)
 _VALUE = Attribute('value', Type.TEXT, '')
+# ROS 2 reads these as a text, which it takes for a boolean afterwards
 _SUBSTITUTED_BOOLEANS = ('autostart', 'cancel_on_shutdown', 'prepend')
 _KIND_NAMES = {
     'bool': 'a boolean',

@@ -66,7 +66,7 @@ def read_exposed(
     :param name: The name of the action
     :param at: Where it starts
     :param value: What stands behind its name
-    :param exposed: Gives the substitutions that packages bring
+    :param exposed: Returns the substitutions of packages
     :raises LaunchError: when no attribute can be like that
     """
     texts: list[Text] = []
@@ -75,7 +75,11 @@ def read_exposed(
 
 
 class _Reader:
-    """Reads an action and what is in it, and adds the texts of all to one."""
+    """
+    Reads an action with all that is inside it.
+
+    :param texts: The list to add its texts to
+    """
 
     def __init__(self, exposed: FindExposed, texts: list[Text]) -> None:
         self._exposed = exposed
@@ -314,7 +318,7 @@ def _prepared(walk: Walk, text: str, at: Position) -> str:
 def _local(
     template: Template, *, is_inside: bool
 ) -> Iterator[tuple[Substitution, bool]]:
-    """Find such substitutions, and say which are inside of others."""
+    """Iterate over local substitutions, and whether each is inside another."""
     for part in template.parts:
         if isinstance(part, str):
             continue

@@ -186,9 +186,13 @@ def python_error(
     return problem
 
 
-def is_no_choice(walk: Walk, said: WorkerMessage, start: Position) -> bool:
+def report_invalid_choice(
+    walk: Walk, said: WorkerMessage, start: Position
+) -> bool:
     """
-    Report a launch argument that has none of its choices; say whether one has.
+    Report an error about a choice where its launch argument was given.
+
+    Return False for other errors, which are not reported.
 
     :param said: The `error` of an answer
     :param start: The start of the launch file
@@ -280,7 +284,7 @@ def visit_in_python(walk: Walk, what: str, path: str, origin: Span) -> None:
             if message.get('failed'):
                 # it may have set anything
                 walk.scope.configurations.is_open = True
-            if 'error' in message and is_no_choice(
+            if 'error' in message and report_invalid_choice(
                 walk, message['error'], start
             ):
                 raise AlreadyReportedError
@@ -521,8 +525,8 @@ class GrowingLaunch:
     """
     Turns the messages of the worker into plan while the plan runs.
 
-    It sends nothing by itself: whoever has the connection to the worker passes
-    events on by :meth:`ask`, and messages by :meth:`take`, in order.
+    The owner of the connection to the worker sends events with :meth:`ask` and
+    passes messages to :meth:`handle`, in order.
 
     :param plan: The plan before it runs
     """
@@ -593,7 +597,7 @@ class GrowingLaunch:
         """
         if self._intake is None:
             if self._asked:
-                self._walk.draft.go_on_in(self._asked[0][1])
+                self._walk.draft.reopen_block(self._asked[0][1])
             self._intake = Intake(self._dialogue, self._start)
         if message.get('say') != 'done':
             self._intake.receive(message)

@@ -154,11 +154,11 @@ def _apply_environment(
             changes.setdefault(name, walk.environment.get(name))
     for name, text in changes.items():
         old = before.get(name)
-        if text is None:
-            if old is not UNSET and (old or name in walk.environment):
-                names.set(name, UNSET)
-        elif text != (walk.environment.get(name) if old is None else old.text):
-            names.set(name, _changed(walk, text, origin))
+        current = walk.environment.get(name) if old is None else old.text
+        is_unknown = old not in (None, UNSET) and current is None
+        if text != current or is_unknown:
+            new = UNSET if text is None else _changed(walk, text, origin)
+            names.set(name, new)
 
 
 def _parameters(
@@ -217,7 +217,7 @@ class WorkerDialogue:
         #: Whether there are event handlers.
         self.has_handlers = False
         self._outputs: list[int] = []
-        #: Is told of launch arguments that are declared.
+        #: The launch arguments that are declared.
         self.declared: dict[str, WorkerMessage] = {}
         #: The blocks in which something was left to be called.
         self.calls: dict[int, int | None] = {}

@@ -36,8 +36,8 @@ class Diagnostic:
     :param origins: Where the value that is wrong was set, and what it was
       made of, nearest first
     :param calls: The calls that led there in Python, innermost first
-    :param may_pass_after_build: Whether building the workspace may mend it,
-      as with a program that a package in the workspace brings
+    :param may_pass_after_build: Whether building the workspace may fix it, as
+      for a program of a package in the workspace
     """
 
     severity: Severity
@@ -64,18 +64,16 @@ class LaunchError(Exception):
 
     def included_from(self, *positions: Position) -> 'LaunchError':
         """Return the same error with more includes in its chain."""
-        return type(self)(
-            *(
-                replace(d, includes=(*d.includes, *positions))
-                for d in self.diagnostics
-            )
+        diagnostics = (
+            replace(d, includes=(*d.includes, *positions))
+            for d in self.diagnostics
         )
+        return type(self)(*diagnostics)
 
     def as_warning(self) -> 'LaunchError':
         """Return the same as warnings."""
-        return LaunchError(
-            *(replace(d, severity='warning') for d in self.diagnostics)
-        )
+        warnings = (replace(d, severity='warning') for d in self.diagnostics)
+        return LaunchError(*warnings)
 
     def of(self, what: str) -> 'LaunchError':
         """Return the same with something in front of its messages."""

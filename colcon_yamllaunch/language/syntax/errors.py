@@ -56,14 +56,16 @@ def explain_yaml(problem: yaml.YAMLError, source: Source) -> LaunchError:
 
 def _wrong_character(text: str, _at: int, at: int) -> _Explanation:
     character = text[at : at + 1]
+    message, hint = (
+        f"a value cannot start with '{character}'",
+        'quote the value',
+    )
     if character == '\t':
         message = 'a tab stands where YAML wants spaces'
-        return _Explanation(at, message, 'indent with spaces')
-    if not character.strip():
-        message = 'a value is missing here'
-        return _Explanation(at, message, 'is a bracket not closed?')
-    message = f"a value cannot start with '{character}'"
-    return _Explanation(at, message, 'quote the value')
+        hint = 'indent with spaces'
+    elif not character.strip():
+        message, hint = 'a value is missing here', 'is a bracket not closed?'
+    return _Explanation(at, message, hint)
 
 
 def _missing_colon(_text: str, _at: int, opened: int) -> _Explanation:
@@ -90,12 +92,10 @@ def _wrong_indentation(text: str, at: int, _opened: int) -> _Explanation:
     message = f'this {what} is indented by {_spaces(at - start)}'
     if before:
         line = text.count('\n', 0, before[-1].start()) + 1
-        message += f', but the {what} before it (line {line}) by ' + _spaces(
-            len(before[-1][1])
-        )
-    return _Explanation(
-        at, message, 'indent both by the same number of spaces'
-    )
+        indent = _spaces(len(before[-1][1]))
+        message += f', but the {what} before it (line {line}) by {indent}'
+    hint = 'indent both by the same number of spaces'
+    return _Explanation(at, message, hint)
 
 
 def _misplaced_colon(text: str, at: int, _opened: int) -> _Explanation:

@@ -188,7 +188,7 @@ def read_launch_file(
     """
     Read a launch file, all but the entries that have mistakes.
 
-    :param exposed: Gives the actions and substitutions that packages bring
+    :param exposed: Returns the actions and substitutions of packages
     :raises LaunchError: when there is nothing in it that can be read
     """
     try:

@@ -287,7 +287,7 @@ class Text:
 
     :param scalar: The YAML scalar
     :param plain: Whether it has no substitutions by definition
-    :param exposed: Gives the substitutions that packages bring
+    :param exposed: Returns the substitutions of packages
     :raises LaunchError: when a substitution in it is malformed or unknown
     """
 

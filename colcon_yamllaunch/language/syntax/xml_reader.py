@@ -290,7 +290,8 @@ class _Converter:
                     pair[0],
                     did_you_mean(name, ['deprecated', 'version']),
                 )
-        self._check_text(root)
+        if root.text is not None:
+            self._problems.append(root.text)
         children = [self._action(child) for child in root.children]
         launch.pairs['children'] = root.name, self._sequence(root, children)
         return self._pair(root, launch)
@@ -320,7 +321,8 @@ class _Converter:
         known = by_name(attributes)
         for name, (key, text) in element.attributes.items():
             self._attribute(value, element, known.get(name), key, text)
-        self._check_text(element)
+        if element.text is not None:
+            self._problems.append(element.text)
         children: list[Value] = []
         for child in element.children:
             attribute = known.get(child.name.text)
@@ -331,10 +333,8 @@ class _Converter:
             else:
                 self._report_element(element, child, known)
         if 'children' in known:
-            value.pairs['children'] = (
-                element.name,
-                self._sequence(element, children),
-            )
+            inside = self._sequence(element, children)
+            value.pairs['children'] = element.name, inside
         return value
 
     def _attribute(
@@ -374,10 +374,6 @@ class _Converter:
         items = value.pairs[name][1]
         assert isinstance(items, Sequence)
         items.items.append(self._value(element, items_of(attribute)))
-
-    def _check_text(self, element: Element) -> None:
-        if element.text is not None:
-            self._problems.append(element.text)
 
     def _report_element(
         self,

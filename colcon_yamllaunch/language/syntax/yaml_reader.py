@@ -325,7 +325,11 @@ class _Reader:
         value, _ = self._open.pop()
         anchor = self._open_anchors.pop()
         if isinstance(value, Mapping):
-            _merge(value)
+            # what is written here wins over what is merged, an earlier merge
+            # over a later one (https://yaml.org/type/merge.html)
+            for other in value.merged:
+                for name, pair in other.pairs.items():
+                    value.pairs.setdefault(name, pair)
         if anchor is not None:
             self._anchors[anchor] = value
         self._put(value)
@@ -366,26 +370,27 @@ class _Reader:
         if isinstance(parent, Sequence):
             parent.items.append(value)
         elif key is None:
-            self._open[-1] = (parent, _key(value))
+            if not isinstance(value, Scalar):
+                raise error(
+                    'a list or mapping stands where a name is meant',
+                    value.position,
+                    hint='quote a text that starts with { or [',
+                )
+            self._open[-1] = (parent, value)
         else:
             assert isinstance(parent, Mapping)
             _add_pair(parent, key, value)
             self._open[-1] = (parent, None)
 
 
-def _key(value: Value) -> Scalar:
-    if isinstance(value, Scalar):
-        return value
-    raise error(
-        'a list or mapping stands where a name is meant',
-        value.position,
-        hint='quote a text that starts with { or [',
-    )
-
-
 def _add_pair(mapping: Mapping, key: Scalar, value: Value) -> None:
     if key.style is None and key.tag is None and key.text == '<<':
-        mapping.merged.extend(_merged(value))
+        for item in value.items if isinstance(value, Sequence) else [value]:
+            if not isinstance(item, Mapping):
+                raise error(
+                    "'<<' takes a mapping or a list of them", item.position
+                )
+            mapping.merged.append(item)
         return
     if key.text in mapping.pairs:
         first = mapping.pairs[key.text][0]
@@ -396,24 +401,6 @@ def _add_pair(mapping: Mapping, key: Scalar, value: Value) -> None:
             hint='remove one, or start a new list item with "-"',
         )
     mapping.pairs[key.text] = (key, value)
-
-
-def _merged(value: Value) -> list[Mapping]:
-    values = value.items if isinstance(value, Sequence) else [value]
-    for item in values:
-        if not isinstance(item, Mapping):
-            raise error(
-                "'<<' takes a mapping or a list of them", item.position
-            )
-    return [item for item in values if isinstance(item, Mapping)]
-
-
-def _merge(mapping: Mapping) -> None:
-    # what is written here wins over what is merged, an earlier merge over a
-    # later one (https://yaml.org/type/merge.html)
-    for other in mapping.merged:
-        for name, pair in other.pairs.items():
-            mapping.pairs.setdefault(name, pair)
 
 
 #: How many values a text may have once its aliases are expanded: whoever

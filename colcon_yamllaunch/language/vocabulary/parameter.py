@@ -129,16 +129,6 @@ def coerce(text: str, kind: str) -> ParameterContent:
         ) from e
 
 
-def is_of_type(value: ScalarValue, kind: str) -> bool:
-    """Return whether a value has a type; an int is no bool and no float."""
-    return type(value) is _SCALAR_TYPES[kind]
-
-
-def type_name(value: ScalarValue) -> str:
-    """Return the name of a value's type as launch files write it."""
-    return type(value).__name__
-
-
 def to_yaml(value: ParameterContent) -> str:
     """
     Return a value as YAML that ROS 2's parser reads as the same value.
@@ -234,9 +224,9 @@ def _check(value: object, text: str) -> ParameterContent:
             f'the list {_shown(text)} has values of several types or of none '
             'that a parameter can have'
         )
-    what = 'a mapping' if isinstance(value, dict) else 'nothing'
-    if not isinstance(value, dict) and value is not None:
-        what = 'a date'
+    what = 'nothing' if value is None else 'a date'
+    if isinstance(value, dict):
+        what = 'a mapping'
     raise ParameterTypeError(
         f'YAML reads the value {_shown(text)} as {what}, which no parameter '
         "can be; 'type: str' keeps it a text"

@@ -77,7 +77,7 @@ the launch configurations of the scope there.
 {"do": "where"} is answered at once, whatever is being done, with {"say":
 "where", "frames": [as in an error]}: the user's own lines that are run.
 
-What is told, in the order in which a launch is to do it:
+Messages, in the order in which a launch executes them:
 
     {"say": "found", "missing": ["launch_ros"]}
         the first line of all; if any is missing, it ends

@@ -38,7 +38,7 @@ def log_output(descriptor: int) -> io.TextIOWrapper:
 
 
 class _Log(io.FileIO):
-    """Is not worth a launch when its disk is full, or somebody closed it."""
+    """A log that ignores write errors, such as a full disk."""
 
     def write(self, data: Any, /) -> int:
         try:
@@ -54,8 +54,8 @@ class Channel:
     The descriptors 0 and 1 are nothing and standard error from then on, for
     whatever launch files read, print and start. When there is no more to
     read, this program ends with all that it started, whatever it does then.
-    A copy that a launch file forks off has no part in this: it ends where it
-    would answer.
+    A process that a launch file forks has no channel: it ends where it would
+    answer.
     """
 
     def __init__(self) -> None:

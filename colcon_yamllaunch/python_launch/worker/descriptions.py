@@ -30,28 +30,31 @@ def as_written(substitutions: Any) -> str:
     return ''.join(_one(substitution) for substitution in substitutions)
 
 
+# substitutions of one argument: the name in YAML, and the attribute with it
+_WRITTEN = {
+    'LaunchConfiguration': ('var', 'variable_name'),
+    'EnvironmentVariable': ('env', 'name'),
+    'FindPackageShare': ('find-pkg-share', 'package'),
+    'FindPackage': ('find-pkg-share', 'package'),
+    'NotSubstitution': ('not', 'value'),
+}
+
+
 def _one(substitution: Any) -> str:
     if isinstance(substitution, str):
         return substitution
     kind = type(substitution).__name__
     if kind == 'TextSubstitution':
         return str(substitution.text)
-    if kind == 'LaunchConfiguration':
-        return f'$(var {as_written(substitution.variable_name)})'
-    if kind == 'EnvironmentVariable':
-        return f'$(env {as_written(substitution.name)})'
     if kind == 'PythonExpression':
         return f"$(eval '{as_written(substitution.expression)}')"
-    if kind in ('FindPackageShare', 'FindPackage'):
-        return f'$(find-pkg-share {as_written(substitution.package)})'
+    if kind == 'PathJoinSubstitution':
+        return '/'.join(map(as_written, substitution.substitutions))
+    if kind in _WRITTEN:
+        name, attribute = _WRITTEN[kind]
+        return f'$({name} {as_written(getattr(substitution, attribute))})'
     if kind in ('ThisLaunchFile', 'ThisLaunchFileDir'):
         return '$(filename)' if kind == 'ThisLaunchFile' else '$(dirname)'
-    if kind == 'PathJoinSubstitution':
-        return '/'.join(
-            as_written(part) for part in substitution.substitutions
-        )
-    if kind == 'NotSubstitution':
-        return f'$(not {as_written(substitution.value)})'
     left = getattr(substitution, 'left', None)
     if left is not None and hasattr(substitution, 'right'):
         name = kind.replace('Substitution', '').lower()

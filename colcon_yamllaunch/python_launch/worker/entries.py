@@ -133,12 +133,16 @@ class Entries:
                     configurations['emulate_tty']
                 ),
             )
+        folder, here = description.final_cwd, os.getcwd()
+        if here != visitor.folder:
+            # the launch file went elsewhere, as what it starts does in ROS 2
+            folder = os.path.join(here, folder) if folder else here
         retries = private.respawn_max_retries
         argv = [self._word(word) for word in description.final_cmd]
         return {
             'program': description.final_name.rpartition('-')[0],
             'argv': through_shell(argv) if action.shell else argv,
-            'cwd': self._folder(description.final_cwd),
+            'cwd': folder,
             'environment': visitor.scopes.changes(description.final_env),
             'output': self._output(private.output),
             'emulate_tty': emulate_tty,
@@ -148,14 +152,6 @@ class Entries:
             'sigterm_timeout': self._timeout(private.sigterm_timeout),
             'sigkill_timeout': self._timeout(private.sigkill_timeout),
         }
-
-    def _folder(self, folder: str | None) -> str | None:
-        """Return the working directory, None for that of the launch."""
-        here = os.getcwd()
-        if here == self._visitor.folder:
-            return folder
-        # the launch file went elsewhere, as what it starts does in ROS 2
-        return os.path.join(here, folder) if folder else here
 
     def _timeout(self, value: Any) -> float:
         if value is None:
@@ -219,12 +215,9 @@ class Entries:
         position = visitor.position(action)
         for one in context.launch_configurations.get('global_params') or ():
             if isinstance(one, tuple):
+                name, value = str(one[0]), as_json(one[1])
                 node['parameters'].append(
-                    {
-                        'name': str(one[0]),
-                        'value': as_json(one[1]),
-                        'position': position,
-                    }
+                    {'name': name, 'value': value, 'position': position}
                 )
         expanded = Private(action).expanded_parameter_arguments
         for argument, is_file in expanded or ():
@@ -434,9 +427,12 @@ class Entries:
             text = f"the launch file '{path}' does not exist"
             # the error that led to it tells the package
             cause = FileNotFoundError(errno.ENOENT, text, path)
-            raise PlainError(
-                text, position, hint=_did_you_mean(path)
-            ) from cause
+            hint = None
+            folder, name = os.path.split(path)
+            with contextlib.suppress(OSError):
+                near = difflib.get_close_matches(name, os.listdir(folder), 1)
+                hint = f"did you mean '{near[0]}'?" if near else None
+            raise PlainError(text, position, hint=hint) from cause
         kind = 'file' if path else 'group'
         return [
             visitor.marker('begin', kind=kind, title=path, position=position),
@@ -461,7 +457,7 @@ class Entries:
         # as `launch` has it, also for those behind the include
         visitor.enter_file(path)
 
-    # what is told at once
+    # what is reported at once
 
     def _evaluate(
         self, old: Callable[..., Any], condition: Any, context: Any
@@ -490,14 +486,11 @@ class Entries:
 
         @wraps(load)
         def told(path: str) -> Any:
-            is_python = path.endswith('.py')
-            if is_python:
-                visitor.positions.add_file(path)
-                visitor.say('file', path=os.path.abspath(path))
-            loaded = load(path)
-            if not is_python:
-                visitor.positions.add_file(path)
-                visitor.say('file', path=os.path.abspath(path))
+            # one with another name may turn out to be no Python
+            loaded = None if path.endswith('.py') else load(path)
+            visitor.positions.add_file(path)
+            visitor.say('file', path=os.path.abspath(path))
+            loaded = loaded or load(path)
             checked(loaded, path, visitor.positions)
             return loaded
 
@@ -546,14 +539,6 @@ def replace_method(cls: Any, name: str, by: Callable[..., Any]) -> None:
         return by(old, *args, **kwargs)
 
     setattr(cls, name, new)
-
-
-def _did_you_mean(path: str) -> str | None:
-    folder, name = os.path.split(path)
-    with contextlib.suppress(OSError):
-        for near in difflib.get_close_matches(name, os.listdir(folder), 1):
-            return f"did you mean '{near}'?"
-    return None
 
 
 class _Loader(SourceFileLoader):

@@ -111,7 +111,7 @@ def described(
         noted = entity or getattr(error, _ENTITY, None)
         frames = [frame_of(noted, positions)]
     elif positions.otherwise and positions.otherwise[0] not in positions.files:
-        # what stands in YAML or XML has it done
+        # an action in YAML or XML led there
         frames.insert(0, _frame_of(positions.otherwise, None))
     if isinstance(error, PlainError) and error.position is not None:
         column: Any = error.position[2]
@@ -220,22 +220,18 @@ def _hint(error: BaseException) -> str | None:
             made = frame.f_locals.get('self')
     if made is None:
         return None
-    names = {n: None for c in type(made).__mro__ for n in _parameters(c)}
+    names: dict[str, None] = {}
+    classes: tuple[Any, ...] = type(made).__mro__
+    for cls in classes:
+        with contextlib.suppress(TypeError, ValueError):
+            parameters = inspect.signature(cls.__init__).parameters.values()
+            names |= {
+                one.name: None
+                for one in parameters
+                if one.kind in (one.POSITIONAL_OR_KEYWORD, one.KEYWORD_ONLY)
+            }
     near = difflib.get_close_matches(match[1], names, 1)
     return f"did you mean '{near[0]}'?" if near else None
-
-
-def _parameters(cls: Any) -> list[str]:
-    """Return the names of what a class is made with."""
-    try:
-        found = inspect.signature(cls.__init__).parameters.values()
-    except (TypeError, ValueError):
-        return []
-    return [
-        one.name
-        for one in found
-        if one.kind in (one.POSITIONAL_OR_KEYWORD, one.KEYWORD_ONLY)
-    ]
 
 
 def _argument(error: BaseException) -> str | None:
@@ -327,36 +323,27 @@ def checked(module: Any, path: str, positions: Positions) -> None:
         text = f"the launch file has no function '{_GENERATE}'"
         if not near:
             raise PlainError(text, [path, 1, 1])
-        raise _of_function(
-            text,
-            positions.of_function(path, near[0]),
-            near[0],
-            f"did you mean it by '{near[0]}'?",
-        )
+        hint = f"did you mean it by '{near[0]}'?"
+        position = positions.of_function(path, near[0])
+        length = len(near[0]) if position[1:] != [1, 1] else 1
+        raise PlainError(text, position, length, hint)
 
     @wraps(generate)
     def generate_checked() -> Any:
         description = generate()
         made_by = positions.of_function(path, _GENERATE)
         if not hasattr(description, 'get_launch_arguments'):
-            raise _of_function(
+            raise PlainError(
                 f'{_GENERATE}() returned {_kind(description)}, '
                 'no LaunchDescription',
                 made_by,
-                _GENERATE,
+                len(_GENERATE) if made_by[1:] != [1, 1] else 1,
                 "end it with 'return LaunchDescription([…])'",
             )
         _check(description, (), made_by, positions)
         return description
 
     setattr(module, _GENERATE, generate_checked)
-
-
-def _of_function(
-    text: str, position: list[object], name: str, hint: str | None
-) -> PlainError:
-    is_found = position[1:] != [1, 1]
-    return PlainError(text, position, len(name) if is_found else 1, hint)
 
 
 def _check(

@@ -5,8 +5,8 @@
 What launch files do when something happens.
 
 Events are handled as `launch.LaunchService` does, by the event handlers of
-launch files and of ROS 2. What it would do to processes and nodes is told to
-the launcher, which tells in turn what happens to them.
+launch files and of ROS 2. What it would do to processes and nodes is reported
+to the launcher, which reports what happens to them.
 """
 
 from __future__ import annotations
@@ -537,12 +537,11 @@ class Events:
                 continue
             if transition is None:
                 name = event.valid_transitions[event.transition_id]
-                self._visitor.say(
-                    'message',
-                    level='ERROR',
-                    text=f"Failed to make transition '{name}' for "
-                    f"LifecycleNode '{action.node_name}'",
+                text = (
+                    f"Failed to make transition '{name}' for LifecycleNode "
+                    f"'{action.node_name}'"
                 )
+                self._visitor.say('message', level='ERROR', text=text)
                 continue
             self._visitor.say(
                 'change_state',
@@ -563,10 +562,8 @@ class Events:
         return found[::-1]
 
     def _output(self, action: Any, stream: int, text: bytes = b'') -> Any:
-        kind = (
-            processes.ProcessStderr if stream == 2 else processes.ProcessStdout
-        )
-        return kind(text=text, **_details(action))
+        kinds = {1: processes.ProcessStdout, 2: processes.ProcessStderr}
+        return kinds[stream](text=text, **_details(action))
 
 
 def _set_transport(

@@ -225,7 +225,7 @@ class _XmlEntity(_Entity):
             ) from None
 
 
-#: The entry points of what other packages bring.
+#: The entry points of the actions of other packages.
 _GROUP = 'launch.frontend.launch_extension'
 _ENTITIES = {'yaml': _YamlEntity, 'xml': _XmlEntity}
 
@@ -254,11 +254,8 @@ class Extensions:
         parser = self._loaded()
         frontend = importlib.import_module('launch.frontend')
         # packages may ask whether it is one
-        kind: Any = type(
-            'Entity',
-            (_ENTITIES[request['frontend']], frontend.Entity),
-            {},
-        )
+        bases = _ENTITIES[request['frontend']], frontend.Entity
+        kind: Any = type('Entity', bases, {})
         action = parser.parse_action(kind(request['entity']))
         self._made.append(action)
         visitor.within_file(request['file'], action)
@@ -269,12 +266,8 @@ class Extensions:
         visitor.positions.otherwise = request['position']
         self._loaded()
         expose: Any = importlib.import_module('launch.frontend.expose')
-        self._need(
-            name,
-            expose.substitution_parse_methods,
-            'substitution',
-            request['position'],
-        )
+        known, at = expose.substitution_parse_methods, request['position']
+        self._need(name, known, 'substitution', at)
         substitutions = importlib.import_module('launch.substitutions')
         arguments = [
             [substitutions.TextSubstitution(text=text)]
@@ -282,7 +275,7 @@ class Extensions:
         ]
         made = expose.instantiate_substitution(name, arguments)
         self._made.append(made)
-        visitor.positions.put(made, request['position'])
+        visitor.positions.put(made, at)
         try:
             with visitor.file(request['file']):
                 value = made.perform(visitor.context)
@@ -296,23 +289,15 @@ class Extensions:
         if self._parser is None:
             frontend = importlib.import_module('launch.frontend')
             self._load(frontend)
-            made: Any = type(
-                'Parser',
-                (frontend.Parser,),
-                {'parse_action': self._parse_action},
-            )
-            self._parser = made()
+            methods = {'parse_action': self._parse_action}
+            self._parser = type('Parser', (frontend.Parser,), methods)()
         return self._parser
 
     def _parse_action(self, entity: Any) -> Any:
         expose: Any = importlib.import_module('launch.frontend.expose')
         try:
-            self._need(
-                entity.type_name,
-                expose.action_parse_methods,
-                'action',
-                entity.position,
-            )
+            name, known = entity.type_name, expose.action_parse_methods
+            self._need(name, known, 'action', entity.position)
             action = expose.instantiate_action(entity, self._parser)
         except Exception as e:
             self._visitor.positions.put(entity, entity.position)

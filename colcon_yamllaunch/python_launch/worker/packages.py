@@ -311,12 +311,18 @@ def report_modules(visitor: Visitor) -> None:
     """Report the imported modules before each `done`."""
     own = set(sys.modules)
     told = set(own)
+    libraries = tuple(p + os.sep + 'lib' for p in _PREFIXES)
 
     def tell() -> None:
         for name in set(sys.modules) - told:
             told.add(name)
             path = getattr(sys.modules.get(name), '__file__', None)
-            if isinstance(path, str) and _is_edited(path):
+            if not isinstance(path, str):
+                continue
+            real = os.path.realpath(path)
+            is_installed = any(n in real.split(os.sep) for n in _INSTALLED)
+            # others a user may edit
+            if not is_installed and not real.startswith(libraries):
                 visitor.say('read', path=path)
 
     def forget() -> None:
@@ -324,12 +330,3 @@ def report_modules(visitor: Visitor) -> None:
 
     visitor.before_done.append(tell)
     visitor.forget.append(forget)
-
-
-def _is_edited(path: str) -> bool:
-    """Return whether a user may edit a module, not only an installer."""
-    real = os.path.realpath(path)
-    return not (
-        any(name in real.split(os.sep) for name in _INSTALLED)
-        or real.startswith(tuple(p + os.sep + 'lib' for p in _PREFIXES))
-    )

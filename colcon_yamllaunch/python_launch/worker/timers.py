@@ -5,8 +5,8 @@
 What launch files do later.
 
 What stands in a timer is visited ahead, in the scope where it stands, as far
-as that comes to the same. The rest is left to its time: the launcher is told
-a number for it, and says when its turn has come.
+as that comes to the same. The rest is postponed: the launcher gets a number
+for it, and requests it when its time has come.
 """
 
 from __future__ import annotations
@@ -168,10 +168,18 @@ class Timers:
         )
         actions = list(timer.actions)
         complete = events.ExecutionComplete(action=timer)
-        if self._may_be_cancelled(timer):
+        # the file that creates a timer may cancel one
+        position = self._visitor.position(timer)
+        lines = linecache.getlines(str(position[0])) if position else []
+        if any('.cancel' in line for line in lines):
             self._leave(timer, lambda: self._fire(timer, actions), actions)
         else:
-            self._visit_ahead(actions)
+            outer, self._is_ahead = self._is_ahead, True
+            try:
+                with _pushed(context):
+                    self._visit(actions)
+            finally:
+                self._is_ahead = outer
         if context.would_handle_event(complete):
             self._leave(timer, done.set_result)
         self._visitor.say('end')
@@ -247,14 +255,6 @@ class Timers:
             self._visitor.visit(one)
         return True
 
-    def _visit_ahead(self, actions: Sequence[Any]) -> None:
-        outer, self._is_ahead = self._is_ahead, True
-        try:
-            with _pushed(self._visitor.context):
-                self._visit(actions)
-        finally:
-            self._is_ahead = outer
-
     def _visit(self, actions: Sequence[Any]) -> None:
         for index, action in enumerate(actions):
             if self.is_put_off(actions[index:]):
@@ -287,9 +287,10 @@ class Timers:
         return number
 
     def _needs_its_time(self, entity: Any) -> bool:
-        if not isinstance(entity, Action):
-            return False
-        if _ends_launch(entity):
+        module = f'{type(entity).__module__}.'
+        event = type(getattr(entity, 'event', None)).__name__
+        ends_launch = module.startswith(_KNOWN) and event == 'Shutdown'
+        if not isinstance(entity, Action) or ends_launch:
             return False
         is_timely = is_a(entity, *_TIMELY) and not (
             is_a(entity, 'EmitEvent') and _is_request(entity.event)
@@ -299,8 +300,8 @@ class Timers:
             return True
         if is_a(entity, 'ExecuteLocal', 'TimerAction'):
             return False
-        event = events.ExecutionComplete(action=entity)
-        return bool(self._visitor.context.would_handle_event(event))
+        complete = events.ExecutionComplete(action=entity)
+        return bool(self._visitor.context.would_handle_event(complete))
 
     def _handle_at_once(self, event: Any) -> bool:
         if self._is_ahead and isinstance(event, events.Shutdown):
@@ -315,26 +316,10 @@ class Timers:
         self._emitted[number] = event, self._visitor.position(action)
         return True
 
-    def _may_be_cancelled(self, timer: Any) -> bool:
-        """Return whether the file that creates a timer cancels one."""
-        position = self._visitor.position(timer)
-        if position is None:
-            return False
-        lines = linecache.getlines(str(position[0]))
-        return any('.cancel' in line for line in lines)
-
 
 def _is_request(event: Any) -> bool:
     module = f'{type(event).__module__}.'
     return type(event).__name__ in _REQUESTS and module.startswith(_KNOWN)
-
-
-def _ends_launch(entity: Any) -> bool:
-    """Return whether an action only shuts down the launch."""
-    kind = type(entity)
-    if not f'{kind.__module__}.'.startswith(_KNOWN):
-        return False
-    return type(getattr(entity, 'event', None)).__name__ == 'Shutdown'
 
 
 def _is_cancelled(timer: Any) -> bool:

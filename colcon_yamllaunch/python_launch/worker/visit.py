@@ -266,15 +266,11 @@ class Visitor:
 
     def _visit_file(self, request: Json) -> None:
         path = request['path']
-        configurations = self.context.launch_configurations
         self.positions.otherwise = [path, 1, 1]
         given = self._given
         if given is None:
-            given = [
-                f'{name}:={value}'
-                for name, value in configurations.items()
-                if isinstance(value, str)
-            ]
+            pairs = self.context.launch_configurations.items()
+            given = [f'{n}:={v}' for n, v in pairs if isinstance(v, str)]
         # some launch files look for what was given there
         sys.argv[:] = ['ros2', 'launch', path, *given]
         if self._depth == 1:
@@ -292,9 +288,8 @@ class Visitor:
         """
         given = set(self.context.launch_configurations)
         for argument, includes in declared_arguments(description):
-            if argument.default_value is not None:
-                continue
-            if argument._conditionally_included:
+            has_default = argument.default_value is not None
+            if has_default or argument._conditionally_included:
                 continue
             for include in includes or ():
                 names = include._try_get_arguments_names_without_context()
