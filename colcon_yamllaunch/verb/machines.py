@@ -10,55 +10,35 @@ parts. All of them do so at once, each in a thread. When the launch runs there
 are no threads any more.
 """
 
-from collections import deque
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import replace
-from functools import cached_property, partial
+from functools import cached_property
 import hashlib
 from importlib import import_module
 import threading
-from typing import Any, Generic, TypeVar
+from typing import Generic, TypeVar
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
-from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
-from colcon_yamllaunch.plan.labels import MACHINE_SEPARATOR
 from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.remote.connection.connection_errors import no_workspace
-from colcon_yamllaunch.remote.connection.machine_connection import (
-    Facts,
-    MachineConnection,
-)
-from colcon_yamllaunch.remote.deployment.deployment import Deployment, Machine
+from colcon_yamllaunch.remote.connection.machine_connection import Facts
+from colcon_yamllaunch.remote.deployment.deployment import Deployment
 from colcon_yamllaunch.remote.deployment.placement import (
     Placed,
     Placer,
     rules_in_vain,
 )
-from colcon_yamllaunch.remote.deployment.remote_paths import (
-    RemotePaths,
-    sent_variables,
-)
-from colcon_yamllaunch.remote.machine_link import MachineLink
 from colcon_yamllaunch.remote.part_protocol import PartSettings
 from colcon_yamllaunch.remote.remote_parts import RemoteParts
-from colcon_yamllaunch.remote.sync.code_sync import Code, sync_code, Synced
+from colcon_yamllaunch.remote.sync.code_sync import Code, Synced
 from colcon_yamllaunch.verb.context import LaunchContext
+from colcon_yamllaunch.verb.launch_machine import LaunchMachine
 from colcon_yamllaunch.verb.log_folders import log_store_of
-from colcon_yamllaunch.verb.machine_paths import (
-    files_of,
-    MachinePaths,
-    packages_of,
-)
-from colcon_yamllaunch.verb.messages import say
+from colcon_yamllaunch.verb.machine_paths import files_of, packages_of
 from colcon_yamllaunch.verb.prepare import stop_at_unknown_executables
 from colcon_yamllaunch.watch.dependencies import Products, RemoteDependencies
 from colcon_yamllaunch.workspace.packages.package import closure
 
-#: Seconds that the clocks of a machine and this computer may differ.
-CLOCKS = 0.1
-#: How many lines of a machine are kept that nobody sees unless it fails.
-UNSEEN = 1000
 #: Seconds that a thread may take to end once its connection is closed.
 CLOSE_TIMEOUT = 15.0
 
@@ -69,18 +49,23 @@ class Tasks(Generic[_Result]):
     """
     What is done for several machines at once, each in a thread.
 
-    :param functions: What to call, by the machine; they begin at once
+    :param function: What to call with each machine; it begins at once
     """
 
-    def __init__(self, functions: Mapping[str, Callable[[], _Result]]) -> None:
+    def __init__(
+        self,
+        machines: Iterable[LaunchMachine],
+        function: Callable[[LaunchMachine], _Result],
+    ) -> None:
         #: What those that succeeded returned, and the errors of the others.
         self.results: dict[str, _Result] = {}
         self.errors: dict[str, Exception] = {}
+        self._function = function
         self._threads = {
-            name: threading.Thread(
-                target=self._run, args=(name, function), daemon=True
+            machine.name: threading.Thread(
+                target=self._run, args=(machine,), daemon=True
             )
-            for name, function in functions.items()
+            for machine in machines
         }
         for thread in self._threads.values():
             thread.start()
@@ -110,12 +95,12 @@ class Tasks(Generic[_Result]):
             raise UserError('\n'.join(dict.fromkeys(map(str, found))))
         return self.results
 
-    def _run(self, name: str, function: Callable[[], _Result]) -> None:
+    def _run(self, machine: LaunchMachine) -> None:
         try:
-            self.results[name] = function()
+            self.results[machine.name] = self._function(machine)
         except Exception as e:  # noqa: BLE001
             # for the main thread
-            self.errors[name] = e
+            self.errors[machine.name] = e
 
 
 class Machines:
@@ -129,19 +114,15 @@ class Machines:
         self._context = context
         self._session = context.workspace
         self._deployment = deployment
-        # what machines have said that nobody saw
-        self._unseen: dict[str, deque[str]] = {}
-        self._connections: dict[str, MachineConnection] = {}
-        self._paths: dict[str, MachinePaths] = {}
-        # what to say of those whose workspace is not there
-        self._lacks: dict[str, UserError] = {}
+        # those that are connected, or about to be
+        self._machines: dict[str, LaunchMachine] = {}
         # what connects with those that will most likely be needed
-        self._expected: Tasks[Facts] = Tasks({})
-        self._syncing: Tasks[Synced] = Tasks({})
-        # the packages that the machines need, and have or are about to get
+        self._expected: Tasks[Facts] = Tasks((), LaunchMachine.connect)
+        # what brings code
+        self._syncing: Tasks[Synced] | None = None
+        # the packages that the machines need, and those to bring to some of
+        # them when all is built here
         self._needed: Mapping[str, frozenset[str]] = {}
-        self._brought: dict[str, frozenset[str]] = {}
-        # those that are brought when all is built here
         self._late: dict[str, frozenset[str]] = {}
         self._placer = Placer(deployment)
         self._parts: RemoteParts | None = None
@@ -189,10 +170,7 @@ class Machines:
         """
         stop_at_unknown_executables(self._context, evaluation)
         placed = self.place(evaluation.plan)
-        self._needed = self._packages_needed(
-            placed, frozenset(named), is_growing=evaluation.growing is not None
-        )
-        self._begin(self._needed)
+        self._begin(placed, named, is_growing=evaluation.growing is not None)
         # what was run here may need any of them
         if not evaluation.has_run_programs:
             self.remote_only = self._not_needed_here(placed)
@@ -203,10 +181,7 @@ class Machines:
 
         :raises UserError: when a machine cannot be reached
         """
-        packages = self._packages_of(plan)
-        self._begin(
-            self._packages_needed(self.place(plan), packages, is_growing=False)
-        )
+        self._begin(self.place(plan), self._packages_of(plan))
 
     def settled(self, plan: Plan) -> Plan:
         """
@@ -223,15 +198,12 @@ class Machines:
         placed = self.place(plan)
         self._wait()
         late, self._late = self._late, {}
-        self._bring_all(late)
+        self._bring(late)
         self._wait()
         checked = Tasks(
-            {
-                name: partial(self._check, name, placed.part(name))
-                for name in self._connections
-            }
+            self._machines.values(), lambda m: m.check(placed.part(m.name))
         ).check()
-        found = [d for name in self._connections for d in checked[name]]
+        found = [d for name in self._machines for d in checked[name]]
         if any(d.severity == 'error' for d in found):
             context.fail(found)
         context.report(found)
@@ -261,13 +233,12 @@ class Machines:
         :raises UserError: when a part cannot be started
         """
         placed = self.place(plan)
-        names = list(self._connections if is_growing else placed.parts)
+        names = list(self._machines if is_growing else placed.parts)
+        machines = {name: self._machines[name] for name in names}
         settings = self._settings()
         starting = Tasks(
-            {
-                name: partial(self._start, name, placed.part(name), settings)
-                for name in names
-            }
+            machines.values(),
+            lambda m: m.start(placed.part(m.name), settings),
         )
         try:
             links = starting.check()
@@ -278,14 +249,14 @@ class Machines:
                 link.close()
             raise
         for name in names:
-            # from here on it is the launch's
-            del self._connections[name]
+            # from here on its connection is the launch's
+            del self._machines[name]
         self._close_connections()
         self._parts = RemoteParts(
             [links[name] for name in names],
             placed,
             self._placer.place_more,
-            lambda name, part: self._paths[name].plan(part),
+            lambda name, part: machines[name].plan(part),
         )
         return placed.local, self._parts
 
@@ -301,127 +272,78 @@ class Machines:
         self._close_connections()
 
     def _close_connections(self) -> None:
-        closing = {n: c.close for n, c in self._connections.items()}
-        Tasks(closing).wait(CLOSE_TIMEOUT)
-        self._connections.clear()
+        closing = Tasks(self._machines.values(), LaunchMachine.close)
+        closing.wait(CLOSE_TIMEOUT)
+        self._machines.clear()
         self._expected.wait(CLOSE_TIMEOUT)
-        self._syncing.wait(CLOSE_TIMEOUT)
+        if self._syncing is not None:
+            self._syncing.wait(CLOSE_TIMEOUT)
 
-    def _packages_needed(
-        self, placed: Placed, named: frozenset[str], *, is_growing: bool
-    ) -> dict[str, frozenset[str]]:
-        """
-        Return the packages of the workspace that the machines need.
-
-        :param named: Those that the launch names
-        :param is_growing: Whether more may come while it runs, for machines
-          that have nothing yet, too
-        """
-        if is_growing:
-            return dict.fromkeys(self._meant_machines(), named)
-        if self._deployment.everything_on is not None:
-            return dict.fromkeys(placed.parts, named)
-        return {
-            name: self._packages_of(part)
-            for name, part in placed.parts.items()
-        }
+    def _packages_of(self, plan: Plan) -> frozenset[str]:
+        session = self._session
+        if session.root is None:
+            return frozenset()
+        return packages_of(
+            plan, session.locator, session.root, session.colcon.install_base
+        )
 
     def _not_needed_here(self, placed: Placed) -> frozenset[str]:
         """Return the packages that need not be built here; once connected."""
         there: set[str] = set()
         here = set(self._packages_of(placed.local))
         for name, packages in self._needed.items():
-            if self._gets_what_is_built_here(name):
+            if self._machines[name].gets_what_is_built_here:
                 here |= packages
             else:
                 there |= packages
         return frozenset(there - here)
 
-    def _begin(self, needed: Mapping[str, frozenset[str]]) -> None:
+    def _begin(
+        self,
+        placed: Placed,
+        named: Collection[str],
+        *,
+        is_growing: bool = False,
+    ) -> None:
         """
         Connect with the machines, and begin to bring the code there.
 
-        :param needed: The packages of the workspace that the machines need
+        :param named: The packages of the workspace that the launch names
+        :param is_growing: Whether more may come while it runs, for machines
+          that have nothing yet, too
         :raises UserError: when a machine cannot be reached
         """
-        self._connect([name for name in needed if name not in self._paths])
-        wanted = {
-            name: names | self._brought.get(name, frozenset())
-            for name, names in needed.items()
-            if not names <= self._brought.get(name, frozenset())
-            or name not in self._brought
-        }
+        needed = {n: self._packages_of(p) for n, p in placed.parts.items()}
+        if is_growing:
+            needed = dict.fromkeys(self._meant_machines(), frozenset(named))
+        elif self._deployment.everything_on is not None:
+            needed = dict.fromkeys(placed.parts, frozenset(named))
+        self._needed = needed
+        self._connect(needed)
+        wanted = {}
+        for name, packages in needed.items():
+            known = self._machines[name].packages
+            if known is None or not packages <= known:
+                wanted[name] = packages | (known or frozenset())
         if not wanted or self._session.root is None:
             return
         self._wait()
-        self._brought |= wanted
-        late = [n for n in wanted if self._gets_what_is_built_here(n)]
-        # that is made here first
-        self._late |= {name: wanted.pop(name) for name in late}
-        self._bring_all(wanted)
+        for name, packages in wanted.items():
+            self._machines[name].packages = packages
+        for name in list(wanted):
+            # that is made here first
+            if self._machines[name].gets_what_is_built_here:
+                self._late[name] = wanted.pop(name)
+        self._bring(wanted)
 
-    def _dependencies_of(self, placed: Placed) -> RemoteDependencies:
-        """Return what the parts of the machines use."""
-        files = {}
-        for name, part in placed.parts.items():
-            covers = self._paths[name].folders.covers
-            for process in part.processes():
-                files[process.label] = files_of(process, covers)
-            for component in part.components():
-                files[component.label] = files_of(component, covers)
-        packages = {
-            name: frozenset(closure(self._session.packages, names))
-            for name, names in self._needed.items()
-            if names
-        }
-        why = '--no-build' if self._brings_nothing else 'sync: none'
-        # nothing here changes the code of these
-        unsynced = [
-            name
-            for name in packages
-            if self._mode_of(name) == 'none' and not self._shares(name)
-        ]
-        return RemoteDependencies(
-            placed.machines, files, packages, dict.fromkeys(unsynced, why)
-        )
-
-    def _read_records(self, used: RemoteDependencies) -> Products:
-        """
-        Return the code that the machines have.
-
-        It is by the machine and package, as `arm│my_pkg`, and `arm│` for files
-        that are named; the files by the machine and the paths that they would
-        have here.
-
-        :raises UserError: when a machine cannot be asked
-        """
-        files: dict[str, set[str]] = {}
-        for label, machine in used.machines.items():
-            files.setdefault(machine, set()).update(used.files[label])
-        packages = {
-            name: packages
-            for name, packages in used.packages.items()
-            if name not in used.unsynced
-        }
-        found = Tasks(
-            {
-                name: partial(
-                    self._records_of,
-                    name,
-                    files.get(name, ()),
-                    packages.get(name, ()),
-                )
-                for name in self._connections
-            }
-        ).check()
-        return {
-            f'{machine}{MACHINE_SEPARATOR}{package}': {
-                f'{machine}{MACHINE_SEPARATOR}{path}': content
-                for path, content in files.items()
-            }
-            for machine, packages in found.items()
-            for package, files in packages.items()
-        }
+    def _bring(self, wanted: Mapping[str, frozenset[str]]) -> None:
+        if wanted:
+            # before there are threads
+            code = self._code
+            self._syncing = Tasks(
+                [self._machines[name] for name in wanted],
+                lambda m: m.bring(wanted[m.name], code),
+            )
 
     def _wait(self) -> None:
         """
@@ -429,132 +351,14 @@ class Machines:
 
         :raises UserError: when it cannot be brought
         """
-        syncing, self._syncing = self._syncing, Tasks({})
+        syncing, self._syncing = self._syncing, None
+        if syncing is None:
+            return
         syncing.wait()
         for name in syncing.errors:
-            for line in self._unseen.pop(name, ()):
-                say(line)
+            self._machines[name].say_unseen()
         for synced in syncing.check().values():
             self.built |= synced.built
-
-    def _meant_machines(self) -> list[str]:
-        """Return the machines that anything may run on."""
-        meant = {rule.machine for rule in self._deployment.rules}
-        meant.add(self._deployment.everything_on or '')
-        return [name for name in self._deployment.machines if name in meant]
-
-    def _connect(self, names: Sequence[str]) -> None:
-        """
-        Connect with machines, all at once.
-
-        :raises UserError: when one cannot be reached
-        """
-        expected, self._expected = self._expected, Tasks({})
-        for name in self._connections.keys() - self._paths.keys() - {*names}:
-            self._connections.pop(name).close()
-        others = self._begin_to_connect(
-            [name for name in names if name not in self._connections]
-        )
-        if names:
-            # this computer has nothing else to do meanwhile
-            import_module('colcon_yamllaunch.run')
-        facts: dict[str, Facts] = {}
-        may_ask = not self._context.is_again
-        for tasks in (expected, others):
-            tasks.wait()
-            for name in list(tasks.errors):
-                if name not in names:
-                    del tasks.errors[name]
-                # one after the other, as each asks at the terminal; who typed
-                # at a launch that runs would be heard by its processes
-                elif may_ask and self._connections[name].must_ask:
-                    again = self._connection_with(name, may_ask=True)
-                    self._connections[name] = again
-                    facts[name] = again.connect()
-                    del tasks.errors[name]
-            facts |= tasks.check()
-        for name in names:
-            self._paths[name] = self._paths_to(name, facts[name])
-            self._check_workspace(name, facts[name])
-            self._check_clock(name, facts[name])
-
-    def _begin_to_connect(self, names: Sequence[str]) -> Tasks[Facts]:
-        for name in names:
-            self._connections[name] = self._connection_with(name)
-        return Tasks({n: self._connections[n].connect for n in names})
-
-    def _connection_with(
-        self, name: str, *, may_ask: bool = False
-    ) -> MachineConnection:
-        machine = self._deployment.machines[name]
-        return MachineConnection(
-            machine,
-            self._places_of_workspace(machine),
-            self._context.environment,
-            may_ask=may_ask,
-            say=partial(self._say_of, name),
-        )
-
-    def _places_of_workspace(self, machine: Machine) -> list[str]:
-        """Return where the workspace may be there, the last to make it."""
-        if machine.workspace is not None:
-            return [machine.workspace]
-        root = self._session.root
-        return [] if root is None else [str(root), f'~/{root.name}']
-
-    def _say_of(self, name: str, line: str) -> None:
-        text = f'{name}{MACHINE_SEPARATOR} {line}'
-        if not self._context.options.quiet:
-            self._session.announce(text)
-        else:
-            # it is shown if something fails there
-            unseen = self._unseen.setdefault(name, deque(maxlen=UNSEEN))
-            unseen.append(text)
-
-    def _check_clock(self, name: str, facts: Facts) -> None:
-        if abs(facts.ahead) - facts.delay > CLOCKS:
-            order = 'ahead of' if facts.ahead > 0 else 'behind'
-            self._say_of(
-                name,
-                f'warning: its clock is {abs(facts.ahead):.1f} s {order} that '
-                'of this computer, so nodes misjudge the age of messages; '
-                'help: synchronise both, as by chrony',
-            )
-
-    def _check_workspace(self, name: str, facts: Facts) -> None:
-        """
-        Check that a workspace that nobody brings is there.
-
-        :raises UserError: when it is not, and was named
-        """
-        machine, workspace = self._deployment.machines[name], facts.workspace
-        if workspace is None or facts.has_workspace:
-            return
-        if self._session.root is None or self._mode_of(name) == 'none':
-            self._lacks[name] = no_workspace(machine, workspace)
-            if machine.workspace is not None:
-                raise self._lacks[name]
-
-    def _paths_to(self, name: str, facts: Facts) -> MachinePaths:
-        folders: dict[str, str] = {}
-        session, log_folder = self._session, self._context.log_folder
-        if session.root is not None and facts.workspace is not None:
-            install_base = session.colcon.install_base
-            if not install_base.is_relative_to(session.colcon.root):
-                there = f'{facts.workspace}/{install_base.name}'
-                folders[str(install_base)] = there
-            folders[str(session.root)] = facts.workspace
-        if log_folder is not None:
-            base = facts.workspace or f'{facts.home}/.ros'
-            folders[str(log_folder)] = f'{base}/log/{log_folder.name}'
-        return MachinePaths(
-            self._deployment.machines[name],
-            RemotePaths(folders),
-            str(self._context.cwd),
-            facts.workspace,
-            facts.home,
-            session.locator,
-        )
 
     @cached_property
     def _code(self) -> Code:
@@ -573,119 +377,108 @@ class Machines:
             title=f'colcon launch {self._context.options.title}',
         )
 
-    @property
-    def _brings_nothing(self) -> bool:
-        """Whether no code is brought, whatever the machines say."""
-        return self._context.options.no_build
-
-    def _gets_what_is_built_here(self, name: str) -> bool:
-        mode = self._mode_of(name)
-        return mode == 'install' or (
-            mode == 'none' and not self._brings_nothing and self._shares(name)
+    def _dependencies_of(self, placed: Placed) -> RemoteDependencies:
+        """Return what the parts of the machines use."""
+        files = {}
+        for name, part in placed.parts.items():
+            covers = self._machines[name].folders.covers
+            for process in part.processes():
+                files[process.label] = files_of(process, covers)
+            for component in part.components():
+                files[component.label] = files_of(component, covers)
+        packages = {
+            name: frozenset(closure(self._session.packages, names))
+            for name, names in self._needed.items()
+            if names
+        }
+        is_off = self._context.options.no_build
+        # nothing here changes the code of these
+        unsynced = [
+            name
+            for name in packages
+            if self._machines[name].sync == 'none'
+            and not self._machines[name].shares_workspace
+        ]
+        return RemoteDependencies(
+            placed.machines,
+            files,
+            packages,
+            dict.fromkeys(unsynced, '--no-build' if is_off else 'sync: none'),
         )
 
-    def _shares(self, name: str) -> bool:
-        """Return whether a machine has the path of the workspace here."""
-        # on a shared file system it is the same workspace
-        return self._paths[name].workspace == str(self._session.root)
+    def _read_records(self, used: RemoteDependencies) -> Products:
+        """
+        Return the code that the machines have, see `LaunchMachine.contents`.
 
-    def _mode_of(self, name: str) -> str:
-        if self._brings_nothing:
-            return 'none'
-        return self._deployment.machines[name].sync
+        :raises UserError: when a machine cannot be asked
+        """
 
-    def _bring_all(self, wanted: Mapping[str, frozenset[str]]) -> None:
-        if wanted:
-            # before there are threads
-            code = self._code
-            self._syncing = Tasks(
-                {
-                    name: partial(self._bring, name, names, code)
-                    for name, names in wanted.items()
-                }
-            )
+        def read(machine: LaunchMachine) -> Mapping[str, Mapping[str, str]]:
+            name = machine.name
+            labels = [n for n, m in used.machines.items() if m == name]
+            files = {path for label in labels for path in used.files[label]}
+            packages = used.packages.get(name, frozenset())
+            is_synced = name not in used.unsynced
+            return machine.contents(files, packages if is_synced else ())
 
-    def _records_of(
-        self, name: str, files: Iterable[str], packages: Iterable[str]
-    ) -> dict[str, dict[str, str]]:
-        remote_text = self._paths[name].folders.text
-        # by the paths there, as they are here
-        named = {remote_text(path): path for path in files}
-        asked: dict[str, Any] = {'packages': (), 'files': sorted(named)}
-        if packages:
-            colcon = self._session.colcon
-            asked |= {
-                'packages': sorted(packages),
-                'install_base': remote_text(str(colcon.install_base)),
-                'build_base': remote_text(str(colcon.build_base)),
-                'merge_install': colcon.merge_install,
-            }
-        connection = self._connections[name]
-        answer = connection.ask('inspection.read_contents', asked)
-        found = {}
-        try:
-            for package, record in answer['packages'].items():
-                colcon = self._session.colcon
-                bases = {
-                    'installed': colcon.install_base,
-                    'products': colcon.build_base / package,
-                }
-                found[package] = {
-                    f'{base}/{path}': str(content)
-                    for kind, base in bases.items()
-                    for path, content in record[kind].items()
-                }
-            contents = answer['files'].items()
-            found[''] = found.get('', {}) | {
-                named[path]: str(content) for path, content in contents
-            }
-        except (AttributeError, KeyError, TypeError) as e:
-            raise UserError(
-                f'{name}: it does not tell what it has built'
-            ) from e
-        return found
+        found = Tasks(self._machines.values(), read).check()
+        return {
+            k: v for contents in found.values() for k, v in contents.items()
+        }
 
-    def _bring(self, name: str, needed: frozenset[str], code: Code) -> Synced:
-        workspace = self._paths[name].workspace
-        assert workspace is not None
-        if name in self._lacks:
-            raise self._lacks[name]
-        return sync_code(
-            self._mode_of(name),
-            name,
-            workspace,
-            self._connections[name],
-            code,
-            needed,
-            partial(self._say_of, name),
+    def _meant_machines(self) -> list[str]:
+        """Return the machines that anything may run on."""
+        meant = {rule.machine for rule in self._deployment.rules}
+        meant.add(self._deployment.everything_on or '')
+        return [name for name in self._deployment.machines if name in meant]
+
+    def _connect(self, needed: Collection[str]) -> None:
+        """
+        Connect with machines, all at once, and with no others.
+
+        :raises UserError: when one cannot be reached
+        """
+        expected, self._expected = (
+            self._expected,
+            Tasks((), LaunchMachine.connect),
         )
-
-    def _check(self, name: str, part: Plan) -> list[Diagnostic]:
-        return list(self._paths[name].check(part, self._connections[name]))
-
-    def _start(
-        self, name: str, part: Plan, settings: PartSettings
-    ) -> MachineLink:
-        machine = self._deployment.machines[name]
-        paths = self._paths[name]
-        variables = sent_variables(self._context.environment, machine.env)
-        workspace = paths.workspace
-        if not paths.has_setup and not self._brought.get(name):
-            # what needs no package does without
-            workspace = None
-        settings = replace(
-            settings,
-            machine=name,
-            workspace=workspace,
-            variables={
-                **paths.folders.environment(variables),
-                **dict(machine.values),
-            },
-            on_lost=machine.on_lost,
-            lost_after=machine.lost_after or settings.lost_after,
+        for name, machine in list(self._machines.items()):
+            if not machine.is_ready and name not in needed:
+                self._machines.pop(name).close()
+        others = self._begin_to_connect(
+            [name for name in needed if name not in self._machines]
         )
-        connection = self._connections[name]
-        return MachineLink(connection.start_part(paths.plan(part), settings))
+        names = [n for n in needed if not self._machines[n].is_ready]
+        if names:
+            # this computer has nothing else to do meanwhile
+            import_module('colcon_yamllaunch.run')
+        facts: dict[str, Facts] = {}
+        may_ask = not self._context.is_again
+        for tasks in (expected, others):
+            tasks.wait()
+            for name in list(tasks.errors):
+                if name not in names:
+                    del tasks.errors[name]
+                # one after the other, as each asks at the terminal; who typed
+                # at a launch that runs would be heard by its processes
+                elif may_ask and self._machines[name].connection.must_ask:
+                    again = self._machine(name, may_ask=True)
+                    facts[name] = again.connect()
+                    del tasks.errors[name]
+            facts |= tasks.check()
+        for name in names:
+            self._machines[name].use(facts[name])
+
+    def _begin_to_connect(self, names: Collection[str]) -> Tasks[Facts]:
+        machines = [self._machine(name) for name in names]
+        return Tasks(machines, LaunchMachine.connect)
+
+    def _machine(self, name: str, *, may_ask: bool = False) -> LaunchMachine:
+        machine = LaunchMachine(
+            self._context, self._deployment.machines[name], may_ask=may_ask
+        )
+        self._machines[name] = machine
+        return machine
 
     def _settings(self) -> PartSettings:
         """Return what is the same for the parts on all machines."""
@@ -701,11 +494,3 @@ class Machines:
         if store is None:
             return settings
         return replace(settings, kept_logs=store.kept, logs_limit=store.limit)
-
-    def _packages_of(self, plan: Plan) -> frozenset[str]:
-        session = self._session
-        if session.root is None:
-            return frozenset()
-        return packages_of(
-            plan, session.locator, session.root, session.colcon.install_base
-        )

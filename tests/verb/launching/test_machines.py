@@ -17,7 +17,7 @@ from colcon_yamllaunch.remote.deployment.deployment import (
     Machine,
     Rule,
 )
-from colcon_yamllaunch.verb import machines
+from colcon_yamllaunch.verb import launch_machine
 from colcon_yamllaunch.verb.context import GiveUpError
 from colcon_yamllaunch.verb.machines import Machines
 from colcon_yamllaunch.verb.options import LaunchOptions
@@ -78,8 +78,8 @@ def contacts(monkeypatch):
     monkeypatch.setattr(PlayedContact, 'made', made)
     monkeypatch.setattr(PlayedContact, 'fails', {})
     monkeypatch.setattr(PlayedContact, 'asks', set())
-    monkeypatch.setattr(machines, 'MachineConnection', PlayedContact)
-    monkeypatch.setattr(machines, 'MachineLink', lambda part: part)
+    monkeypatch.setattr(launch_machine, 'MachineConnection', PlayedContact)
+    monkeypatch.setattr(launch_machine, 'MachineLink', lambda part: part)
     return made
 
 
