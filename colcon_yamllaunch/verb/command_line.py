@@ -20,6 +20,7 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.verb.messages import enumeration, report_errors, show
 from colcon_yamllaunch.verb.options import (
     CreateOptions,
+    EXCLUSIVE,
     LaunchOptions,
     Option,
     OPTIONS,
@@ -30,6 +31,7 @@ from colcon_yamllaunch.verb.options import (
 )
 
 SEPARATOR = '--'
+_PATHS_FIX = "put it behind PKG and FILE, or '--' after the paths"
 
 _ARGUMENT = re.compile(r'[^-][^\s]*?:=|:=')
 #: What argparse calls the number of values.
@@ -240,6 +242,10 @@ def _read_value(option: Option[Any], given: Any) -> Any:
 
 def _refuse_unfit(given: Mapping[str, Option[Any]]) -> None:
     """Refuse options that do not fit together."""
+    for group in EXCLUSIVE:
+        found = [name for name in given if name in group]
+        if len(found) > 1:
+            raise UserError(f'{found[0]} and {found[1]} exclude one another')
     for one, option in given.items():
         for other, error in option.excludes.items():
             if other in given:
@@ -320,7 +326,7 @@ def parse_launch_options(known: Any) -> LaunchOptions:
             '--of LAUNCH is about a launch that runs, and what else is given '
             'begins one'
         )
-    meant = {**dict(map(named, arguments)), **pop_prefixes(read)}
+    meant = {**dict(map(named, arguments)), **_pop_prefixes(read)}
     options = LaunchOptions(
         positionals=tuple(positionals), arguments=meant, attach=attach, **read
     )
@@ -375,16 +381,16 @@ def _read_transition(words: Sequence[str]) -> tuple[Sequence[str], str]:
     from colcon_yamllaunch.plan.plan import TRANSITIONS
 
     *names, last = words or ('',)
-    if last in TRANSITIONS and names:
+    if names and last in TRANSITIONS:
         return names, last
-    if len(words) < 2:
+    if names:
         raise UserError(
-            '--lifecycle needs the NAME of a lifecycle node and a transition',
-            f'it is one of {", ".join(TRANSITIONS)}',
+            f"--lifecycle: there is no transition '{last}'",
+            one_of(last, TRANSITIONS),
         )
     raise UserError(
-        f"--lifecycle: there is no transition '{last}'",
-        one_of(last, TRANSITIONS),
+        '--lifecycle needs the NAME of a lifecycle node and a transition',
+        f'it is one of {", ".join(TRANSITIONS)}',
     )
 
 
@@ -393,38 +399,28 @@ def _refuse_unclear(options: LaunchOptions) -> None:
         if options.inspects or options.positionals:
             raise UserError('--from-plan FILE takes nothing else to launch')
     elif not (options.positionals or options.schema or options.checks_all):
-        refuse_paths_alone(options)
+        _refuse_taken_words(options, 'paths', _PATHS_FIX)
         # most command lines name something
-        from colcon_yamllaunch.verb.target import (
-            find_workspace,
-            launch_commands,
-        )
-        from colcon_yamllaunch.workspace.colcon.package_scan import (
-            scan_packages,
-        )
+        from colcon_yamllaunch.verb import target
+        from colcon_yamllaunch.workspace.colcon import package_scan
 
-        root = find_workspace(options.workspace, ())
+        root = target.find_workspace(options.workspace, ())
+        locator = package_scan.scan_packages(root, os.environ)
         raise UserError(
             'there is nothing to launch',
-            'usage: colcon launch PKG FILE, or '
-            'colcon launch path/to/file.yaml'
-            + launch_commands(scan_packages(root, os.environ)),
+            'usage: colcon launch PKG FILE, or colcon launch '
+            f'path/to/file.yaml{target.launch_commands(locator)}',
         )
     if options.watch is not None and options.timeout and not options.until:
         raise UserError(
             '--watch goes on until it is stopped',
             'with it, --timeout is for what --until waits for',
         )
-    refuse_two_ends(options, 'the launch')
+    _refuse_two_ends(options, 'the launch')
 
 
-def refuse_two_ends(options: LaunchOptions | SweepOptions, what: str) -> None:
-    """
-    Refuse `--for` with `--timeout` if there is no `--until`.
-
-    :param what: What they end
-    :raises UserError: if both are given
-    """
+def _refuse_two_ends(options: LaunchOptions | SweepOptions, what: str) -> None:
+    """Refuse `--for` with `--timeout`, which end `what`, without `--until`."""
     if options.until or options.timeout is None or options.for_ is None:
         return
     raise UserError(
@@ -435,26 +431,16 @@ def refuse_two_ends(options: LaunchOptions | SweepOptions, what: str) -> None:
     )
 
 
-def refuse_paths_alone(options: LaunchOptions | SweepOptions) -> None:
-    """
-    Refuse paths without a launch file.
-
-    :raises UserError: if there are paths
-    """
-    if options.paths:
-        raise UserError(
-            '--paths took all that follows it',
-            "put it behind PKG and FILE, or '--' after the paths",
-        )
+def _refuse_taken_words(values: Any, name: str, fix: str) -> None:
+    """Refuse an option that took the words that were not meant for it."""
+    if getattr(values, name):
+        raise UserError(f'--{name} took all that follows it', fix)
 
 
-def pop_prefixes(read: dict[str, Any]) -> dict[str, str]:
+def _pop_prefixes(read: dict[str, Any]) -> dict[str, str]:
     """Remove the options that are launch arguments, and return these."""
-    return {
-        key.replace('_', '-'): read.pop(key)
-        for key in ('launch_prefix', 'launch_prefix_filter')
-        if key in read
-    }
+    keys = [key for key in read if key.startswith('launch_prefix')]
+    return {key.replace('_', '-'): read.pop(key) for key in keys}
 
 
 _SWEEP_USAGE = (
@@ -476,7 +462,7 @@ def parse_sweep_options(known: Any) -> SweepOptions:
         return SweepOptions(version=True)
     refuse_unknown(positionals, 'sweep')
     read = read_options(values, 'sweep')
-    fixed = pop_prefixes(read)
+    fixed = _pop_prefixes(read)
     given: dict[str, str] = {}
     for name, value in map(named, arguments):
         if name in given:
@@ -489,13 +475,8 @@ def parse_sweep_options(known: Any) -> SweepOptions:
     options = SweepOptions(
         positionals=tuple(positionals), arguments=given, fixed=fixed, **read
     )
-    _refuse_unclear_sweep(options)
-    return options
-
-
-def _refuse_unclear_sweep(options: SweepOptions) -> None:
     if not options.positionals:
-        refuse_paths_alone(options)
+        _refuse_taken_words(options, 'paths', _PATHS_FIX)
         raise UserError('there is nothing to launch', _SWEEP_USAGE)
     names = [metric.name for metric in options.metric]
     for name in names:
@@ -503,7 +484,8 @@ def _refuse_unclear_sweep(options: SweepOptions) -> None:
             raise UserError(
                 f"--metric: there are two that are called '{name}'"
             )
-    refuse_two_ends(options, 'a run')
+    _refuse_two_ends(options, 'a run')
+    return options
 
 
 _RUN_USAGE = 'usage: colcon run [options] PKG EXEC [argument ...]'
@@ -521,10 +503,7 @@ def parse_run_options(known: Any) -> RunOptions:
     words = words[1:] if words[:1] == ['--'] else words
     read = read_options(known, 'run')
     if not words:
-        if known.paths:
-            raise UserError(
-                '--paths took all that follows it', "put '--' after the paths"
-            )
+        _refuse_taken_words(known, 'paths', "put '--' after the paths")
         raise UserError('there is nothing to run', _RUN_USAGE)
     package, *rest = words
     refuse_unknown([package], 'run')
@@ -533,10 +512,9 @@ def parse_run_options(known: Any) -> RunOptions:
             f"'{rest[0]}' stands where the executable should",
             f'options stand in front of the package; {_RUN_USAGE}',
         )
-    executable = rest[0] if rest else None
     return RunOptions(
         package=package,
-        executable=executable,
+        executable=rest[0] if rest else None,
         arguments=tuple(rest[1:]),
         **read,
     )
@@ -554,11 +532,8 @@ def parse_create_options(known: Any) -> CreateOptions:
     words = known.positionals
     refuse_unknown(words, 'create')
     if not words:
-        if known.dependencies:
-            raise UserError(
-                '--dependencies took all that follows it',
-                'put it behind the name of the package',
-            )
+        fix = 'put it behind the name of the package'
+        _refuse_taken_words(known, 'dependencies', fix)
         raise UserError('there is no name for the package', _CREATE_USAGE)
     if len(words) > 1:
         raise UserError(

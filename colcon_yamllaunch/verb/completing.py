@@ -10,29 +10,70 @@ cursor; then the process ends, before anything is run or written.
 """
 
 import argparse
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 import os
 from pathlib import Path
 import sys
 from types import TracebackType
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import OutputError
+from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.verb import candidates
-from colcon_yamllaunch.verb.candidates import Candidates, Cursor
 from colcon_yamllaunch.verb.command_line import given_options, split_line
 from colcon_yamllaunch.verb.messages import say
-from colcon_yamllaunch.verb.options import (
-    Completer,
-    Option,
-    OPTIONS,
-    REQUESTS,
-    Verb,
+from colcon_yamllaunch.verb.options import Option, OPTIONS, REQUESTS, Verb
+from colcon_yamllaunch.verb.target import (
+    find_workspace,
+    package_target,
+    PATH_SUFFIXES,
+    path_target,
 )
-from colcon_yamllaunch.verb.target import PATH_SUFFIXES
+from colcon_yamllaunch.workspace.colcon.package_scan import scan_packages
+from colcon_yamllaunch.workspace.packages.build_files import source_programs
+from colcon_yamllaunch.workspace.packages.launch_files import (
+    find_launch_files,
+    launch_file_names,
+)
+from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.language.evaluation.findings import DeclaredArgument
+
+#: The largest file of ssh that is read, in bytes.
+MAXIMUM_SIZE = 1_000_000
+
+#: Each candidate with its description, which zsh shows.
+Candidates = Mapping[str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class Cursor:
+    """
+    Where something is to be completed.
+
+    :param prefix: The word up to the cursor
+    :param known: What the parser has made of the words in front
+    :param parser: The parser of the verb
+    """
+
+    prefix: str
+    known: Any
+    parser: Any
+    environment: Mapping[str, str]
+
+    def given(self, key: str) -> Any:
+        """Return what was given for an option in front, or None."""
+        return getattr(self.known, key, None)
+
+    def locator(self, words: Sequence[str] = ()) -> PackageLocator:
+        """Return the packages; words may have the path of a launch file."""
+        root = find_workspace(self.given('workspace') or None, words)
+        return scan_packages(root, self.environment)
+
 
 _Find = Callable[[Cursor], Candidates]
 
@@ -88,13 +129,13 @@ def complete(verb: Verb, parser: Any, environment: Mapping[str, str]) -> None:
     for action in parser._actions:
         option = options.get(action.dest)
         if option is not None:
-            find = _finder(option)
+            find = partial(_values, option)
             if option.arity == 'choice' and '=' not in word:
                 # what follows without it is the package
-                find = _nothing
+                find = partial(_values, None)
             action.completer = _Completer(find, environment)
         if action.dest == 'positionals':
-            find = _POSITIONALS[verb]
+            find = partial(_positionals, verb)
             action.completer = _Completer(find, environment, parser)
         if action.option_strings and not word.startswith('-'):
             # dozens of options would hide what is looked for
@@ -121,19 +162,26 @@ def _word_at_cursor(environment: Mapping[str, str]) -> str:
     return line.rpartition(' ')[2]
 
 
-def _launch_positionals(cursor: Cursor, verb: Verb = 'launch') -> Candidates:
+def _positionals(verb: Verb, cursor: Cursor) -> Candidates:
     """Find words behind the package, which argparse leaves to the verb."""
+    if verb == 'create':
+        return {}
+    if verb == 'run':
+        words = [word for word in cursor.known.positionals if word != '--']
+        if not words:
+            return packages(cursor)
+        return executables(cursor, words[0]) if len(words) == 1 else {}
     prefix = cursor.prefix
     options = OPTIONS[verb].by_flag()
     last = options.get((cursor.known.positionals or [''])[-1])
     name, equals, begun = prefix.partition('=')
     if prefix.startswith('-') and equals:
-        found = _finder(options[name])(replace(cursor, prefix=begun))
+        found = _values(options[name], replace(cursor, prefix=begun))
         return {f'{name}={value}': text for value, text in found.items()}
     if prefix.startswith('-'):
         return _options(cursor)
     if last and last.value and last.arity in ('one', 'each', 'some'):
-        return _finder(last)(cursor)
+        return _values(last, cursor)
     _give_back(cursor.known, OPTIONS[verb].all())
     values, words, arguments = split_line(cursor.known, verb)
     words = [word for word in words if not word.startswith('-')]
@@ -141,11 +189,14 @@ def _launch_positionals(cursor: Cursor, verb: Verb = 'launch') -> Candidates:
     given = given_options(values, verb)
     if '--status' in given or '--from-plan' in given:
         return {}
-    if '--lifecycle' in given:
-        return _of_launches(cursor, 'lifecycles', words)
-    if given.keys() & set(REQUESTS):
-        return _of_launches(cursor, 'parts')
-    return _launched(cursor, words, arguments)
+    for request in given.keys() & REQUESTS:
+        return _values(given[request], cursor, words)
+    # the package, then its launch file, then launch arguments
+    if not words:
+        return packages(cursor) or paths(prefix, PATH_SUFFIXES)
+    if len(words) == 1 and not os.path.isfile(Path(words[0]).expanduser()):
+        return launch_files(cursor, words[0])
+    return launch_arguments(cursor, tuple(words), arguments)
 
 
 def _give_back(known: Any, options: Iterable[Option[Any]]) -> None:
@@ -158,25 +209,6 @@ def _give_back(known: Any, options: Iterable[Option[Any]]) -> None:
                 setattr(known, option.key, option.choices[0])
 
 
-def _launched(
-    cursor: Cursor, words: Sequence[str], arguments: Sequence[str]
-) -> Candidates:
-    """Find the package, then its launch file, then launch arguments."""
-    if not words:
-        found = candidates.packages(cursor)
-        return found or candidates.paths(cursor.prefix, PATH_SUFFIXES)
-    if len(words) == 1 and not os.path.isfile(Path(words[0]).expanduser()):
-        return candidates.launch_files(cursor, words[0])
-    return candidates.launch_arguments(cursor, words, arguments)
-
-
-def _run_positionals(cursor: Cursor) -> Candidates:
-    words = [word for word in cursor.known.positionals if word != '--']
-    if not words:
-        return candidates.packages(cursor)
-    return candidates.executables(cursor, *words) if len(words) == 1 else {}
-
-
 def _options(cursor: Cursor) -> Candidates:
     formatter = cursor.parser._get_formatter()
     return {
@@ -185,57 +217,190 @@ def _options(cursor: Cursor) -> Candidates:
     }
 
 
-def _finder(option: Option[Any]) -> _Find:
-    """Return what finds the values of an option."""
-    if option.choices:
-        choices = dict.fromkeys(option.choices, '')
-        return lambda _: choices
-    value = option.value
-    return _nothing if value is None else COMPLETERS[value.completer]
-
-
-def _of_launches(
-    cursor: Cursor, completer: Completer, words: Sequence[str] = ()
+def _values(
+    option: Option[Any] | None, cursor: Cursor, words: Sequence[str] = ()
 ) -> Candidates:
-    """Find running launches, or processes and components of these."""
-    from colcon_yamllaunch.verb.process_candidates import candidates_of
+    """
+    Return the values of an option.
 
-    return candidates_of(cursor, completer, words)
+    :param words: The words in front that belong to no option
+    """
+    if option is None or option.value is None:
+        return {}
+    if option.choices:
+        return dict.fromkeys(option.choices, '')
+    match option.value.completer:
+        case 'nothing':
+            return {}
+        case 'files':
+            return paths(cursor.prefix, ('',))
+        case 'folders':
+            return paths(cursor.prefix, ())
+        case 'hosts':
+            return hosts(cursor)
+        case 'packages':
+            return packages(cursor)
+        case 'licenses':
+            from colcon_yamllaunch.workspace.create import new_package
+
+            return dict.fromkeys(new_package.LICENSES, '')
+        case 'places':
+            from shutil import which
+
+            return {'slurm:': 'array jobs'} if which('sbatch') else {}
+        case completer:
+            from colcon_yamllaunch.verb import process_candidates
+
+            return process_candidates.candidates_of(cursor, completer, words)
 
 
-def _licenses(_cursor: Cursor) -> Candidates:
-    from colcon_yamllaunch.workspace.create.new_package import LICENSES
-
-    return dict.fromkeys(LICENSES, '')
-
-
-def _places(_cursor: Cursor) -> Candidates:
-    """Offer Slurm where it is installed."""
-    from shutil import which
-
-    return {'slurm:': 'array jobs'} if which('sbatch') else {}
+def packages(cursor: Cursor) -> Candidates:
+    """Return the packages whose names start with the word."""
+    names = cursor.locator().names()
+    return {n: '' for n in names if n.startswith(cursor.prefix)}
 
 
-def _nothing(_cursor: Cursor) -> Candidates:
-    return {}
+def launch_files(cursor: Cursor, package: str) -> Candidates:
+    """Return a package's launch files: names, or paths if one is begun."""
+    locator = cursor.locator([package])
+    own = locator.package(package)
+    folder = locator.share(package) if own is None else own.path
+    files = () if folder is None else find_launch_files(Path(folder))
+    if '/' in cursor.prefix:
+        return dict.fromkeys(files, '')
+    return dict.fromkeys(launch_file_names(package, files), '')
 
 
-_POSITIONALS: Mapping[Verb, _Find] = {
-    'launch': _launch_positionals,
-    'run': _run_positionals,
-    'create': _nothing,
-    'sweep': lambda cursor: _launch_positionals(cursor, 'sweep'),
-}
-COMPLETERS: Mapping[Completer, _Find] = {
-    'files': lambda cursor: candidates.paths(cursor.prefix, ('',)),
-    'folders': lambda cursor: candidates.paths(cursor.prefix, ()),
-    'hosts': candidates.hosts,
-    'launches': lambda cursor: _of_launches(cursor, 'launches'),
-    'licenses': _licenses,
-    'lifecycles': lambda cursor: _of_launches(cursor, 'lifecycles'),
-    'nothing': _nothing,
-    'packages': candidates.packages,
-    'parts': lambda cursor: _of_launches(cursor, 'parts'),
-    'places': _places,
-    'terminals': lambda cursor: _of_launches(cursor, 'terminals'),
-}
+def executables(cursor: Cursor, package: str) -> Candidates:
+    """Return the programs that a package has installed, or will install."""
+    locator = cursor.locator()
+    names = set(locator.executables(package))
+    own = locator.package(package)
+    if own is not None:
+        names |= source_programs(own.path).names
+    return dict.fromkeys(sorted(names), '')
+
+
+def paths(prefix: str, suffixes: Sequence[str]) -> Candidates:
+    """
+    Return folders, and files with given endings.
+
+    :raises OSError: when the folder cannot be read
+    """
+    head = prefix[: prefix.rfind('/') + 1]
+    begun = prefix[len(head) :]
+    found = []
+    with os.scandir(Path(head or '.').expanduser()) as entries:
+        for entry in entries:
+            name = entry.name
+            if name.startswith('.') and not begun:
+                continue
+            if entry.is_dir():
+                found.append(f'{head}{name}/')
+            elif name.endswith(tuple(suffixes)):
+                found.append(head + name)
+    return dict.fromkeys(sorted(found), '')
+
+
+def hosts(cursor: Cursor) -> Candidates:
+    """Return the hosts that ssh knows, or the machines of `--deploy`."""
+    deployment = cursor.given('deploy')
+    if deployment:
+        # it is read for this only
+        from colcon_yamllaunch.remote.deployment.deployment_file import (
+            read_deployment,
+        )
+
+        return dict.fromkeys(read_deployment(deployment).machines, '')
+    # there may be a user in front of the host
+    user, at, _ = cursor.prefix.rpartition('@')
+    return {f'{user}{at}{name}': '' for name in sorted({*_ssh_hosts()})}
+
+
+def _ssh_hosts() -> Iterator[str]:
+    """Return the hosts of the configuration of ssh, and those it knows."""
+    folder = Path.home() / '.ssh'
+    for line in _lines(folder / 'config'):
+        # ssh_config(5)
+        key, *names = line.replace('=', ' ', 1).split() or ['']
+        if key.lower() == 'host':
+            yield from (n for n in names if not set(n) & set('*?!"'))
+    for line in _lines(folder / 'known_hosts'):
+        known, *_ = line.split() or ['']
+        # some are hashed
+        if not known.startswith(('#', '|', '@')):
+            # what has a port of its own stands in brackets
+            yield from (n for n in known.split(',') if n and n[0] not in '[!*')
+
+
+def _lines(path: Path) -> list[str]:
+    with suppress(OSError):
+        if os.path.isfile(path) and path.stat().st_size <= MAXIMUM_SIZE:
+            return path.read_text(errors='replace').splitlines()
+    return []
+
+
+def launch_arguments(
+    cursor: Cursor, positionals: tuple[str, ...], given: Sequence[str]
+) -> Candidates:
+    """
+    Return the launch arguments, or the values of the one that is begun.
+
+    :param positionals: A package and a launch file, or the path of one
+    :param given: The launch arguments in front
+    :raises UserError: when there is no such launch file
+    :raises LaunchError: when a launch file has mistakes
+    """
+    # reading launch files takes longer to import than all else
+    from colcon_yamllaunch.language.actions.scope_actions import (
+        BOOLEAN_CHOICES,
+    )
+    from colcon_yamllaunch.language.evaluation.request import Request
+    from colcon_yamllaunch.language.policies.check import find_declarations
+    from colcon_yamllaunch.verb.workspace_session import (
+        exposed_by_packages,
+        LaunchPackages,
+    )
+
+    locator = cursor.locator(positionals)
+    cwd = Path.cwd()
+    target = path_target(positionals, cwd, locator) or package_target(
+        positionals, locator, tuple
+    )
+    values = dict(word.split(':=', 1) for word in given)
+    known = LaunchPackages(locator, built=False)
+    located = known.locate(target.name)
+    request = Request(
+        target.path if located is None else located[0],
+        target.path,
+        packages=known,
+        environment=cursor.environment,
+        arguments=values,
+        cwd=str(cwd),
+        exposed=exposed_by_packages(locator, cursor.environment),
+    )
+    arguments = find_declarations(request).arguments
+    name, is_begun, _ = cursor.prefix.partition(':=')
+    if is_begun:
+        return {
+            f'{name}:={choice}': ''
+            for argument in arguments
+            if argument.name == name
+            for choice in argument.choices
+            # of the ways to write a boolean, two will do
+            if argument.choices != BOOLEAN_CHOICES
+            or choice in ('true', 'false')
+        }
+    return {
+        f'{argument.name}:=': _described(argument)
+        for argument in arguments
+        # where the launch file sets it, the command line does not count
+        if argument.name not in values and argument.set_at is None
+    }
+
+
+def _described(argument: 'DeclaredArgument') -> str:
+    default = argument.default
+    value = 'required' if default is None else f"default: '{default}'"
+    text = f'{argument.description or ""} ({value})'
+    return ' '.join(text.split())

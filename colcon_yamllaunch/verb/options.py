@@ -160,9 +160,6 @@ class Options:
     def __eq__(self, other: object) -> bool:
         return type(self) is type(other) and vars(self) == vars(other)
 
-    def __setattr__(self, key: str, value: object) -> None:
-        raise AttributeError(f'cannot change {key}')
-
     def replaced(self: _Self, **values: Any) -> _Self:
         """Return the same options but for some values."""
         return type(self)(**{**vars(self), **values})
@@ -221,7 +218,7 @@ NO_LIMIT = 'none'
 #: Bytes that a limit for logs has at least.
 SMALLEST_LOG_LIMIT = 1_000_000
 
-_SIZE = r'(\d+(?:\.\d+)?) ?([kmgt]?)(i?b?)'
+_SIZE_PATTERN = r'(\d+(?:\.\d+)?) ?([kmgt]?)(i?b?)'
 _POWERS = ('', 'k', 'm', 'g', 't')
 
 
@@ -286,11 +283,11 @@ def read_seconds(option: str, text: str) -> float:
     :raises UserError: if it is anything else
     """
     value = _number(text)
-    if not 0 < value < math.inf:
-        raise UserError(
-            f"{option} needs a number of seconds above 0, not '{text}'"
-        )
-    return value
+    if 0 < value < math.inf:
+        return value
+    raise UserError(
+        f"{option} needs a number of seconds above 0, not '{text}'"
+    )
 
 
 def _number(text: str) -> float:
@@ -359,7 +356,7 @@ def read_size(option: str, text: str) -> int | None:
     """
     if text == NO_LIMIT:
         return None
-    match = re.fullmatch(_SIZE, text.strip(), re.IGNORECASE)
+    match = re.fullmatch(_SIZE_PATTERN, text.strip(), re.IGNORECASE)
     if match is None:
         raise UserError(
             f"{option} takes a size such as 500MB or 2GB, or '{NO_LIMIT}', "
@@ -397,26 +394,42 @@ INSPECTIONS = ('--show-args', '--check', '--plan', '--schema')
 REQUESTS = ('--status', '--stop', '--restart', '--lifecycle', '--logs')
 
 
-def _not(
-    *options: str, error: str = '{one} and {other} exclude one another'
-) -> Mapping[str, str]:
-    return dict.fromkeys(options, error)
+#: Options of which only one may be given.
+EXCLUSIVE = (
+    INSPECTIONS,
+    (*REQUESTS, '--attach', '--ui'),
+    ('--no-build', '--build-all', '--paths'),
+    ('--no-build', '--force'),
+    ('--quiet', '--verbose'),
+    *(('--why', other) for other in ('--show-args', '--check', '--schema')),
+    *(
+        ('--add-node', other)
+        for other in (
+            *('--node', '--dependencies', '--license', '--description'),
+            *('--maintainer-name', '--maintainer-email', '--destination'),
+        )
+    ),
+)
+_RUNS_NONE = dict.fromkeys(
+    INSPECTIONS, '{one} is about a launch that runs, and {other} runs none'
+)
+_ONE_COMPUTER = dict.fromkeys(
+    ('--show-args', '--schema'),
+    '{one} is about where processes run, and {other} runs none',
+)
+_MADE_ALREADY = {
+    '--from-plan': '{one} goes with a launch file: the command lines of a '
+    'saved plan are made already',
+}
 
-
-_RUNS_NONE = _not(
-    *INSPECTIONS,
-    error='{one} is about a launch that runs, and {other} runs none',
-)
-_ONE_COMPUTER = _not(
-    '--show-args',
-    '--schema',
-    error='{one} is about where processes run, and {other} runs none',
-)
-_MADE_ALREADY = _not(
-    '--from-plan',
-    error='{one} goes with a launch file: the command lines of a saved plan '
-    'are made already',
-)
+# values that several options have
+_FILE = Value('FILE', read_file, 'files')
+_FOLDER = Value('PATH', read_path, 'folders')
+_NAME = Value('NAME', read_text)
+_PARTS = Value('NAME', read_text, 'parts')
+_SECONDS = Value('SECONDS', read_seconds)
+_COUNT = Value('N', read_count)
+_SIZE = Value('SIZE', read_size)
 
 
 class _Common(Options):
@@ -439,18 +452,13 @@ class _Inspection(Options):
     """What shows a launch instead of running it."""
 
     TITLE = 'Looking without running'
-    show_args = flag(
-        'Show the launch arguments',
-        short='-s',
-        excludes=_not('--check', '--plan', '--schema'),
-    )
+    show_args = flag('Show the launch arguments', short='-s')
     check = value(
         'Check every branch of the launch file and of its includes, or all '
         'launch files of the workspace; written --check=json, '
         '--check=github or --check=sarif for programs',
         Value('FORMAT', read_text, choices=(TEXT, 'json', 'github', 'sarif')),
         arity='choice',
-        excludes=_not('--plan', '--schema'),
     )
     portable = flag(
         'With --check: find what `ros2 launch` would reject, too',
@@ -464,17 +472,13 @@ class _Inspection(Options):
             'FORMAT', read_text, choices=(TEXT, 'sh', 'json', 'mermaid', 'dot')
         ),
         arity='choice',
-        excludes=_not('--schema'),
     )
     run_commands = flag(
         'With --plan: run $(command …), whatever $(eval …) says, and the '
         'setup scripts of the workspace, which a plan does without otherwise',
         needs=('--plan',),
     )
-    from_plan = value(
-        'Run a plan that was saved',
-        Value('FILE', read_file, 'files'),
-    )
+    from_plan = value('Run a plan that was saved', _FILE)
     schema = flag('Print the JSON Schema of launch files, for editors')
 
 
@@ -497,7 +501,7 @@ class _Building(Options):
     workspace = value(
         'The root of the workspace (default: found from the current folder '
         'upwards)',
-        Value('PATH', read_path, 'folders'),
+        _FOLDER,
     )
     paths = values(
         'Build the packages at just these paths, as `colcon build --paths` '
@@ -505,14 +509,8 @@ class _Building(Options):
         Value('PATH', read_text, 'folders'),
         'some',
     )
-    no_build = flag(
-        'Build nothing',
-        excludes=_not('--build-all', '--paths', '--force'),
-    )
-    build_all = flag(
-        'Build all packages of the workspace',
-        excludes=_not('--paths'),
-    )
+    no_build = flag('Build nothing')
+    build_all = flag('Build all packages of the workspace')
     build_args = Option(
         'Further arguments for `colcon build`, in one word',
         (),
@@ -527,12 +525,11 @@ class _LaunchBuilding(_Building):
     why = flag(
         'Say of each package that the launch needs why it is built or not, '
         'and what needs it; with --plan or --no-build: why it would be; with '
-        '--watch: what follows from each change, and why',
-        excludes=_not('--show-args', '--check', '--schema'),
+        '--watch: what follows from each change, and why'
     )
     force = flag(
         'Build all packages that the launch needs, not just those that are '
-        'not up to date',
+        'not up to date'
     )
 
 
@@ -542,7 +539,7 @@ class _Shown(Options):
     TITLE = 'What is shown and kept'
     quiet = flag(
         'Show only the output of the processes, warnings and failures',
-        excludes={**_RUNS_NONE, **_not('--verbose')},
+        excludes=_RUNS_NONE,
     )
     verbose = flag(
         'Show also the command line of each process, the variables that it '
@@ -551,7 +548,7 @@ class _Shown(Options):
     )
     tty = flag(
         'Let each process write to a terminal of its own, as if the launch '
-        'file said `emulate_tty: true` for all of them',
+        'file said `emulate_tty: true` for all of them'
     )
     no_color = flag('Use no colours')
     no_status = flag(
@@ -561,7 +558,7 @@ class _Shown(Options):
         'What the log files of the launch may take together, such as 500MB, '
         f'2GB or {NO_LIMIT} (default: {LOG_LIMIT // 10**9}GB)',
         LOG_LIMIT,
-        Value('SIZE', read_size),
+        _SIZE,
     )
 
 
@@ -594,15 +591,9 @@ class _Watching(Options):
         arity='choice',
         excludes={
             **_RUNS_NONE,
-            **_not(
-                '--from-plan',
-                error='{one} goes with a launch file: {other} runs a plan '
-                'that was made already',
-            ),
-            **_not(
-                '--for',
-                error='{one} goes on until it is stopped, {other} for a time',
-            ),
+            '--from-plan': '{one} goes with a launch file: {other} runs a '
+            'plan that was made already',
+            '--for': '{one} goes on until it is stopped, {other} for a time',
         },
     )
 
@@ -620,7 +611,7 @@ class _Machines(Options):
     )
     deploy = value(
         'Run processes on the machines that a file names for them',
-        Value('FILE', read_file, 'files'),
+        _FILE,
         excludes=_ONE_COMPUTER,
     )
 
@@ -639,13 +630,13 @@ class _Goal(Options):
     timeout = value(
         'End with failure when --until takes longer; without --until, when '
         'the launch does',
-        Value('SECONDS', read_seconds),
+        _SECONDS,
         excludes=_RUNS_NONE,
     )
     for_ = value(
         'Run for a time, and end with failure as soon as a process fails; '
         'with --until, the time starts when all has matched',
-        Value('SECONDS', read_seconds),
+        _SECONDS,
         excludes=_RUNS_NONE,
     )
 
@@ -656,7 +647,7 @@ class _Ending(_Goal):
     TITLE = 'Ending by itself, as in CI'
     junit = value(
         'Write a JUnit report with a case for each process and --until',
-        Value('FILE', read_file, 'files'),
+        _FILE,
         excludes=_RUNS_NONE,
     )
 
@@ -670,36 +661,29 @@ class _Control(Options):
         '--status=json for programs',
         Value('FORMAT', read_text, choices=(TEXT, 'json')),
         arity='choice',
-        excludes=_not(
-            *('--stop', '--restart', '--lifecycle', '--logs', '--attach')
-        ),
     )
     stop = values(
         'Stop processes and unload components, by name or glob; without a '
         'name, the launch',
-        Value('NAME', read_text, 'parts'),
+        _PARTS,
         'any',
-        excludes=_not('--restart', '--lifecycle', '--logs', '--attach'),
     )
     restart = values(
         'Start processes and load components anew, by name or glob',
-        Value('NAME', read_text, 'parts'),
+        _PARTS,
         'any',
-        excludes=_not('--lifecycle', '--logs', '--attach'),
     )
     lifecycle = values(
         'Change the state of lifecycle nodes, by name or glob: configure, '
         'activate, deactivate, cleanup or shutdown',
         Value('NAME TRANSITION', read_text, 'lifecycles'),
         'any',
-        excludes=_not('--logs', '--attach', '--ui'),
     )
     logs = values(
         'Show what processes wrote, by name or glob; for a component, what '
         'its container did',
-        Value('NAME', read_text, 'parts'),
+        _PARTS,
         'any',
-        excludes=_not('--attach'),
     )
     follow = flag(
         'With --logs: the last lines, then what comes',
@@ -713,10 +697,7 @@ class _Control(Options):
     )
     ui = flag(
         'Show a running launch on the full screen; with PKG FILE, the new one',
-        excludes={
-            **_RUNS_NONE,
-            **_not('--status', '--stop', '--restart', '--logs', '--attach'),
-        },
+        excludes=_RUNS_NONE,
     )
     of = value(
         'Which running launch is meant, where that is not clear: its '
@@ -733,17 +714,13 @@ class _Runs(Options):
     table = value(
         'A CSV file with launch arguments as columns and a run in each '
         'further line; with arguments beside it, all combinations',
-        Value('FILE', read_file, 'files'),
+        _FILE,
     )
-    repeat = Option(
-        'Run each combination several times',
-        1,
-        Value('N', read_count),
-    )
+    repeat = Option('Run each combination several times', 1, _COUNT)
     jobs = value(
         'How many runs go on at a time (default: the number of processors; '
         'with --on slurm as many as Slurm lets)',
-        Value('N', read_count),
+        _COUNT,
     )
     on = value(
         'Where the runs are done: slurm:OPTION=VALUE,… has Slurm do them, '
@@ -752,7 +729,7 @@ class _Runs(Options):
     )
     share_network = flag(
         'Leave the runs in the network of the machine, for those that need '
-        'it; each still has a ROS_DOMAIN_ID of its own',
+        'it; each still has a ROS_DOMAIN_ID of its own'
     )
     again = value(
         'Do runs again that are done: those that failed, or all',
@@ -793,7 +770,7 @@ class _SweepShown(Options):
         'What the log files of each run may take together, such as 50MB, '
         f'1GB or {NO_LIMIT} (default: {RUN_LOG_LIMIT // 10**6}MB)',
         RUN_LOG_LIMIT,
-        Value('SIZE', read_size),
+        _SIZE,
     )
 
 
@@ -817,15 +794,10 @@ class _Package(Options):
     node = value(
         'The name of its node (default: that of the package and _node); '
         'NAME.cpp is one in C++',
-        Value('NAME', read_text),
+        _NAME,
     )
     add_node = value(
-        'Add a node to a package that is there; NAME.cpp is one in C++',
-        Value('NAME', read_text),
-        excludes=_not(
-            *('--node', '--dependencies', '--license', '--description'),
-            *('--maintainer-name', '--maintainer-email', '--destination'),
-        ),
+        'Add a node to a package that is there; NAME.cpp is one in C++', _NAME
     )
     license = value(
         'Its license, as SPDX calls it; for Apache-2.0, BSD-3-Clause and MIT '
@@ -834,8 +806,7 @@ class _Package(Options):
     )
     description = value('What the package is for', Value('TEXT', read_text))
     maintainer_name = value(
-        'Who looks after it (default: user.name of git)',
-        Value('NAME', read_text),
+        'Who looks after it (default: user.name of git)', _NAME
     )
     maintainer_email = value(
         'The address of this person (default: user.email of git)',
@@ -844,7 +815,7 @@ class _Package(Options):
     destination = value(
         'The folder that the folder of the package is made in (default: src '
         'in the root of a workspace, elsewhere the current folder)',
-        Value('PATH', read_path, 'folders'),
+        _FOLDER,
     )
 
 
@@ -939,19 +910,12 @@ class SweepOptions(
 
     def as_launch(self) -> LaunchOptions:
         """Return the options of each of its launches, without arguments."""
-        return LaunchOptions(
-            positionals=self.positionals,
-            arguments=dict(self.fixed),
-            workspace=self.workspace,
-            paths=self.paths,
-            no_build=self.no_build,
-            build_all=self.build_all,
-            build_args=self.build_args,
-            why=self.why,
-            force=self.force,
-            quiet=self.quiet,
-            no_color=self.no_color,
+        kept = (
+            *('positionals', 'workspace', 'paths', 'no_build', 'build_all'),
+            *('build_args', 'why', 'force', 'quiet', 'no_color'),
         )
+        values = {key: v for key, v in vars(self).items() if key in kept}
+        return LaunchOptions(arguments=dict(self.fixed), **values)
 
 
 class CreateOptions(_Common, _Package):

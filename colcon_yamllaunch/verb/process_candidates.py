@@ -19,7 +19,7 @@ from colcon_yamllaunch.engine.state import (
     UNKNOWN,
 )
 from colcon_yamllaunch.plan.plan import TRANSITIONS, transitions_of
-from colcon_yamllaunch.verb.candidates import Candidates, Cursor
+from colcon_yamllaunch.verb.completing import Candidates, Cursor
 from colcon_yamllaunch.verb.doubled_nodes import running
 from colcon_yamllaunch.verb.options import Completer
 from colcon_yamllaunch.verb.selecting import is_selected, matches

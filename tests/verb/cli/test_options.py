@@ -3,15 +3,15 @@
 
 """Each option is described once, and all that is made from that knows it."""
 
+from itertools import combinations
 from pathlib import Path
 import re
 from typing import Any, get_args
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.verb.command_line import refuse_unknown
-from colcon_yamllaunch.verb.completing import COMPLETERS
 from colcon_yamllaunch.verb.options import (
-    Completer,
+    EXCLUSIVE,
     LaunchOptions,
     Option,
     OPTIONS,
@@ -79,10 +79,7 @@ def test_options_refer_to_options(
 ) -> None:
     known = {known.name for v in VERBS for known in OPTIONS[v].all()}
     assert {*option.excludes, *option.needs} <= known - {option.name}
-
-
-def test_completers_are_all_there() -> None:
-    assert set(COMPLETERS) == set(get_args(Completer))
+    assert {name for group in EXCLUSIVE for name in group} <= known
 
 
 @pytest.mark.parametrize(
@@ -102,20 +99,26 @@ def test_launch_reads_its_options(option: Option[Any]) -> None:
     assert parsed(*words) != parsed('pkg', 'file')
 
 
-@pytest.mark.parametrize(
-    ('one', 'other'),
-    [
-        pytest.param(one, other, id=f'{one.name} {name}')
+EXCLUDING = [
+    *(
+        (one.name, other)
         for one in LaunchOptions.all()
-        for name in one.excludes
-        for other in (LAUNCH[name],)
-    ],
+        for other in one.excludes
+    ),
+    *(pair for group in EXCLUSIVE for pair in combinations(group, 2)),
+]
+
+
+@pytest.mark.parametrize(
+    'names',
+    [pair for pair in EXCLUDING if LAUNCH.keys() >= {*pair}],
+    ids=' '.join,
 )
-def test_excluded_options_are_refused(one: Option[Any], other: Option) -> None:
-    for pair in ((one, other), (other, one)):
+def test_excluded_options_are_refused(names: tuple[str, str]) -> None:
+    for pair in (names, names[::-1]):
         with pytest.raises(UserError) as caught:
-            parsed(*map(written, pair))
-        assert one.name in str(caught.value)
+            parsed(*(written(LAUNCH[name]) for name in pair))
+        assert names[0] in str(caught.value)
 
 
 @pytest.mark.parametrize(

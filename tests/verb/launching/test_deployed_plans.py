@@ -7,8 +7,8 @@ import json
 from pathlib import Path
 from types import SimpleNamespace
 
-from colcon_yamllaunch.verb import candidates
-from colcon_yamllaunch.verb.candidates import Cursor
+from colcon_yamllaunch.verb import completing
+from colcon_yamllaunch.verb.completing import Cursor
 import pytest
 from support.user import User
 
@@ -162,7 +162,7 @@ def test_completion_of_hosts(
 ) -> None:
     def hosts(prefix: str = '', deploy: str | None = None) -> list[str]:
         known = SimpleNamespace(deploy=deploy)
-        return list(candidates.hosts(Cursor(prefix, known, None, {})))
+        return list(completing.hosts(Cursor(prefix, known, None, {})))
 
     monkeypatch.setenv('HOME', str(tmp_path))
     assert hosts() == []

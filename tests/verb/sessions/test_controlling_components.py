@@ -23,7 +23,7 @@ from colcon_yamllaunch.verb import (
     process_candidates,
     reading_logs,
 )
-from colcon_yamllaunch.verb.candidates import Cursor
+from colcon_yamllaunch.verb.completing import Cursor
 from colcon_yamllaunch.verb.options import Completer, LaunchOptions
 from colcon_yamllaunch.verb.selecting import Candidate
 import pytest
