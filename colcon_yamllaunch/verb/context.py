@@ -20,7 +20,7 @@ from colcon_yamllaunch.language.syntax.diagnostics import (
 )
 from colcon_yamllaunch.language.syntax.launch_tree import LaunchFile
 from colcon_yamllaunch.verb.log_folders import ros_log_folder
-from colcon_yamllaunch.verb.messages import say, say_line, show
+from colcon_yamllaunch.verb.messages import GiveUpError, say, say_line, show
 from colcon_yamllaunch.verb.options import LaunchOptions
 from colcon_yamllaunch.verb.target import (
     find_workspace,
@@ -45,19 +45,6 @@ if TYPE_CHECKING:
     from colcon_yamllaunch.verb.own_launch import Background
 
 # what few launches need is imported where it is needed
-
-
-class GiveUpError(Exception):
-    """
-    The launch ends here; the user knows why.
-
-    :param is_build: Whether a build failed
-    """
-
-    def __init__(self, returncode: int, *, is_build: bool = False) -> None:
-        super().__init__()
-        self.returncode = returncode
-        self.is_build = is_build
 
 
 class LaunchContext:

@@ -4,6 +4,8 @@
 """What `colcon launch` does about launches that run already."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
+from functools import partial
 import json
 from pathlib import Path
 import shutil
@@ -20,7 +22,6 @@ from colcon_yamllaunch.control.client import (
 )
 from colcon_yamllaunch.control.resource_usage import Usage, usage_of, use_of
 from colcon_yamllaunch.engine import commands
-from colcon_yamllaunch.engine.commands import ChangeState
 from colcon_yamllaunch.engine.state import (
     ComponentState,
     LaunchState,
@@ -49,7 +50,7 @@ from colcon_yamllaunch.workspace.packages.workspace_root import (
 
 #: Seconds between two questions to a launch that was asked for something.
 POLL_INTERVAL = 0.05
-_UNSETTLED = ('stopping', 'loading', 'unloading', 'unknown')
+_UNSETTLED = ('waiting', 'stopping', 'loading', 'unloading', 'unknown')
 
 
 def control(options: LaunchOptions, environment: Mapping[str, str]) -> int:
@@ -58,7 +59,10 @@ def control(options: LaunchOptions, environment: Mapping[str, str]) -> int:
 
     :raises UserError: when no launch or no process is meant
     """
-    root, names = _workspace(), options.names
+    names, root = options.names, None
+    # in a workspace of others, what runs is the user's own all the same
+    with suppress(OSError, UntrustedError):
+        root = find_root(Path.cwd())
     found = find_launches(environment, options.of)
     candidates = nearest_first(found, root)
     if options.request == 'status':
@@ -68,6 +72,9 @@ def control(options: LaunchOptions, environment: Mapping[str, str]) -> int:
         return _end_in_all(candidates, options)
     chosen = choose_launch(candidates, names, root, ends=ends)
     try:
+        if options.request == 'stop' and not names:
+            _begin_to_stop(chosen)
+            return _wait_for_end(chosen)
         if ends:
             return _end_in(chosen, options)
         if options.request == 'lifecycle':
@@ -88,19 +95,8 @@ def control(options: LaunchOptions, environment: Mapping[str, str]) -> int:
         raise UserError(f'{chosen.state.title}: {e}') from e
 
 
-def _workspace() -> Path | None:
-    """Return the workspace of the current folder, if any."""
-    try:
-        return find_root(Path.cwd())
-    except (OSError, UntrustedError):
-        # what runs there is the user's own all the same
-        return None
-
-
 def _end_in(chosen: Candidate, options: LaunchOptions) -> int:
-    if options.request == 'stop' and not options.names:
-        _begin_to_stop(chosen)
-        return _wait_for_end(chosen)
+    """Stop or restart processes and components of a launch."""
     parts = choose_parts(chosen.state, options.names)
     labels = {part.label for part in parts}
     # components go with their container
@@ -116,7 +112,7 @@ def _end_in_all(
     candidates: Sequence[Candidate], options: LaunchOptions
 ) -> int:
     """Stop several launches, or processes of them; all begin at once."""
-    if not options.names:
+    if options.request == 'stop' and not options.names:
         stopping, code = _in_each(candidates, _begin_to_stop)
         return max(code, _in_each(stopping, _wait_for_end)[1])
     having = [c for c in candidates if all(matches(c.state, options.names))]
@@ -153,12 +149,14 @@ def _status(candidates: Sequence[Candidate], form: str) -> int:
     if form == 'json':
         launches = [_described(candidate, usage) for candidate in candidates]
         show_json(json.dumps({'launches': launches}, indent=2))
-        return code
-    width = None
-    if sys.stdout.isatty():
-        width = shutil.get_terminal_size().columns
-    tables = [table(c.state, usage, width, c.is_orphaned) for c in candidates]
-    show('\n\n'.join(tables))
+    else:
+        is_terminal = sys.stdout.isatty()
+        width = shutil.get_terminal_size().columns if is_terminal else None
+        show(
+            '\n\n'.join(
+                table(c.state, usage, width, c.is_orphaned) for c in candidates
+            )
+        )
     return code
 
 
@@ -195,18 +193,17 @@ def _end(chosen: Candidate, parts: Sequence[Part], *, is_restart: bool) -> int:
     for part in parts:
         try:
             chosen.launch.do(command(part.label))
+            waited.append(part)
         except LaunchEndedError:
             raise
         except ControlError as e:
             refusals.append(e)
-        else:
-            waited.append(part)
     if refusals and not waited:
         raise refusals[0]
     # of many that a pattern means, some may be as they should be
     for refusal in refusals:
         say_line(f'{chosen.state.title}: {refusal}')
-    failed = bool(refusals)
+    code = 1 if refusals else 0
     if is_restart:
         # containers bring back what they had
         waited += [
@@ -217,9 +214,9 @@ def _end(chosen: Candidate, parts: Sequence[Part], *, is_restart: bool) -> int:
         ]
     for part in waited:
         text, is_done = _outcome(_wait_for(chosen, part), is_restart)
-        failed = failed or not is_done
+        code = code if is_done else 1
         say_line(f'{part.label}: {text}')
-    return int(failed)
+    return code
 
 
 def _outcome(now: Part | None, is_restart: bool) -> tuple[str, bool]:
@@ -252,21 +249,20 @@ def _wait_for(chosen: Candidate, part: Part) -> Part | None:
             return None
         is_long = time.monotonic() - asked > PROGRESS_INTERVAL
         for now in state.parts():
-            if now.label == part.label and _is_settled(now, is_long):
+            # nobody knows when a container of others comes
+            is_stuck = (
+                isinstance(now, ComponentState)
+                and now.phase == 'waiting'
+                and now.process is None
+                and is_long
+            )
+            is_settled = is_stuck or now.phase not in _UNSETTLED
+            if now.label == part.label and is_settled:
                 return now
         if is_long and not is_announced:
             is_announced = True
             say_line(f'waiting for {part.label}')
         time.sleep(POLL_INTERVAL)
-
-
-def _is_settled(part: Part, is_long: bool) -> bool:
-    if part.phase == 'waiting':
-        # nobody knows when a container of others comes
-        if isinstance(part, ComponentState):
-            return is_long and part.process is None
-        return False
-    return part.phase not in _UNSETTLED
 
 
 def _change_states(
@@ -282,55 +278,40 @@ def _change_states(
     :raises UserError: when a name means no lifecycle node
     :raises ControlError: when the launch ended
     """
+    launch, code = chosen.launch, 0
+    nodes = choose_parts(chosen.state, names)
     # what a launch leaves that was killed has no states, and says so
-    choose = choose_parts if chosen.is_orphaned else choose_lifecycle_nodes
-    failed = False
-    for node in choose(chosen.state, names):
-        reason = _change_state(chosen, node.label, transition)
-        if reason is None:
-            text = TRANSITIONS[transition].goal
+    if not chosen.is_orphaned:
+        _refuse_other_nodes(chosen.state, names)
+        nodes = [part for part in nodes if part.lifecycle is not None]
+    for label in [node.label for node in nodes]:
+        try:
+            launch.do(
+                commands.ChangeState(label, transition),  # type: ignore[arg-type]
+                waiting=partial(say_line, f'waiting for {label}'),
+            )
+        except LaunchEndedError:
+            raise
+        except ControlError as e:
+            code = 1
+            states = {p.label: p.lifecycle for p in launch.status().parts()}
+            possible = transitions_of(states.get(label))
+            text = f'{transition} failed: {e}'
+            if possible and transition not in possible:
+                text += f'; it could {" or ".join(possible)}'
         else:
-            failed = True
-            text = f'{transition} failed: {reason}'
-        say_line(f'{node.label}: {text}')
-    return int(failed)
+            text = TRANSITIONS[transition].goal
+        say_line(f'{label}: {text}')
+    return code
 
 
-def choose_lifecycle_nodes(
-    state: LaunchState, names: Sequence[str]
-) -> list[Part]:
-    """
-    Return the processes and components whose nodes have a lifecycle.
-
-    :param names: As for :func:`choose_parts`
-    :raises UserError: when a name means none
-    """
-    known = [p for p in state.parts() if p.lifecycle is not None]
+def _refuse_other_nodes(state: LaunchState, names: Sequence[str]) -> None:
+    """Refuse names that mean only what has no lifecycle."""
     for found in matches(state, names):
         if found and all(p.lifecycle is None for p in found):
+            known = [p for p in state.parts() if p.lifecycle is not None]
             raise UserError(
                 f'{listing(p.label for p in found)} of {state.title} is no '
                 'lifecycle_node or composable_lifecycle_node; there is '
                 f'{listing(p.label for p in known) or "none"}'
             )
-    return [p for p in choose_parts(state, names) if p.lifecycle is not None]
-
-
-def _change_state(
-    chosen: Candidate, label: str, transition: str
-) -> str | None:
-    """Change the state of a node; return why that failed, if it did."""
-    try:
-        chosen.launch.do(
-            ChangeState(label, transition),  # type: ignore[arg-type]
-            waiting=lambda: say_line(f'waiting for {label}'),
-        )
-    except LaunchEndedError:
-        raise
-    except ControlError as e:
-        states = {p.label: p.lifecycle for p in chosen.launch.status().parts()}
-        possible = transitions_of(states.get(label))
-        if not possible or transition in possible:
-            return str(e)
-        return f'{e}; it could {" or ".join(possible)}'
-    return None

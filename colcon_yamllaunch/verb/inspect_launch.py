@@ -24,7 +24,7 @@ from colcon_yamllaunch.plan.plan_json import plan_to_json
 from colcon_yamllaunch.plan.plan_script import plan_to_script
 from colcon_yamllaunch.plan.plan_text import plan_to_text
 from colcon_yamllaunch.plan.position import Position, shown_position
-from colcon_yamllaunch.verb.context import GiveUpError, LaunchContext
+from colcon_yamllaunch.verb.context import LaunchContext
 from colcon_yamllaunch.verb.messages import enumeration, show, show_json
 from colcon_yamllaunch.verb.options import TEXT
 from colcon_yamllaunch.verb.prepare import (
@@ -65,14 +65,11 @@ def inspect(context: LaunchContext) -> int:
 
     :raises UserError: when there is no such launch file
     """
-    try:
-        if context.options.check is not None:
-            return _check(context, context.options.check)
-        if context.options.plan is not None:
-            return _plan(context, context.options.plan)
-        return _show_args(context)
-    except GiveUpError as e:
-        return e.returncode
+    if context.options.check is not None:
+        return _check(context, context.options.check)
+    if context.options.plan is not None:
+        return _plan(context, context.options.plan)
+    return _show_args(context)
 
 
 def _check(context: LaunchContext, form: str) -> int:

@@ -32,6 +32,19 @@ _SIGNALS = (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 logger = logging.getLogger('colcon.colcon_yamllaunch')
 
 
+class GiveUpError(Exception):
+    """
+    The verb ends here; the user knows why.
+
+    :param is_build: Whether a build failed
+    """
+
+    def __init__(self, returncode: int, *, is_build: bool = False) -> None:
+        super().__init__()
+        self.returncode = returncode
+        self.is_build = is_build
+
+
 def say(text: str) -> None:
     """Print lines for the user, apart from the output of processes."""
     # who shows something hears of what is wrong with the output
@@ -203,6 +216,8 @@ def report_errors(verb: str, action: Callable[[], int]) -> int:
         with written():
             sys.stdout.flush()
         return code
+    except GiveUpError as e:
+        return e.returncode
     except UserError as e:
         say(e.lines(f'colcon {verb}'))
         return 1

@@ -9,7 +9,7 @@ errors. When it begins to run, it goes into the background, with a session of
 its own, and the full screen here is a client of it like any other.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 import math
 import os
@@ -64,11 +64,6 @@ class Background:
             os.write(self._begun, b'.')
         os.close(self._begun)
         return nothing
-
-    def say(self, lines: Iterable[str]) -> None:
-        """Store a message that is shown after the user has left."""
-        for line in lines:
-            say(line)
 
 
 def launch_for_screen(

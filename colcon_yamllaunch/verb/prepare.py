@@ -25,8 +25,8 @@ from colcon_yamllaunch.language.policies.evaluate import evaluate, Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic, Severity
 from colcon_yamllaunch.plan.plan import Plan, Process
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.verb.context import GiveUpError, LaunchContext
-from colcon_yamllaunch.verb.messages import say
+from colcon_yamllaunch.verb.context import LaunchContext
+from colcon_yamllaunch.verb.messages import GiveUpError, say
 from colcon_yamllaunch.verb.target import Target
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 

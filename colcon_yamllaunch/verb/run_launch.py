@@ -16,7 +16,7 @@ from colcon_yamllaunch.engine.events import Ended, Event, Started, StartFailed
 from colcon_yamllaunch.engine.exit_conditions import ExitConditions
 from colcon_yamllaunch.observers.presentation import Presentation
 from colcon_yamllaunch.plan.plan import Plan, Process, SetParameter
-from colcon_yamllaunch.verb.context import GiveUpError, LaunchContext
+from colcon_yamllaunch.verb.context import LaunchContext
 from colcon_yamllaunch.verb.log_folders import locked, log_store_of
 from colcon_yamllaunch.verb.messages import say
 from colcon_yamllaunch.verb.options import WATCH_WITH_BELL
@@ -42,28 +42,18 @@ def launch(context: LaunchContext) -> 'tuple[int, ChangeLoop | None]':
     :raises UserError: when there can be no launch
     """
     with locked(context.log_folder), context.workspace.lock:
-        try:
-            if context.options.from_plan is None:
-                plan, environment = prepare(context)
-            else:
-                plan = _prepare_saved(context, context.options.from_plan)
-                environment = context.process_environment()
-                warn_of_missing_programs(context, plan, environment)
-        except GiveUpError as e:
-            return e.returncode, None
+        if context.options.from_plan is None:
+            return _run(context, *prepare(context))
+        plan = _saved_plan(context.options.from_plan, context.cwd)
+        if context.machines is not None:
+            context.machines.bring_code_of(plan)
+            plan = context.machines.settled(plan)
+        environment = context.process_environment()
+        warn_of_missing_programs(context, plan, environment)
         return _run(context, plan, environment)
 
 
-def _prepare_saved(context: LaunchContext, path: Path) -> Plan:
-    """Return a saved plan when all that it needs on machines is there."""
-    plan = read_saved_plan(path, context.cwd)
-    if context.machines is not None:
-        context.machines.bring_code_of(plan)
-        plan = context.machines.settled(plan)
-    return plan
-
-
-def read_saved_plan(path: Path, cwd: Path) -> Plan:
+def _saved_plan(path: Path, cwd: Path) -> Plan:
     """
     Return the plan that a file has.
 
@@ -170,7 +160,9 @@ def _run(
     code = run(plan, run_context, observers)
     ended = observer.ended
     if ended is not None and context.background is not None:
-        context.background.say(ended.summary)
+        # it is shown after the user has left
+        for line in ended.summary:
+            say(line)
     if ended is not None and ended.exit_code:
         context.annotate(_failures_of(ended))
     return code, changes

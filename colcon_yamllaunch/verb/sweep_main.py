@@ -32,9 +32,14 @@ from colcon_yamllaunch.verb.command_line import (
     parse_sweep_options,
     show_help,
 )
-from colcon_yamllaunch.verb.context import GiveUpError, LaunchContext
+from colcon_yamllaunch.verb.context import LaunchContext
 from colcon_yamllaunch.verb.log_folders import log_folder_of, ros_log_folder
-from colcon_yamllaunch.verb.messages import say, say_line, show_versions
+from colcon_yamllaunch.verb.messages import (
+    GiveUpError,
+    say,
+    say_line,
+    show_versions,
+)
 from colcon_yamllaunch.verb.options import (
     AGAIN_ALL,
     AGAIN_FAILED,

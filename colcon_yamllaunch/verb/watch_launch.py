@@ -22,8 +22,8 @@ from colcon_yamllaunch.engine.cgroup import CGROUP_VARIABLE, expect_moves
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import render
 from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.verb.context import GiveUpError, LaunchContext
-from colcon_yamllaunch.verb.messages import say
+from colcon_yamllaunch.verb.context import LaunchContext
+from colcon_yamllaunch.verb.messages import GiveUpError, say
 from colcon_yamllaunch.verb.prepare import prepare
 from colcon_yamllaunch.watch import worker
 from colcon_yamllaunch.watch.change_loop import ChangeLoop

@@ -18,8 +18,8 @@ from colcon_yamllaunch.remote.deployment.deployment import (
     Rule,
 )
 from colcon_yamllaunch.verb import launch_machine
-from colcon_yamllaunch.verb.context import GiveUpError
 from colcon_yamllaunch.verb.machines import Machines
+from colcon_yamllaunch.verb.messages import GiveUpError
 from colcon_yamllaunch.verb.options import LaunchOptions
 import pytest
 
