@@ -88,7 +88,7 @@ def attach(chosen: Candidate, parts: Sequence[Part]) -> int:
         'detaches, and so does Ctrl-C; Ctrl-Z suspends this terminal only'
     )
     try:
-        reason = _Conversation(chosen.launch, keyboard).run(greeting)
+        reason = _converse(chosen.launch, keyboard, greeting)
     finally:
         keyboard.release()
         show('')
@@ -96,84 +96,69 @@ def attach(chosen: Candidate, parts: Sequence[Part]) -> int:
     return 0
 
 
-class _Conversation:
-    """Passes on keys one way, and output the other."""
+def _converse(launch: RunningLaunch, keyboard: Keyboard, greeting: str) -> str:
+    """
+    Pass on keys one way and output the other; return the reason to end that.
 
-    def __init__(self, launch: RunningLaunch, keyboard: Keyboard) -> None:
-        self._launch = launch
-        self._keyboard = keyboard
-        self._poll = select.poll()
-        self._poll.register(launch.connection, select.POLLIN)
+    :param greeting: What to say once keys and signals are taken
+    """
+    poll = select.poll()
+    poll.register(launch, select.POLLIN)
 
-    def run(self, greeting: str) -> str:
-        """
-        Go on until there is a reason to end, and return it.
-
-        :param greeting: What to say once keys and signals are taken
-        """
-        with caught() as signals:
-            self._poll.register(signals, select.POLLIN)
-            self._listen()
-            say(greeting)
-            while True:
-                ready = dict(self._poll.poll())
-                if signals in ready and self._is_over(received(signals)):
-                    return 'detached'
-                if self._keyboard.descriptor in ready and self._is_left():
-                    return 'detached'
-                if self._launch.connection.fileno() in ready:
-                    try:
-                        ending = self._show_output()
-                    except LaunchEndedError as e:
-                        return str(e)
-                    if ending is not None:
-                        return ending
-
-    def _listen(self) -> None:
-        """Read keys, unless another job has the terminal."""
-        if self._keyboard.grab():
-            self._poll.register(self._keyboard.descriptor, select.POLLIN)
+    def listen() -> None:
+        # unless another job has the terminal
+        if keyboard.grab():
+            poll.register(keyboard.descriptor, select.POLLIN)
         else:
             with suppress(KeyError):
-                self._poll.unregister(self._keyboard.descriptor)
+                poll.unregister(keyboard.descriptor)
 
-    def _is_over(self, numbers: list[int]) -> bool:
-        for number in numbers:
-            if number == signal.SIGTSTP:
-                self._keyboard.release()
-                os.kill(os.getpid(), signal.SIGSTOP)
-            elif number == signal.SIGCONT:
-                self._listen()
-        return any(number in STOPPING for number in numbers)
+    with caught() as signals:
+        poll.register(signals, select.POLLIN)
+        listen()
+        say(greeting)
+        while True:
+            ready = dict(poll.poll())
+            for number in received(signals) if signals in ready else ():
+                if number in STOPPING:
+                    return 'detached'
+                if number == signal.SIGTSTP:
+                    keyboard.release()
+                    os.kill(os.getpid(), signal.SIGSTOP)
+                elif number == signal.SIGCONT:
+                    listen()
+            if keyboard.descriptor in ready:
+                try:
+                    keys, escape, _ = keyboard.keys().partition(ESCAPE)
+                except OSError:
+                    return 'detached'
+                if keys:
+                    launch.send({'keys': protocol.text_of(keys)})
+                if escape:
+                    return 'detached'
+            if launch.fileno() in ready:
+                try:
+                    ending = _show_output(launch)
+                except LaunchEndedError as e:
+                    return str(e)
+                if ending is not None:
+                    return ending
 
-    def _is_left(self) -> bool:
-        """Pass on keys, and tell whether there will be no more."""
-        try:
-            keys, escape, _ = self._keyboard.keys().partition(ESCAPE)
-        except OSError:
-            return True
-        if keys:
-            self._launch.send({'keys': protocol.text_of(keys)})
-        return bool(escape)
 
-    def _show_output(self) -> str | None:
-        """Show what was sent; return how the process ended for good."""
-        self._launch.read()
-        while (message := self._launch.next_message()) is not None:
-            _show(message)
-            if 'ended' in message and not message.get('again'):
-                return str(message['ended'])
-        return None
-
-
-def _show(message: dict[str, object]) -> None:
-    if 'output' in message:
-        try:
-            data = protocol.bytes_of(message['output'])
-        except ProtocolError as e:
-            raise ControlError(str(e)) from e
-        show_bytes(data)
-    elif 'skipped' in message:
-        say(f'\n[{message["skipped"]} bytes skipped]')
-    elif 'ended' in message and message.get('again'):
-        say(f'\n[{message["ended"]}; it starts again]')
+def _show_output(launch: RunningLaunch) -> str | None:
+    """Show what was sent; return how the process ended for good."""
+    launch.read()
+    while (message := launch.next_message()) is not None:
+        if 'output' in message:
+            try:
+                data = protocol.bytes_of(message['output'])
+            except ProtocolError as e:
+                raise ControlError(str(e)) from e
+            show_bytes(data)
+        elif 'skipped' in message:
+            say(f'\n[{message["skipped"]} bytes skipped]')
+        elif message.get('again') and 'ended' in message:
+            say(f'\n[{message["ended"]}; it starts again]')
+        elif 'ended' in message:
+            return str(message['ended'])
+    return None

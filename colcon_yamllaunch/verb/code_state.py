@@ -8,7 +8,6 @@ import json
 import os
 from pathlib import Path
 import re
-import subprocess
 import time
 
 from colcon_yamllaunch.common.fingerprint import (
@@ -20,12 +19,12 @@ from colcon_yamllaunch.common.fingerprint import (
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.sweep.results import Code
+from colcon_yamllaunch.verb.git import git_output
 from colcon_yamllaunch.workspace.freshness.source_changes import snapshot
 from colcon_yamllaunch.workspace.packages.build_files import is_document
 
-#: Seconds between two looks for edits, and that git may take.
+#: Seconds between two looks for edits.
 _INTERVAL = 1.0
-_GIT_TIMEOUT = 10.0
 #: Tracked files that are compared; a larger repository is no package.
 _MOST_TRACKED = 10_000
 #: Programs whose first argument is the program that matters.
@@ -40,7 +39,7 @@ class CodeState:
     """
 
     def __init__(self, environment: Mapping[str, str]) -> None:
-        self._environment = dict(environment)
+        self._environment = environment
         # the fingerprints of each file or folder at the last check
         self._known: dict[str, dict[str, Fingerprint]] = {}
         self._found = Code('', {})
@@ -85,31 +84,18 @@ class CodeState:
     def _commit(self) -> str:
         """Return the commit, with `-dirty` if modified; '' without git."""
         tops = sorted({top for path in self._known for top in _top(path)})
-        found = {top.name: self._described(top) for top in tops}
-        found = {name: commit for name, commit in found.items() if commit}
+        words = ['--always', '--dirty', '--exclude=*', '--abbrev=10']
+        found = {}
+        for top in tops:
+            if commit := self._git(top, 'describe', *words).strip():
+                found[top.name] = commit
         if len(found) == 1:
             return next(iter(found.values()))
         return ' '.join(f'{name}={commit}' for name, commit in found.items())
 
-    def _described(self, top: Path) -> str:
-        words = ['--always', '--dirty', '--exclude=*', '--abbrev=10']
-        return self._git(top, 'describe', *words).strip()
-
     def _git(self, folder: Path, *words: str) -> str:
-        """Return what git prints, '' if it fails or there is none."""
-        try:
-            done = subprocess.run(
-                ['git', '--no-optional-locks', *words],
-                cwd=folder,
-                env=self._environment,
-                stdin=subprocess.DEVNULL,
-                capture_output=True,
-                timeout=_GIT_TIMEOUT,
-                check=False,
-            )
-        except (OSError, subprocess.TimeoutExpired):
-            return ''
-        return os.fsdecode(done.stdout)
+        options = '--no-optional-locks'
+        return git_output(folder, self._environment, options, *words)
 
 
 def files_of(plan: Plan, evaluation: Evaluation) -> set[str]:

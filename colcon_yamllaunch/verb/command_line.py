@@ -243,7 +243,7 @@ def _read_value(option: Option[Any], given: Any) -> Any:
 def _refuse_unfit(given: Mapping[str, Option[Any]]) -> None:
     """Refuse options that do not fit together."""
     for group in EXCLUSIVE:
-        found = [name for name in given if name in group]
+        found = [name for name in group if name in given]
         if len(found) > 1:
             raise UserError(f'{found[0]} and {found[1]} exclude one another')
     for one, option in given.items():

@@ -3,7 +3,8 @@
 
 """What `colcon create` does, step by step."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import replace
 import getpass
 from importlib.util import find_spec
@@ -12,13 +13,13 @@ from pathlib import Path
 from pkgutil import iter_modules
 import re
 import shlex
-import subprocess
 from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.verb.command_line import parse_create_options
+from colcon_yamllaunch.verb.git import git_output
 from colcon_yamllaunch.verb.messages import (
     enumeration,
     say,
@@ -37,8 +38,6 @@ from colcon_yamllaunch.workspace.packages.workspace_root import (
     UntrustedError,
 )
 
-#: How long git may take to tell a setting (seconds).
-GIT_TIMEOUT = 10.0
 #: The address of a maintainer that git does not know.
 TODO_EMAIL = 'TODO@example.com'
 
@@ -57,10 +56,7 @@ def main(known: Any, environment: Mapping[str, str]) -> int:
         return 0
     name, email, unknown = _maintainer(options, cwd, environment)
     package = _new_package(options, name, email)
-    place = cwd
-    if options.destination is None and not os.path.isdir(cwd / 'src'):
-        place = _named_workspace(cwd) or cwd
-    folder = _destination(options.destination, place) / package.name
+    folder = _destination(options.destination, cwd) / package.name
     try:
         there = next(p for p in (folder, *folder.parents) if os.path.isdir(p))
         root = _root_of(there)
@@ -78,11 +74,8 @@ def main(known: Any, environment: Mapping[str, str]) -> int:
             'NODE',
         )
     new_package.make_package(package, folder)
-    for warning in (
-        *unknown,
-        *_warnings(package, options, environment),
-        *_misspelt(options.dependencies, locator),
-    ):
+    found = _warnings(package, options, locator, environment)
+    for warning in (*unknown, *found):
         say(f'colcon create: warning: {warning}')
     show(_made(package, folder, cwd))
     return 0
@@ -103,23 +96,16 @@ def _add_node(
         names = [package.name for package in locator.packages()]
         hint = did_you_mean(name, names) or 'make it without --add-node'
         raise UserError(f"the workspace has no package '{name}'", hint)
-    is_cpp = node.endswith('.cpp')
     build_type = _build_type(package)
     package = replace(package, type=build_type)
-    if is_cpp and build_type.endswith('python'):
-        raise UserError(
-            f"'{node}' is in C++, which {name}, of the build type "
-            f'{build_type}, does not build',
-            'make a package for it',
-        )
+    which = f'{name}, of the build type {build_type},'
+    node, is_cpp = _node(node, build_type, which, 'make a package for it')
     if build_type not in ('ament_cmake', 'ament_python', 'cmake', 'python'):
         raise UserError(
             f'a node cannot be added to {name}, as its build type is '
             f'{build_type}',
             'make a package for it',
         )
-    node = node.removesuffix('.py').removesuffix('.cpp')
-    new_package.check_node_name(node, build_type, is_cpp)
     added = added_node.AddedNode(package, node, is_cpp)
     made, *changed = added_node.add_node(added)
     missing = _missing_ros(is_cpp, locator, environment)
@@ -141,6 +127,26 @@ def _add_node(
         program = f'$(find-pkg-prefix {name})/lib/{name}/{added.executable}'
         lines.append(f'  - executable: {{cmd: {program}, output: both}}')
     return '\n'.join(lines)
+
+
+def _node(
+    written: str, build_type: str, package: str, fix: str
+) -> tuple[str, bool]:
+    """
+    Return the name of a node, and whether it is in C++.
+
+    :param written: Its name as the user writes it
+    :param package: The package, for the error if that cannot build it
+    :raises UserError: when the package cannot build it, or by its name
+    """
+    is_cpp = written.endswith('.cpp')
+    if is_cpp and build_type.endswith('python'):
+        raise UserError(
+            f"'{written}' is in C++, which {package} does not build", fix
+        )
+    node = written.removesuffix('.py').removesuffix('.cpp')
+    new_package.check_node_name(node, build_type, is_cpp)
+    return node, is_cpp
 
 
 def _build_type(package: Package) -> str:
@@ -177,17 +183,13 @@ def _new_package(
     :raises UserError: when something cannot be
     """
     new_package.check_package_name(options.package, options.build_type)
-    node = options.node or new_package.default_node_name(options.package)
-    is_cpp = node.endswith('.cpp')
-    if is_cpp and options.build_type == 'ament_python':
-        raise UserError(
-            f"'{node}' is in C++, which a package of the build type "
-            'ament_python does not build',
-            "leave out --build-type, or say '--build-type cmake' for one "
-            'without ROS',
-        )
-    node = node.removesuffix('.py').removesuffix('.cpp')
-    new_package.check_node_name(node, options.build_type, is_cpp)
+    node, is_cpp = _node(
+        options.node or new_package.default_node_name(options.package),
+        options.build_type,
+        f'a package of the build type {options.build_type}',
+        "leave out --build-type, or say '--build-type cmake' for one without "
+        'ROS',
+    )
     return new_package.NewPackage(
         name=options.package,
         build_type=options.build_type,
@@ -207,21 +209,21 @@ def _maintainer(
     options: CreateOptions, cwd: Path, environment: Mapping[str, str]
 ) -> tuple[str, str, list[str]]:
     """Return the name and address of the maintainer, and a warning, if any."""
-    name = options.maintainer_name
-    name = name or _git_setting('user.name', cwd, environment)
-    email = options.maintainer_email
-    email = email or _git_setting('user.email', cwd, environment)
-    missing = []
+    name, email = (
+        given or git_output(cwd, environment, 'config', '--get', key).strip()
+        for given, key in (
+            (options.maintainer_name, 'user.name'),
+            (options.maintainer_email, 'user.email'),
+        )
+    )
+    missing = [] if name else ['name']
+    missing += [] if email else ['e-mail address']
     if not name:
-        missing.append('name')
-        try:
+        # a container may run as a user that has no name
+        name = 'TODO'
+        with suppress(KeyError, OSError):
             name = getpass.getuser()
-        except (KeyError, OSError):
-            # a container may run as a user that has no name
-            name = 'TODO'
-    if not email:
-        missing.append('e-mail address')
-        email = TODO_EMAIL
+    email = email or TODO_EMAIL
     if not missing:
         return name, email, []
     warning = (
@@ -233,30 +235,6 @@ def _maintainer(
     return name, email, [warning]
 
 
-def _git_setting(
-    name: str, cwd: Path, environment: Mapping[str, str]
-) -> str | None:
-    """
-    Return a setting of git, or None where there is none or no git.
-
-    :param name: Such as `user.name`
-    """
-    try:
-        done = subprocess.run(
-            ['git', 'config', '--get', name],
-            cwd=cwd,
-            env=dict(environment),
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            timeout=GIT_TIMEOUT,
-            check=False,
-        )
-    except (OSError, subprocess.TimeoutExpired):
-        return None
-    return done.stdout.strip() or None
-
-
 def _destination(given: Path | None, cwd: Path) -> Path:
     """
     Return the folder that the package's folder is made in.
@@ -266,6 +244,8 @@ def _destination(given: Path | None, cwd: Path) -> Path:
     """
     if given is not None:
         return Path(os.path.normpath(cwd / given))
+    if not os.path.isdir(cwd / 'src'):
+        cwd = _named_workspace(cwd) or cwd
     source = cwd / 'src'
     return source if os.path.isdir(source) and not is_package(cwd) else cwd
 
@@ -307,6 +287,7 @@ def _refuse_place(folder: Path, root: Path | None) -> None:
 def _warnings(
     package: new_package.NewPackage,
     options: CreateOptions,
+    locator: PackageLocator,
     environment: Mapping[str, str],
 ) -> Iterator[str]:
     disliked = list(new_package.dislikes(package.name))
@@ -323,11 +304,11 @@ def _warnings(
             'create the package with --license'
         )
     elif package.license not in new_package.LICENSES:
-        known = f'those of {enumeration(new_package.LICENSES)} are'
+        others = f'those of {enumeration(new_package.LICENSES)} are'
         yield (
             f"the text of the license '{package.license}' is not known, so "
             'there is no file LICENSE: '
-            f'{did_you_mean(package.license, new_package.LICENSES) or known}'
+            f'{did_you_mean(package.license, new_package.LICENSES) or others}'
         )
     underlays = PackageLocator((), Path(os.devnull), False, environment)
     prefix = underlays.prefix(package.name)
@@ -339,6 +320,12 @@ def _warnings(
     missing = _missing_ros(package.is_cpp, underlays, environment)
     if package.is_ros and missing is not None:
         yield f'{missing}, or make one of --build-type cmake'
+    modules = (module.name for module in iter_modules())
+    known = {*locator.names(), *modules}
+    for name in options.dependencies:
+        meant = None if name in known else did_you_mean(name, known)
+        if meant is not None:
+            yield f"there is no package '{name}' here: {meant}"
 
 
 def _missing_ros(
@@ -355,18 +342,6 @@ def _missing_ros(
         f'{what} is not to be found here, and the package needs it: source '
         'its setup.bash'
     )
-
-
-def _misspelt(
-    dependencies: Iterable[str], locator: PackageLocator
-) -> Iterator[str]:
-    """Return hints for unknown names that are similar to known ones."""
-    modules = (module.name for module in iter_modules())
-    known = {*locator.names(), *modules}
-    for name in dependencies:
-        hint = None if name in known else did_you_mean(name, known)
-        if hint is not None:
-            yield f"there is no package '{name}' here: {hint}"
 
 
 def _made(package: new_package.NewPackage, folder: Path, cwd: Path) -> str:

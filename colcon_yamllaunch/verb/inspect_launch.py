@@ -6,17 +6,19 @@
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.language import reports
 from colcon_yamllaunch.language.actions.parameter_files import parameters_of
 from colcon_yamllaunch.language.evaluation.findings import Checked, together
 from colcon_yamllaunch.language.policies.check import check, find_declarations
-from colcon_yamllaunch.language.policies.evaluate import evaluate
+from colcon_yamllaunch.language.policies.evaluate import evaluate, Evaluation
 from colcon_yamllaunch.language.reports import show_arguments
 from colcon_yamllaunch.language.syntax.diagnostics import (
     Diagnostic,
     LaunchError,
+    Severity,
 )
 from colcon_yamllaunch.plan import plan_graph
 from colcon_yamllaunch.plan.plan import Plan
@@ -39,6 +41,9 @@ from colcon_yamllaunch.workspace.packages.launch_files import (
     checkable_launch_files,
 )
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.remote.deployment.placement import Placed
 
 #: The format of a plan that can be run without colcon.
 SCRIPT = 'sh'
@@ -85,10 +90,13 @@ def _check(context: LaunchContext, form: str) -> int:
         )
         for target in targets
     )
+    placement = ''
     problems: list[Diagnostic] = []
-    placement = None
-    if not options.checks_all and not checked.errors:
-        problems, placement = _check_placement(context)
+    if not (options.checks_all or checked.errors or not context.deployment):
+        evaluation = evaluate(context.request(), runs=False)
+        # an argument that has no default is no error of a check
+        if not evaluation.errors:
+            _, placement, problems = _place(context, evaluation, 'error')
     owners = filter(None, (locator.package_of(t.path) for t in targets))
     used = {*checked.packages, *(owner.name for owner in owners)}
     found = (
@@ -103,40 +111,42 @@ def _check(context: LaunchContext, form: str) -> int:
     )
     checked = replace(checked, diagnostics=found)
     _show(form, _CHECK_FORMATS[form](checked, str(context.cwd)))
-    if placement is not None and form == TEXT:
+    if placement and form == TEXT:
         show(placement)
     return 1 if checked.errors else 0
 
 
-def _check_placement(
-    context: LaunchContext,
-) -> tuple[list[Diagnostic], str | None]:
+def _place(
+    context: LaunchContext, evaluation: Evaluation, severity: Severity
+) -> 'tuple[Placed | None, str, list[Diagnostic]]':
     """
-    Check what runs where, as far as that is known without running.
+    Find what runs where, as far as that is known without running.
 
-    Return what is wrong, and the text that shows it, if it is known.
+    Return it with a text that shows it, if there are other machines, and what
+    is wrong with it.
+
+    :param severity: How bad it is when this machine lacks a program
     """
+    placed, text = None, ''
+    problems: list[Diagnostic] = []
+    local = evaluation.plan
     deployment = context.deployment
-    if deployment is None:
-        return [], None
-    from colcon_yamllaunch.remote.deployment import placement
+    if deployment is not None:
+        # most launches run here
+        from colcon_yamllaunch.remote.deployment import placement
 
-    request = context.request()
-    evaluation = evaluate(request, runs=False)
-    # an argument that has no default is no error of a check
-    if evaluation.errors:
-        return [], None
-    placed = placement.place(evaluation.plan, deployment)
-    missing = missing_programs(
-        placed.local.processes(),
+        placed = placement.place(evaluation.plan, deployment)
+        text = placement.placement_to_text(placed, deployment)
+        problems += placement.rules_in_vain(evaluation.plan, deployment)
+        local = placed.local
+    problems += missing_programs(
+        local.processes(),
         evaluation.programs,
         context.locator,
-        request.environment,
-        'error',
+        context.process_environment(),
+        severity,
     )
-    in_vain = placement.rules_in_vain(evaluation.plan, deployment)
-    text = placement.placement_to_text(placed, deployment)
-    return [*in_vain, *missing], text
+    return placed, text, problems
 
 
 def _launch_files(locator: PackageLocator) -> list[Target]:
@@ -243,63 +253,44 @@ def _plan(context: LaunchContext, form: str) -> int:
         return 1
     if options.why:
         explain(context, target, evaluation)
-    plan, text = evaluation.plan, ''
+    placed, placement, problems = _place(context, evaluation, 'warning')
     if form == SCRIPT:
-        _refuse_script(plan, context.cwd)
-    problems: Iterable[Diagnostic] = ()
-    local = plan
-    parts: Iterable[str] = ()
-    machines: Mapping[str, str] = {}
-    if context.deployment is not None:
-        # most launches run here
-        from colcon_yamllaunch.remote.deployment import placement
-
-        placed = placement.place(plan, context.deployment)
-        problems = placement.rules_in_vain(plan, context.deployment)
-        text = placement.placement_to_text(placed, context.deployment) + '\n\n'
-        plan, local = placed.whole, placed.local
-        parts, machines = placed.parts, placed.machines
-    context.report(
-        missing_programs(
-            local.processes(),
-            evaluation.programs,
-            locator,
-            request.environment,
-        )
-    )
+        _refuse_script(evaluation.plan, placed, context.cwd)
     context.report(problems)
-    if form == SCRIPT and parts:
-        raise UserError(
-            'there is no script for it, as parts of it run on '
-            f'{enumeration(parts)}: launch it'
-        )
+    plan = evaluation.plan if placed is None else placed.whole
     cwd, setup = str(context.cwd), context.workspace.setup_script
-    setup_text = None if setup is None else str(setup)
     if form == TEXT:
-        text += plan_to_text(plan, cwd, setup_text, machines, parameters_of)
+        machines = {} if placed is None else placed.machines
+        text = plan_to_text(plan, cwd, setup, machines, parameters_of)
+        text = f'{placement}\n\n{text}' if placement else text
     else:
-        text = _PLAN_FORMATS[form](plan, cwd, setup_text)
+        text = _PLAN_FORMATS[form](plan, cwd, setup)
     _show(form, text)
     return 0
 
 
-def _refuse_script(plan: Plan, cwd: Path) -> None:
+def _refuse_script(plan: Plan, placed: 'Placed | None', cwd: Path) -> None:
     """
     Refuse a plan that no script can run.
 
     :raises UserError: when it is such a plan
     """
+    reason = None
     if plan.left_open:
-        raise UserError(
-            f'there is no script for it, as {plan.left_open[0]} is left open: '
-            'add --run-commands if you trust the launch file'
+        reason = (
+            f'{plan.left_open[0]} is left open: add --run-commands if you '
+            'trust the launch file'
         )
-    if plan.worker_position is not None:
+    elif plan.worker_position is not None:
         place = shown_position(plan.worker_position, str(cwd))
-        raise UserError(
-            'there is no script for it, as what happens while it runs is up '
-            f'to Python ({place}): launch it'
+        reason = (
+            f'what happens while it runs is up to Python ({place}): launch it'
         )
+    elif placed is not None and placed.parts:
+        machines = enumeration(placed.parts)
+        reason = f'parts of it run on {machines}: launch it'
+    if reason is not None:
+        raise UserError(f'there is no script for it, as {reason}')
 
 
 def _show(form: str, text: str) -> None:

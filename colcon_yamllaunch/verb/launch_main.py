@@ -21,7 +21,7 @@ from colcon_yamllaunch.verb.command_line import (
     parse_launch_options,
     show_help,
 )
-from colcon_yamllaunch.verb.messages import show, show_versions
+from colcon_yamllaunch.verb.messages import GiveUpError, show, show_versions
 from colcon_yamllaunch.verb.options import LaunchOptions
 
 if TYPE_CHECKING:
@@ -154,7 +154,7 @@ def _time_limit(options: LaunchOptions) -> Iterator[None]:
     signal.setitimer(signal.ITIMER_REAL, seconds)
     try:
         yield
-    except (KeyboardInterrupt, SystemExit):
+    except (KeyboardInterrupt, SystemExit, GiveUpError):
         if not is_late:
             raise
     finally:

@@ -3,7 +3,7 @@
 
 """What a launch needs before it runs: a plan, and all that it names."""
 
-from collections.abc import Container, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import nullcontext, redirect_stdout
 import io
 import os
@@ -80,9 +80,7 @@ def prepare(context: LaunchContext) -> tuple[Plan, Mapping[str, str]]:
             or not _build(context, wanted, target, evaluation, warned)
         )
         built |= wanted
-        if is_final and all(
-            _exists(context, path) for path in context.packages.expected
-        ):
+        if is_final and _all_exist(context, context.packages.expected):
             # nothing was built since, so all of it still holds
             break
     context.wanted = _wanted(context, target, evaluation)
@@ -147,11 +145,10 @@ def stop_at_unknown_executables(
 
     :raises GiveUpError: when there are some
     """
-    found = missing_executables(
-        evaluation.executables, context.locator, 'certainly'
-    )
-    if errors := list(found):
-        context.fail(errors)
+    uses = evaluation.executables
+    found = list(missing_executables(uses, context.locator, 'certainly'))
+    if found:
+        context.fail(found)
 
 
 def _named(
@@ -174,12 +171,11 @@ def _wanted(
     return _named(context, target, evaluation) - context.remote_only
 
 
-def _exists(context: LaunchContext, path: str) -> bool:
-    """Return whether a path exists, or need not exist here."""
-    if os.path.exists(Path(path)):
-        return True
-    owner = context.locator.owner(path)
-    return owner is not None and owner.name in context.remote_only
+def _all_exist(context: LaunchContext, paths: Iterable[str]) -> bool:
+    """Return whether all paths exist that need to exist here."""
+    missing = (path for path in paths if not os.path.exists(Path(path)))
+    owners = map(context.locator.owner, missing)
+    return all(owner and owner.name in context.remote_only for owner in owners)
 
 
 def _warn(
@@ -234,20 +230,56 @@ def _stop_at_errors(
 def _check_before_start(
     context: LaunchContext, evaluation: Evaluation
 ) -> None:
-    """Stop at what is missing though all has been built."""
-    locator = context.locator
+    """
+    Stop at what is missing though all has been built.
+
+    A program or component that is not there is an error; a file is a warning,
+    as the launch may go on without it in ROS 2 too.
+    """
+    locator, elsewhere = context.locator, context.remote_only
     found = [
         *undeclared_packages(evaluation.packages, locator),
-        *_missing_files(
-            evaluation,
-            context.packages.not_installed,
+        *missing_executables(
+            [u for u in evaluation.executables if u.package not in elsewhere],
             locator,
-            context.remote_only,
+            'now',
         ),
+        *missing_plugins(
+            [u for u in evaluation.plugins if u.package not in elsewhere],
+            locator,
+            'now',
+        ),
+        *_files_not_installed(context, evaluation),
     ]
     if any(d.severity == 'error' for d in found):
         context.fail(found)
     context.report(found)
+
+
+def _files_not_installed(
+    context: LaunchContext, evaluation: Evaluation
+) -> Iterator[Diagnostic]:
+    """Find launch files and files of command lines that only sources have."""
+    wanted: dict[str, Position | None] = dict.fromkeys(
+        context.packages.not_installed
+    )
+    for process in evaluation.plan.processes():
+        for argument in process.argv:
+            if isinstance(argument, str):
+                path = argument[argument.find('/') :]
+                if path.startswith('/') and not os.path.exists(Path(path)):
+                    wanted[path] = wanted.get(path) or process.position
+    reported = {d.hint for d in evaluation.diagnostics}
+    for path, position in wanted.items():
+        owner = context.locator.owner(path)
+        if owner is None or owner.name in context.remote_only:
+            continue
+        from colcon_yamllaunch.workspace.packages import missing_files
+
+        found = missing_files.not_installed(context.locator, path)
+        if found is not None and found.hint not in reported:
+            reported.add(found.hint)
+            yield Diagnostic('warning', found.problem, position, found.hint)
 
 
 def _build(
@@ -337,13 +369,12 @@ def missing_executables(
         }[when]
         found = explain(locator, use.package, use.name)
         if found is not None:
-            yield Diagnostic(
-                'error',
-                found.problem,
-                use.position,
-                found.hint,
-                len(use.name),
-            )
+            yield _error(found, use.position, use.name)
+
+
+def _error(found: UserError, at: Position, name: str) -> Diagnostic:
+    """Return an error about a name in a launch file."""
+    return Diagnostic('error', found.problem, at, found.hint, len(name))
 
 
 def missing_plugins(
@@ -364,13 +395,7 @@ def missing_plugins(
             explain = missing_files.unknown_plugin
         if locator.prefix(use.package) is None:
             found = locator.no_package(use.package)
-            yield Diagnostic(
-                'error',
-                found.problem,
-                use.package_position,
-                found.hint,
-                len(use.package),
-            )
+            yield _error(found, use.package_position, use.package)
         elif use.plugin is not None:
             missing = explain(locator, use.package, use.plugin)
             if missing is not None:
@@ -380,40 +405,6 @@ def missing_plugins(
                     use.position,
                     length=len(use.plugin),
                 )
-
-
-def _missing_files(
-    evaluation: Evaluation,
-    missing: Iterable[str],
-    locator: PackageLocator,
-    remote_only: Container[str] = (),
-) -> Iterator[Diagnostic]:
-    """
-    Find what the launch needs and the packages have not installed.
-
-    A program or component that is not there is an error; a file is a warning,
-    as the launch may go on without it in ROS 2 too.
-
-    :param remote_only: Packages that other machines have, and not this one
-    """
-    executables = [
-        use for use in evaluation.executables if use.package not in remote_only
-    ]
-    plugins = [u for u in evaluation.plugins if u.package not in remote_only]
-    yield from missing_executables(executables, locator, 'now')
-    yield from missing_plugins(plugins, locator, 'now')
-    wanted = dict.fromkeys(missing) | _used_paths(evaluation)
-    reported = {d.hint for d in evaluation.diagnostics}
-    for path, position in wanted.items():
-        owner = locator.owner(path)
-        if owner is None or owner.name in remote_only:
-            continue
-        from colcon_yamllaunch.workspace.packages import missing_files
-
-        found = missing_files.not_installed(locator, path)
-        if found is not None and found.hint not in reported:
-            reported.add(found.hint)
-            yield Diagnostic('warning', found.problem, position, found.hint)
 
 
 def missing_programs(
@@ -453,16 +444,3 @@ def missing_programs(
             place.length,
             place.includes,
         )
-
-
-def _used_paths(evaluation: Evaluation) -> dict[str, Position | None]:
-    """Return the absolute paths that command lines name, and where."""
-    paths: dict[str, Position | None] = {}
-    for process in evaluation.plan.processes():
-        for argument in process.argv:
-            if not isinstance(argument, str):
-                continue
-            path = argument[argument.find('/') :]
-            if path.startswith('/') and not os.path.exists(Path(path)):
-                paths.setdefault(path, process.position)
-    return paths

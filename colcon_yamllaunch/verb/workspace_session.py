@@ -206,11 +206,11 @@ class WorkspaceSession:
         return {} if self._colcon is None else self._colcon.guessed
 
     @property
-    def setup_script(self) -> Path | None:
+    def setup_script(self) -> str | None:
         """The script that sources it, whether it is there yet or not."""
         if self._colcon is None:
             return None
-        return self._colcon.install_base / 'setup.bash'
+        return str(self._colcon.install_base / 'setup.bash')
 
     def _source_existing(self) -> None:
         base = self.colcon.build_base
