@@ -14,7 +14,9 @@ The colcon verbs: arguments in, exit code out.
   `run_launch` runs the plan. `inspect_launch` shows it instead (`--plan`,
   `--check`); `watch_launch` (`--watch`) and `sweep_main` prepare it several
   times.
-- `controlling` and what it imports act on running launches.
+- `machines` connects with other machines, each a `launch_machine`.
+- `controlling` and what it imports act on running launches; `full_screen`
+  shows one, and `background_launch` a new one.
 - `completing` answers Tab.
 
 If nothing else is said, an `environment` is the user's, and `known` is what

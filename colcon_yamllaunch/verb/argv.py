@@ -114,14 +114,13 @@ def _need_current_folder() -> None:
         Path.cwd()
     except OSError:
         words = sys.argv[1:]
-        index = _verb_index(words)
-        verb = next(iter(words[index : index + 1]), None)
-        if verb in _VERBS:
-            _exit(
-                verb,
-                'the current folder was removed, or may not be read: go to '
-                'another one',
-            )
+        for verb in words[_verb_index(words) :][:1]:
+            if verb in _VERBS:
+                _exit(
+                    verb,
+                    'the current folder was removed, or may not be read: go '
+                    'to another one',
+                )
 
 
 def _exit(verb: str, error: object) -> NoReturn:

@@ -50,9 +50,8 @@ class Builds:
         self._force = force
         self._why = why
         self._built: dict[str, Decision] = {}
-        self._fresh: set[str] = set()
+        self._fresh: set[str] | None = None
         self._explained: set[str] = set()
-        self._has_decided = False
 
     @property
     def names(self) -> list[str]:
@@ -96,7 +95,7 @@ class Builds:
             update = replace(update, returncode=interrupted.returncode)
         elif update.returncode == 0 and update.changed:
             session.source()
-        self._has_decided = True
+        self._fresh = self._fresh or set()
         for decision in update.decisions:
             if decision.name in update.built:
                 self._built.setdefault(decision.name, decision)
@@ -106,7 +105,7 @@ class Builds:
 
     def report(self) -> None:
         """Print in one line which packages were built, if any."""
-        if self._has_decided:
+        if self._fresh is not None:
             fresh = self._fresh - set(self._built)
             say_line(after_build(list(self._built.values()), len(fresh)))
 

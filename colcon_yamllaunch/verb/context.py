@@ -40,9 +40,9 @@ if TYPE_CHECKING:
     from colcon_yamllaunch.observers.junit import JUnitReport
     from colcon_yamllaunch.python_launch.worker_process import WorkerProcess
     from colcon_yamllaunch.remote.deployment.deployment import Deployment
+    from colcon_yamllaunch.verb.background_launch import Background
     from colcon_yamllaunch.verb.builds import Builds
     from colcon_yamllaunch.verb.machines import Machines
-    from colcon_yamllaunch.verb.own_launch import Background
 
 # what few launches need is imported where it is needed
 
@@ -77,7 +77,8 @@ class LaunchContext:
         self.environment = environment
         self.log_folder = log_folder
         self.is_again = is_again
-        quiet = _print_nothing if options.quiet else say_line
+        if announce is None:
+            announce = (lambda _: None) if options.quiet else say_line
         #: The workspace, as far as it has been built and sourced.
         self.workspace = WorkspaceSession(
             find_workspace(
@@ -87,7 +88,7 @@ class LaunchContext:
             ),
             options.build_args,
             environment,
-            announce or quiet,
+            announce,
             f'colcon launch {options.title}',
             runs=options.runs,
         )
@@ -153,7 +154,7 @@ class LaunchContext:
         :raises UserError: when there is no such machine
         """
         options, found = self.options, None
-        if not options.is_deployed:
+        if options.on is None and options.deploy is None:
             return None
         from colcon_yamllaunch.remote.deployment import deployment_file
 
@@ -199,11 +200,9 @@ class LaunchContext:
 
         :raises UserError: when there is none
         """
-        positionals = self.options.positionals
-        return path_target(
-            positionals, self.cwd, self.locator
-        ) or package_target(
-            positionals, self.locator, self.workspace.broken_manifests
+        words, locator = self.options.positionals, self.locator
+        return path_target(words, self.cwd, locator) or package_target(
+            words, locator, self.workspace.broken_manifests
         )
 
     def about(self) -> About:
@@ -364,14 +363,9 @@ class LaunchContext:
 
         root = self.environment.get('GITHUB_WORKSPACE') or os.getcwd()
         for diagnostic in diagnostics:
-            position = diagnostic.position
-            if position is not None:
+            if (position := diagnostic.position) is not None:
                 # from an installed launch file to that in the repository
                 path = os.path.realpath(position.path)
-                source = replace(position, path=path)
-                diagnostic = replace(diagnostic, position=source)
-            show(annotation(diagnostic, os.path.realpath(root)))
-
-
-def _print_nothing(line: str) -> None:
-    """Do nothing."""
+                position = replace(position, path=path)
+            found = replace(diagnostic, position=position)
+            show(annotation(found, os.path.realpath(root)))

@@ -55,18 +55,18 @@ def doubled_nodes(
     """
     if other.stopping:
         return []
-    alive = [p for p in other.processes if p.phase != 'ended']
-    found = []
+    found: dict[str, None] = {}
     for process in plan.processes():
         own = {**environment, **dict(process.environment)}
         domain = own.get(_DOMAIN) or '0'
         if any(
-            _is_same_node(process, state, file == other.file)
+            state.phase != 'ended'
+            and _is_same_node(process, state, file == other.file)
             and _domain_of(state, other) == domain
-            for state in alive
+            for state in other.processes
         ):
-            found.append(process.node_name or process.label)
-    return list(dict.fromkeys(found))
+            found[process.node_name or process.label] = None
+    return list(found)
 
 
 def warning(nodes: Iterable[str], other: LaunchState) -> str:

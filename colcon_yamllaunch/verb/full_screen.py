@@ -13,7 +13,6 @@ import subprocess
 import sys
 import termios
 import time
-from types import TracebackType
 from typing import Any, TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import UserError
@@ -85,15 +84,19 @@ def show_launch(chosen: Candidate, environment: Mapping[str, str]) -> int:
             'its launcher was killed, so there is nothing to show; --stop '
             'ends what still runs'
         )
-    number = show(chosen.launch, OuterTerminal(chosen.state.pid, environment))
+    terminal = OuterTerminal(chosen.state.pid, environment)
+    number, _ = show(chosen.launch, terminal)
     return 0 if number is None else 128 + number
 
 
-def show(launch: RunningLaunch, terminal: 'OuterTerminal') -> int | None:
+def show(
+    launch: RunningLaunch, terminal: 'OuterTerminal'
+) -> tuple[int | None, bool]:
     """
     Show a launch until the user leaves.
 
-    Return the signal that ended it, if one did.
+    Return the signal that ended that, if one did, and whether the launch ended
+    while it was shown.
 
     :raises ControlError: when the launch refuses
     """
@@ -116,28 +119,22 @@ def show(launch: RunningLaunch, terminal: 'OuterTerminal') -> int | None:
         # only one that is not empty counts (https://no-color.org)
         os.environ.pop('NO_COLOR', None)
     with ScreenWatchdog(0) as watchdog:
-        app = LaunchApp(
-            launch,
-            terminal,
-            shown=lambda is_shown: watchdog.note(is_shown=is_shown),
-        )
+        app = LaunchApp(launch, terminal, shown=watchdog.note)
         try:
             with _ended_by_signals(app, terminal):
                 app.run()
                 if app.signal is not None:
                     # the terminal may be gone
-                    for stream in filter(
-                        None, (sys.__stdout__, sys.__stderr__)
-                    ):
-                        flush_or_drop(stream)
+                    for stream in (sys.__stdout__, sys.__stderr__):
+                        if stream is not None:
+                            flush_or_drop(stream)
         finally:
             app.panes.close()
-            terminal.is_over = bool(app.panes.model.ending)
             if plain is not None:
                 os.environ['NO_COLOR'] = plain
     if app.error is not None:
         raise app.error
-    return app.signal
+    return app.signal, bool(app.panes.model.ending)
 
 
 class OuterTerminal:
@@ -158,13 +155,8 @@ class OuterTerminal:
         self._pid = pid
         self._environment = environment
         self._interrupt = interrupt
-        #: Whether the launch ended while it was shown.
-        self.is_over = False
-
-    @property
-    def owns_launch(self) -> bool:
-        """Whether the launch was started for this screen."""
-        return self._interrupt is not None
+        #: Whether the launch was started for this screen.
+        self.owns_launch = interrupt is not None
 
     def interrupt(self) -> None:
         """Do to the launch what Ctrl-C does."""
@@ -291,7 +283,7 @@ class ScreenWatchdog:
                 os._exit(code)
         os.close(reader)
 
-    def note(self, *, is_shown: bool) -> None:
+    def note(self, is_shown: bool) -> None:
         """Record whether the screen is shown."""
         with suppress(OSError):
             os.write(self._writer, _ON if is_shown else _OFF)
@@ -299,13 +291,8 @@ class ScreenWatchdog:
     def __enter__(self) -> 'ScreenWatchdog':
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.note(is_shown=False)
+    def __exit__(self, *_: object) -> None:
+        self.note(False)
         os.close(self._writer)
         with suppress(ChildProcessError):
             os.waitpid(self._pid, 0)

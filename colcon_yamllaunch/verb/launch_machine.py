@@ -54,11 +54,11 @@ class LaunchMachine:
         may_ask: bool = False,
     ) -> None:
         self.name = machine.name
-        #: How code gets there: `build`, `install` or `none`.
-        self.sync = 'none' if context.options.no_build else machine.sync
+        #: How it gets code: `build`, `install` or `none`.
+        self.sync_mode = 'none' if context.options.no_build else machine.sync
         #: Whether it is connected, and its properties are known.
         self.is_ready = False
-        #: The packages that it has or is about to get; None before that.
+        #: The packages that were sent; None before that.
         self.packages: frozenset[str] | None = None
         #: Where folders of this computer are on the machine.
         self.folders = RemotePaths({})
@@ -117,9 +117,9 @@ class LaunchMachine:
         self._workspace = facts.workspace
         self._home = self._cwd = facts.home
         self.folders = RemotePaths(self._remote_folders())
-        is_brought = self._session.root is not None and self.sync != 'none'
+        is_sent = self._session.root is not None and self.sync_mode != 'none'
         workspace = facts.workspace
-        if workspace and not (facts.has_workspace or is_brought):
+        if workspace and not (facts.has_workspace or is_sent):
             self._no_workspace = no_workspace(self._machine, workspace)
             if self._machine.workspace is not None:
                 raise self._no_workspace
@@ -152,15 +152,15 @@ class LaunchMachine:
         return self._workspace == str(self._session.root)
 
     @property
-    def gets_what_is_built_here(self) -> bool:
+    def gets_local_builds(self) -> bool:
         """Whether it runs code that is built on this computer."""
-        if self.sync == 'none' and not self._context.options.no_build:
+        if self.sync_mode == 'none' and not self._context.options.no_build:
             return self.shares_workspace
-        return self.sync == 'install'
+        return self.sync_mode == 'install'
 
-    def bring(self, packages: frozenset[str], code: Code) -> Synced:
+    def receive_code(self, packages: frozenset[str], code: Code) -> Synced:
         """
-        Bring packages and their dependencies there.
+        Send packages and their dependencies to the machine.
 
         :raises UserError: when that is not possible
         """
@@ -168,7 +168,7 @@ class LaunchMachine:
             raise self._no_workspace
         assert self._workspace is not None
         return sync_code(
-            self.sync,
+            self.sync_mode,
             self.name,
             self._workspace,
             self.connection,
@@ -226,7 +226,7 @@ class LaunchMachine:
 
     def check(self, part: Plan) -> list[Diagnostic]:
         """
-        Find what processes are given, and is not there.
+        Find files that processes are given and that the machine lacks.
 
         :param part: What is to run there, with the paths of this computer
         :raises UserError: when the machine cannot be asked
@@ -307,7 +307,7 @@ class LaunchMachine:
         """
         machine = self._machine
         variables = sent_variables(self._context.environment, machine.env)
-        # what needs no package does without
+        # a part that needs no package needs no workspace
         needs_workspace = self._has_setup or self.packages
         settings = replace(
             settings,

@@ -26,7 +26,7 @@ from colcon_yamllaunch.verb.options import LaunchOptions
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.observers.junit import JUnitReport
-    from colcon_yamllaunch.verb.own_launch import Background
+    from colcon_yamllaunch.verb.background_launch import Background
 
 # what few launches need is imported where it is needed
 
@@ -49,7 +49,7 @@ def main(known: Any, environment: Mapping[str, str]) -> int:
         show(_schema(options, environment), end='')
         return 0
     if options.ui:
-        from colcon_yamllaunch.verb.own_launch import launch_for_screen
+        from colcon_yamllaunch.verb.background_launch import launch_for_screen
 
         return launch_for_screen(
             lambda background: _launch(

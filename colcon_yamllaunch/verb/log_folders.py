@@ -140,16 +140,13 @@ def default_log_base(known: Any) -> Path | None:
         return None
     values = known
     positionals: list[str] = []
-    if verb != 'run':
-        try:
-            values, positionals, _ = split_line(known, verb)
-        except UserError:
-            # the verb says so
-            return None
-    shows = values.version or getattr(values, 'help_all', False)
-    if shows or (verb == 'launch' and request_of(values, positionals)):
-        return None
     try:
+        if verb != 'run':
+            values, positionals, _ = split_line(known, verb)
+        if values.version or getattr(values, 'help_all', False):
+            return None
+        if verb == 'launch' and request_of(values, positionals):
+            return None
         root = find_workspace(
             values.workspace,
             [word for word in positionals if not word.startswith('-')],

@@ -4,10 +4,9 @@
 """
 The machines of a launch, from the first connection to the running parts.
 
-In this order: they are connected with, get their code while this computer
-builds what it needs itself, are asked for what the plan names, and start their
-parts. All of them do so at once, each in a thread. When the launch runs there
-are no threads any more.
+For each machine: connect, send code while this computer builds its own part,
+check that the files of the plan exist, start the part. All machines do so at
+once, each in a thread. When the launch runs, all threads have ended.
 """
 
 from collections.abc import Callable, Collection, Iterable, Mapping
@@ -35,7 +34,6 @@ from colcon_yamllaunch.verb.context import LaunchContext
 from colcon_yamllaunch.verb.launch_machine import LaunchMachine
 from colcon_yamllaunch.verb.log_folders import log_store_of
 from colcon_yamllaunch.verb.machine_paths import files_of, packages_of
-from colcon_yamllaunch.verb.prepare import stop_at_unknown_executables
 from colcon_yamllaunch.watch.dependencies import Products, RemoteDependencies
 from colcon_yamllaunch.workspace.packages.package import closure
 
@@ -47,7 +45,7 @@ _Result = TypeVar('_Result')
 
 class Tasks(Generic[_Result]):
     """
-    What is done for several machines at once, each in a thread.
+    A function that is called for several machines at once, in threads.
 
     :param function: What to call with each machine; it begins at once
     """
@@ -57,7 +55,7 @@ class Tasks(Generic[_Result]):
         machines: Iterable[LaunchMachine],
         function: Callable[[LaunchMachine], _Result],
     ) -> None:
-        #: What those that succeeded returned, and the errors of the others.
+        #: The results by machine, and the errors of the others.
         self.results: dict[str, _Result] = {}
         self.errors: dict[str, Exception] = {}
         self._function = function
@@ -114,14 +112,14 @@ class Machines:
         self._context = context
         self._session = context.workspace
         self._deployment = deployment
-        # those that are connected, or about to be
+        # the machines that are connected, or about to be
         self._machines: dict[str, LaunchMachine] = {}
-        # what connects with those that will most likely be needed
-        self._expected: Tasks[Facts] = Tasks((), LaunchMachine.connect)
-        # what brings code
+        # connects with the machines that are probably needed
+        self._early: Tasks[Facts] = Tasks((), LaunchMachine.connect)
+        # sends code
         self._syncing: Tasks[Synced] | None = None
-        # the packages that the machines need, and those to bring to some of
-        # them when all is built here
+        # the packages that each machine needs, and those to send when they
+        # are built here
         self._needed: Mapping[str, frozenset[str]] = {}
         self._late: dict[str, frozenset[str]] = {}
         self._placer = Placer(deployment)
@@ -141,14 +139,14 @@ class Machines:
         self._placer = Placer(self._deployment)
         return self._placer.place(plan)
 
-    def expect(self) -> None:
+    def connect_early(self) -> None:
         """
-        Begin to connect with the machines that will most likely be needed.
+        Begin to connect with the machines that the launch probably needs.
 
-        What goes wrong matters only with those that are. Nothing is asked of
-        Slurm, which may have to make room for it.
+        Errors are reported only for machines that it really needs. Slurm is
+        not asked, as it may have to make room first.
         """
-        self._expected = self._begin_to_connect(
+        self._early = self._begin_to_connect(
             [
                 name
                 for name in self._meant_machines()
@@ -156,50 +154,64 @@ class Machines:
             ]
         )
 
-    def bring_code(
-        self, evaluation: Evaluation, named: Collection[str]
+    def begin_sync(
+        self,
+        plan: Plan,
+        evaluation: Evaluation | None = None,
+        named: Collection[str] | None = None,
     ) -> None:
         """
-        Connect with the machines of a launch, and begin to bring the code.
+        Connect with the machines of a launch, and begin to send code to them.
 
         What was begun before goes on.
 
-        :param named: The packages of the workspace that the launch names
-        :raises GiveUpError: when no build brings a program of it
+        :param evaluation: The evaluation that the plan is of; None for a
+          saved plan
+        :param named: The packages of the workspace that the launch names; by
+          default those that the plan names
         :raises UserError: when a machine cannot be reached
         """
-        stop_at_unknown_executables(self._context, evaluation)
-        placed = self.place(evaluation.plan)
-        self._begin(placed, named, is_growing=evaluation.growing is not None)
-        # what was run here may need any of them
-        if not evaluation.has_run_programs:
-            self.remote_only = self._not_needed_here(placed)
+        placed = self.place(plan)
+        packages = frozenset(
+            self._packages_of(plan) if named is None else named
+        )
+        needed = {n: self._packages_of(p) for n, p in placed.parts.items()}
+        if evaluation is not None and evaluation.growing is not None:
+            # more may be started on machines that have nothing yet
+            needed = dict.fromkeys(self._meant_machines(), packages)
+        elif self._deployment.everything_on is not None:
+            needed = dict.fromkeys(placed.parts, packages)
+        self._needed = needed
+        self._connect(needed)
+        self._sync_changed(needed)
+        # programs that were run here may need any package
+        if evaluation is not None and not evaluation.has_run_programs:
+            there: set[str] = set()
+            here = set(self._packages_of(placed.local))
+            for name, packages in needed.items():
+                if self._machines[name].gets_local_builds:
+                    here |= packages
+                else:
+                    there |= packages
+            self.remote_only = frozenset(there - here)
 
-    def bring_code_of(self, plan: Plan) -> None:
+    def finish_sync(self, plan: Plan) -> Plan:
         """
-        Do so for a saved plan.
+        Wait for the code on the machines, and check the parts of a plan there.
 
-        :raises UserError: when a machine cannot be reached
-        """
-        self._begin(self.place(plan), self._packages_of(plan))
+        Packages that are built here are sent only now, so build them before.
+        Return the plan with the names of machines in its labels.
 
-    def settled(self, plan: Plan) -> Plan:
-        """
-        Return a plan as it is known by its users, with names of machines.
-
-        All that its parts need is there then. What is installed here is
-        brought only now, so all is to be built here before.
-
-        :raises GiveUpError: when something that they need is not
-        :raises UserError: when the code could not be brought
+        :raises GiveUpError: when a machine lacks a file that its part needs
+        :raises UserError: when code could not be sent
         """
         context = self._context
         context.report(rules_in_vain(plan, self._deployment))
         placed = self.place(plan)
-        self._wait()
+        self._wait_for_sync()
         late, self._late = self._late, {}
-        self._bring(late)
-        self._wait()
+        self._start_sync(late)
+        self._wait_for_sync()
         checked = Tasks(
             self._machines.values(), lambda m: m.check(placed.part(m.name))
         ).check()
@@ -226,9 +238,9 @@ class Machines:
         self, plan: Plan, *, is_growing: bool
     ) -> tuple[Plan, RemoteParts]:
         """
-        Start the parts, and return what of the plan runs here besides.
+        Start the parts; return what runs here, and the started parts.
 
-        :param plan: As :meth:`settled` has returned it
+        :param plan: As :meth:`finish_sync` has returned it
         :param is_growing: Whether more may come while it runs, for any machine
         :raises UserError: when a part cannot be started
         """
@@ -266,7 +278,7 @@ class Machines:
             self._parts.detach_fork()
 
     def close(self) -> None:
-        """End all connections, and what runs there."""
+        """Close all connections, which ends the parts on the machines."""
         if self._parts is not None:
             self._parts.close()
         self._close_connections()
@@ -275,7 +287,7 @@ class Machines:
         closing = Tasks(self._machines.values(), LaunchMachine.close)
         closing.wait(CLOSE_TIMEOUT)
         self._machines.clear()
-        self._expected.wait(CLOSE_TIMEOUT)
+        self._early.wait(CLOSE_TIMEOUT)
         if self._syncing is not None:
             self._syncing.wait(CLOSE_TIMEOUT)
 
@@ -287,39 +299,8 @@ class Machines:
             plan, session.locator, session.root, session.colcon.install_base
         )
 
-    def _not_needed_here(self, placed: Placed) -> frozenset[str]:
-        """Return the packages that need not be built here; once connected."""
-        there: set[str] = set()
-        here = set(self._packages_of(placed.local))
-        for name, packages in self._needed.items():
-            if self._machines[name].gets_what_is_built_here:
-                here |= packages
-            else:
-                there |= packages
-        return frozenset(there - here)
-
-    def _begin(
-        self,
-        placed: Placed,
-        named: Collection[str],
-        *,
-        is_growing: bool = False,
-    ) -> None:
-        """
-        Connect with the machines, and begin to bring the code there.
-
-        :param named: The packages of the workspace that the launch names
-        :param is_growing: Whether more may come while it runs, for machines
-          that have nothing yet, too
-        :raises UserError: when a machine cannot be reached
-        """
-        needed = {n: self._packages_of(p) for n, p in placed.parts.items()}
-        if is_growing:
-            needed = dict.fromkeys(self._meant_machines(), frozenset(named))
-        elif self._deployment.everything_on is not None:
-            needed = dict.fromkeys(placed.parts, frozenset(named))
-        self._needed = needed
-        self._connect(needed)
+    def _sync_changed(self, needed: Mapping[str, frozenset[str]]) -> None:
+        """Send packages to the machines that need more than they have."""
         wanted = {}
         for name, packages in needed.items():
             known = self._machines[name].packages
@@ -327,29 +308,29 @@ class Machines:
                 wanted[name] = packages | (known or frozenset())
         if not wanted or self._session.root is None:
             return
-        self._wait()
+        self._wait_for_sync()
         for name, packages in wanted.items():
             self._machines[name].packages = packages
         for name in list(wanted):
-            # that is made here first
-            if self._machines[name].gets_what_is_built_here:
+            # it is built here first
+            if self._machines[name].gets_local_builds:
                 self._late[name] = wanted.pop(name)
-        self._bring(wanted)
+        self._start_sync(wanted)
 
-    def _bring(self, wanted: Mapping[str, frozenset[str]]) -> None:
+    def _start_sync(self, wanted: Mapping[str, frozenset[str]]) -> None:
         if wanted:
-            # before there are threads
+            # before threads start
             code = self._code
             self._syncing = Tasks(
                 [self._machines[name] for name in wanted],
-                lambda m: m.bring(wanted[m.name], code),
+                lambda m: m.receive_code(wanted[m.name], code),
             )
 
-    def _wait(self) -> None:
+    def _wait_for_sync(self) -> None:
         """
-        Wait until the code that is on its way has arrived.
+        Wait until the machines have the code that is being sent.
 
-        :raises UserError: when it cannot be brought
+        :raises UserError: when it cannot be sent
         """
         syncing, self._syncing = self._syncing, None
         if syncing is None:
@@ -396,7 +377,7 @@ class Machines:
         unsynced = [
             name
             for name in packages
-            if self._machines[name].sync == 'none'
+            if self._machines[name].sync_mode == 'none'
             and not self._machines[name].shares_workspace
         ]
         return RemoteDependencies(
@@ -438,8 +419,8 @@ class Machines:
 
         :raises UserError: when one cannot be reached
         """
-        expected, self._expected = (
-            self._expected,
+        expected, self._early = (
+            self._early,
             Tasks((), LaunchMachine.connect),
         )
         for name, machine in list(self._machines.items()):

@@ -152,8 +152,7 @@ def open_standard_streams() -> None:
     Otherwise the next file that is opened would take its place, and there
     would be nothing to print to: for Python, the stream is then None.
     """
-    streams = (sys.stdin, sys.stdout, sys.stderr)
-    if all(stream is not None for stream in streams):
+    if None not in (sys.stdin, sys.stdout, sys.stderr):
         return
     descriptor = os.open(os.devnull, os.O_RDWR)
     while descriptor <= 2:
@@ -189,18 +188,18 @@ def _ended_by_signals() -> Iterator[None]:
 
     :raises SystemExit: when one arrives
     """
+
+    def end(number: int, _frame: object) -> None:
+        raise SystemExit(128 + number)
+
     taken = [n for n in _SIGNALS if signal.getsignal(n) is signal.SIG_DFL]
     for number in taken:
-        signal.signal(number, _end)
+        signal.signal(number, end)
     try:
         yield
     finally:
         for number in taken:
             signal.signal(number, signal.SIG_DFL)
-
-
-def _end(number: int, _frame: object) -> None:
-    raise SystemExit(128 + number)
 
 
 def report_errors(verb: str, action: Callable[[], int]) -> int:
@@ -227,8 +226,7 @@ def report_errors(verb: str, action: Callable[[], int]) -> int:
         # nobody reads what is shown
         return 1
     except Exception as e:
-        lack = _lack(e)
-        if lack is not None:
+        if (lack := _lack(e)) is not None:
             say(f'colcon {verb}: error: {lack}')
             return 1
         # a defect of ours: the user gets one line, the log the traceback

@@ -861,11 +861,6 @@ class LaunchOptions(
         return ' '.join(self.title_words)
 
     @property
-    def is_deployed(self) -> bool:
-        """Whether anything is to run on other machines."""
-        return self.on is not None or self.deploy is not None
-
-    @property
     def inspects(self) -> bool:
         """Whether something is shown instead of running."""
         formats = self.check, self.plan

@@ -52,7 +52,7 @@ def prepare(context: LaunchContext) -> tuple[Plan, Mapping[str, str]]:
     # what need not be here is known once it is known what runs here
     is_final = not may_build and machines is None
     if machines is not None:
-        machines.expect()
+        machines.connect_early()
     for _ in range(MAXIMUM_ROUNDS):
         target = context.target()
         request = context.request(target, built=is_final)
@@ -69,7 +69,8 @@ def prepare(context: LaunchContext) -> tuple[Plan, Mapping[str, str]]:
                 named = _named(context, target, evaluation)
                 if options.build_all:
                     named = context.workspace.package_names
-                machines.bring_code(evaluation, named)
+                _stop_at_unknown_executables(context, evaluation)
+                machines.begin_sync(evaluation.plan, evaluation, named)
         if is_final or any(not e.may_pass_after_build for e in errors):
             break
         _stop_at_foreign_plugins(context, evaluation)
@@ -94,7 +95,7 @@ def prepare(context: LaunchContext) -> tuple[Plan, Mapping[str, str]]:
     _check_before_start(context, evaluation)
     plan = evaluation.plan
     if machines is not None:
-        plan = machines.settled(plan)
+        plan = machines.finish_sync(plan)
     warn_of_missing_programs(context, plan, request.environment)
     return plan, request.environment
 
@@ -137,7 +138,7 @@ def warn_of_missing_programs(
     )
 
 
-def stop_at_unknown_executables(
+def _stop_at_unknown_executables(
     context: LaunchContext, evaluation: Evaluation
 ) -> None:
     """
@@ -292,7 +293,7 @@ def _build(
     """Build what is stale, and return whether that changed anything."""
 
     def look_first() -> None:
-        stop_at_unknown_executables(context, evaluation)
+        _stop_at_unknown_executables(context, evaluation)
         if not evaluation.errors:
             # what a build brings is missing in vain only after it
             certain = [

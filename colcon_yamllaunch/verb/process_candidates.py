@@ -4,7 +4,7 @@
 """Running launches and their processes, for completion."""
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from itertools import chain
 from pathlib import Path
@@ -12,12 +12,7 @@ from pathlib import Path
 from colcon_yamllaunch.control.client import ControlError
 from colcon_yamllaunch.control.orphaned_launches import orphaned_launches
 from colcon_yamllaunch.control.process_names import ProcessNames
-from colcon_yamllaunch.engine.state import (
-    LaunchState,
-    Part,
-    ProcessState,
-    UNKNOWN,
-)
+from colcon_yamllaunch.engine.state import LaunchState, ProcessState, UNKNOWN
 from colcon_yamllaunch.plan.plan import TRANSITIONS, transitions_of
 from colcon_yamllaunch.verb.completing import Candidates, Cursor
 from colcon_yamllaunch.verb.doubled_nodes import running
@@ -40,26 +35,14 @@ def candidates_of(
         return _launches(states)
     if selector := cursor.given('of'):
         states = [s for s in states if is_selected(s, selector)]
-    if completer == 'parts':
-        return _parts(states, cursor.prefix, lambda _: True)
-    if completer == 'terminals':
-        return _parts(states, cursor.prefix, _has_keyboard)
     names = (*(cursor.given('lifecycle') or ()), *words)
-    if names:
+    if completer == 'lifecycles' and names:
         return _transitions(states, names)
-    return _parts(states, cursor.prefix, _has_lifecycle)
-
-
-def _has_keyboard(part: Part) -> bool:
-    return isinstance(part, ProcessState) and part.terminal
-
-
-def _has_lifecycle(part: Part) -> bool:
-    return part.lifecycle is not None
+    return _parts(states, cursor.prefix, completer)
 
 
 def _parts(
-    states: Sequence[LaunchState], prefix: str, only: Callable[[Part], bool]
+    states: Sequence[LaunchState], prefix: str, completer: Completer
 ) -> Candidates:
     """
     Return the names of processes and components.
@@ -68,13 +51,20 @@ def _parts(
     when none of those is begun.
 
     :param prefix: What the names begin with
-    :param only: Returns whether one is meant
+    :param completer: With `terminals`, only those that keys can be typed at;
+      with `lifecycles`, only those of lifecycle nodes
     """
     named = [
         (ProcessNames.of_state(part), part, state)
         for state in states
         for part in state.parts()
-        if only(part)
+        if completer == 'parts'
+        or (completer == 'lifecycles' and part.lifecycle is not None)
+        or (
+            completer == 'terminals'
+            and isinstance(part, ProcessState)
+            and part.terminal
+        )
     ]
     shared = Counter(names.program for names, _, _ in named)
     texts: dict[str, str] = {}
@@ -101,9 +91,10 @@ def _transitions(
     if not TRANSITIONS.keys().isdisjoint(names):
         return texts
     for state in states:
-        for part in filter(_has_lifecycle, chain(*matches(state, names))):
-            for name in transitions_of(part.lifecycle) or TRANSITIONS:
-                texts[name] = f'{part.label} is {part.lifecycle}'
+        for part in chain(*matches(state, names)):
+            if part.lifecycle is not None:
+                for name in transitions_of(part.lifecycle) or TRANSITIONS:
+                    texts[name] = f'{part.label} is {part.lifecycle}'
     return texts
 
 

@@ -47,12 +47,25 @@ def show_logs(
       until the launch ends
     :raises UserError: when there are no logs
     """
+    state = chosen.state
+    if state.log_folder is None:
+        raise UserError(
+            f'{state.title} writes no logs; it does in a workspace, and '
+            'where --log-base names a folder'
+        )
     logs = [
         LogReader(p.label if len(processes) > 1 else None, Path(p.log))
         for p in processes
         if p.log is not None
     ]
-    _refuse_without_log(chosen, processes)
+    without = ', '.join(p.label for p in processes if p.log is None)
+    if without and not logs:
+        raise UserError(
+            f'{without}: no log of its own, as the launch file says '
+            "'output: screen'; with 'output: both' it has one"
+        )
+    if without:
+        say(f'colcon launch: no log of its own: {without}')
     if follow:
         for log in logs:
             log.skip_to_tail()
@@ -202,22 +215,3 @@ def _follow(chosen: Candidate, logs: Sequence[LogReader]) -> None:
             except ControlError:
                 # it is suspended, and may go on
                 continue
-
-
-def _refuse_without_log(
-    chosen: Candidate, processes: Sequence[ProcessState]
-) -> None:
-    state = chosen.state
-    if state.log_folder is None:
-        raise UserError(
-            f'{state.title} writes no logs; it does in a workspace, and '
-            'where --log-base names a folder'
-        )
-    without = [p.label for p in processes if p.log is None]
-    if without and len(without) == len(processes):
-        raise UserError(
-            f'{", ".join(without)}: no log of its own, as the launch file '
-            "says 'output: screen'; with 'output: both' it has one"
-        )
-    if without:
-        say(f'colcon launch: no log of its own: {", ".join(without)}')

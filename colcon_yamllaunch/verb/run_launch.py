@@ -46,8 +46,8 @@ def launch(context: LaunchContext) -> 'tuple[int, ChangeLoop | None]':
             return _run(context, *prepare(context))
         plan = _saved_plan(context.options.from_plan, context.cwd)
         if context.machines is not None:
-            context.machines.bring_code_of(plan)
-            plan = context.machines.settled(plan)
+            context.machines.begin_sync(plan)
+            plan = context.machines.finish_sync(plan)
         environment = context.process_environment()
         warn_of_missing_programs(context, plan, environment)
         return _run(context, plan, environment)
@@ -108,9 +108,8 @@ def _run(
     whole = plan
     participants: list[Participant] = []
     if context.machines is not None:
-        evaluation = context.evaluation
-        is_growing = evaluation is not None and evaluation.growing is not None
-        plan, parts = context.machines.start(plan, is_growing=is_growing)
+        growing = context.evaluation and context.evaluation.growing
+        plan, parts = context.machines.start(plan, is_growing=bool(growing))
         participants.append(parts)
     # from here on the launch itself counts its time
     signal.setitimer(signal.ITIMER_REAL, 0)

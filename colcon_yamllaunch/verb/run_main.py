@@ -71,13 +71,11 @@ def _find_program(
     :raises UserError: when there is none, or more than one
     """
     names = locator.executables(package)
-    fitting = list(names)
-    if name is not None:
-        fitting = [n for n in names if n == name]
-        fitting = fitting or [n for n in names if Path(n).name == name]
-    listed = ''.join(f'\n  {one_line(n)}' for n in fitting)
     if name is None and not names:
         raise UserError(f'{package} has installed no executables')
+    fitting = [n for n in names if name in (n, None)]
+    fitting = fitting or [n for n in names if Path(n).name == name]
+    listed = ''.join(f'\n  {one_line(n)}' for n in fitting)
     if name is None:
         raise UserError(
             f'no executable of {package} is given', f'it has:{listed}'
@@ -128,42 +126,32 @@ def _prepare(workspace: WorkspaceSession, options: RunOptions) -> int:
         broken = workspace.broken_manifests
         raise unknown_package(package, workspace.locator, broken)
     if not options.no_build and workspace.root is not None:
-        wanted = {package} & workspace.package_names
-        if options.build_all:
-            wanted = workspace.package_names
-        elif options.paths:
+        wanted = workspace.package_names
+        if not options.build_all:
+            wanted &= {package}
+        if options.paths:
             wanted = set(workspace.select(options.paths, Path.cwd()))
         builds = Builds(workspace, exactly=bool(options.paths))
 
         def look_first() -> None:
-            _refuse_unknown(workspace.locator, package, options.executable)
+            # a program that the package will not have after a build either
+            name, locator = options.executable, workspace.locator
+            there = locator.executables(package)
+            if name and not any(name in (n, Path(n).name) for n in there):
+                problem = missing_files.certainly_unknown_executable(
+                    locator, package, name
+                )
+                if problem is not None:
+                    raise problem
 
-        returncode = builds.update(wanted, package, look_first).returncode
-        if returncode:
-            return returncode
+        update = builds.update(wanted, package, look_first)
+        if update.returncode:
+            return update.returncode
     if workspace.locator.prefix(package) is None:
         raise unknown_package(package, workspace.locator, tuple)
     if package in workspace.package_names:
         workspace.check_sourced([package], may_build=not options.no_build)
     return 0
-
-
-def _refuse_unknown(
-    locator: PackageLocator, package: str, name: str | None
-) -> None:
-    """
-    Refuse a program that the package will not have after a build either.
-
-    :raises UserError: when the source tells so
-    """
-    there = locator.executables(package)
-    if name is None or any(name in (n, Path(n).name) for n in there):
-        return
-    problem = missing_files.certainly_unknown_executable(
-        locator, package, name
-    )
-    if problem is not None:
-        raise problem
 
 
 @contextmanager

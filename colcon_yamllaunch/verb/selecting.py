@@ -51,9 +51,10 @@ def find_launches(
     :raises UserError: when there is none
     """
     need_proc()
-    launches: list[client.RunningLaunch | OrphanedLaunch]
-    running = client.running_launches(environment, _warn)
-    launches = [*running, *orphaned_launches(environment)]
+    launches: list[client.RunningLaunch | OrphanedLaunch] = [
+        *client.running_launches(environment, _warn),
+        *orphaned_launches(environment),
+    ]
     candidates = []
     silent = 0
     for launch in launches:
@@ -142,9 +143,15 @@ def choose_parts(state: LaunchState, names: Sequence[str]) -> list[Part]:
         return parts
     meant: set[str] = set()
     for name, found in zip(names, matches(state, names), strict=True):
-        if not found:
-            raise UserError(_unknown(state, name))
         meant.update(p.label for p in found)
+        if not found:
+            known = [n for p in parts for n in ProcessNames.of_state(p)]
+            labels = listing(p.label for p in parts)
+            hint = did_you_mean(name, known) or f'there is {labels or "none"}'
+            others = ' or component' if state.components else ''
+            raise UserError(
+                f"{state.title} has no process{others} '{name}': {hint}"
+            )
     return [p for p in parts if p.label in meant]
 
 
@@ -202,14 +209,6 @@ def _launches(candidates: Iterable[Candidate]) -> str:
     return '; '.join(
         f'{c.state.title} (pid {c.state.pid})' for c in candidates
     )
-
-
-def _unknown(state: LaunchState, name: str) -> str:
-    known = [n for p in state.parts() for n in ProcessNames.of_state(p)]
-    labels = listing(p.label for p in state.parts())
-    hint = did_you_mean(name, known) or f'there is {labels or "none"}'
-    others = ' or component' if state.components else ''
-    return f"{state.title} has no process{others} '{name}': {hint}"
 
 
 def _warn(text: str) -> None:

@@ -46,8 +46,7 @@ def table(
     :param width: The columns that there are, None for any number
     :param orphaned: Whether its launcher was killed
     """
-    state = _orphaned_state_of(launch) if orphaned else _state_of(launch)
-    title = one_line(f'{launch.title}: {state}')
+    title = one_line(f'{launch.title}: {_state_of(launch, orphaned)}')
     rows = [_HEADS, *_rows(launch, usage)]
     if len(rows) == 1:
         lines = ['no processes']
@@ -69,20 +68,16 @@ def table(
     return '\n'.join(lines)
 
 
-def _state_of(launch: LaunchState) -> str:
-    state = 'stopping' if launch.stopping else 'running'
-    return (
-        f'{state} for {duration(launch.seconds)}, pid {launch.pid}, '
-        f'in {launch.folder}'
-    )
-
-
-def _orphaned_state_of(launch: LaunchState) -> str:
-    what = (
-        'its guard is stopping what is left'
-        if launch.stopping
-        else 'these still run, --stop ends them'
-    )
+def _state_of(launch: LaunchState, orphaned: bool) -> str:
+    if not orphaned:
+        state = 'stopping' if launch.stopping else 'running'
+        return (
+            f'{state} for {duration(launch.seconds)}, pid {launch.pid}, '
+            f'in {launch.folder}'
+        )
+    what = 'these still run, --stop ends them'
+    if launch.stopping:
+        what = 'its guard is stopping what is left'
     where = f', in {launch.folder}' if launch.folder else ''
     return f'launcher {launch.pid} was killed, {what}{where}'
 
@@ -94,27 +89,27 @@ def _rows(
         yield _process_row(process, usage)
         for component in launch.components_of(process.label):
             yield _component_row(component)
-    others = list(launch.components_of(None))
-    for container in dict.fromkeys(c.container for c in others):
+    others: dict[str, list[ComponentState]] = {}
+    for component in launch.components_of(None):
+        others.setdefault(component.container, []).append(component)
+    for container, components in others.items():
         nothing = [''] * (len(_HEADS) - 2)
         yield (one_line(container), 'not of this launch', *nothing)
-        for component in others:
-            if component.container == container:
-                yield _component_row(component)
+        yield from map(_component_row, components)
 
 
 def _process_row(
     process: ProcessState, usage: Mapping[int, Usage]
 ) -> tuple[str, ...]:
     used = use_of(process, usage)
+    runs = process.pid is not None
     return (
         one_line(process.label),
         _phase(process),
-        '' if process.pid is None else str(process.pid),
-        '' if process.pid is None else duration(process.seconds),
+        str(process.pid) if runs else '',
+        duration(process.seconds) if runs else '',
         str(process.restarts),
-        '' if used is None else f'{used.cpu:.1%}',
-        '' if used is None else size(used.memory),
+        *((f'{used.cpu:.1%}', size(used.memory)) if used else ('', '')),
     )
 
 

@@ -69,13 +69,8 @@ def main(known: Any, environment: Mapping[str, str]) -> int:
     context = LaunchContext(options.as_launch(), cwd, environment, None)
     context.command = 'colcon sweep'
     context.target()
-    if options.results is not None:
-        path = cwd / options.results
-    else:
-        base = ros_log_folder(environment)
-        if log_folder is not None:
-            base = log_folder.parent
-        path = base / _SWEEPS / definition.default_name
+    base = log_folder.parent if log_folder else ros_log_folder(environment)
+    path = cwd / (options.results or base / _SWEEPS / definition.default_name)
     with (
         closing(context),
         closing(ResultsFolder(path, definition, say_line)) as folder,
@@ -126,12 +121,13 @@ def _run_sweep(
     options: SweepOptions, folder: ResultsFolder, planner: '_Planner'
 ) -> int:
     """Run the runs that have no result yet, and show a summary."""
-    runs, results = folder.definition.table.runs, folder.results
-    again: list[int] = []
-    if options.again == AGAIN_ALL:
-        again = sorted(results)
-    elif options.again == AGAIN_FAILED:
-        again = [n for n, r in results.items() if not r.succeeded]
+    runs = folder.definition.table.runs
+    again = [
+        number
+        for number, result in sorted(folder.results.items())
+        if options.again == AGAIN_ALL
+        or (options.again == AGAIN_FAILED and not result.succeeded)
+    ]
     folder.journal.forget(again)
     for number in again:
         folder.clear(number)
@@ -274,11 +270,10 @@ class _Planner:
             finally:
                 if self._may_build and not context.wanted <= self._built:
                     raise NotBuiltError
-        except GiveUpError as e:
+        except (NotBuiltError, UserError, GiveUpError) as e:
             context.close()
-            raise PlanError from e
-        except (NotBuiltError, UserError):
-            context.close()
+            if isinstance(e, GiveUpError):
+                raise PlanError from e
             raise
         identity, feeds = context.plan_feeds()
         uses = self.code.missing(self._uses(context, plan))

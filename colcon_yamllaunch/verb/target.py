@@ -8,7 +8,6 @@ from contextlib import suppress
 import os
 from pathlib import Path
 import re
-from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
@@ -21,9 +20,6 @@ from colcon_yamllaunch.workspace.packages.workspace_root import (
     find_root,
     Trust,
 )
-
-if TYPE_CHECKING:
-    from colcon_yamllaunch.workspace.packages.package import BrokenManifest
 
 #: The variable that names a workspace to use outside of all.
 WORKSPACE = 'ROS_WORKSPACE'
@@ -129,23 +125,23 @@ def path_target(
         _refuse_more(positionals[1:])
         return Target(str(path), str(path))
     if '/' in word or (len(positionals) == 1 and word.endswith(PATH_SUFFIXES)):
-        hint = None
+        hint = ''
         with suppress(OSError):
             others = {*os.listdir(path.parent)} - {path.name}
-            near = nearest(path.name, others)
-            if near is not None:
+            if near := nearest(path.name, others):
                 # as it works from here
                 hint = f"did you mean '{Path(word).parent / near}'?"
         if '/' not in word:
-            hint = f'{hint or ""}{launch_commands(locator)}'.strip() or None
-        raise UserError(f"there is no launch file '{word}'", hint)
+            hint += launch_commands(locator)
+        hint = hint.strip()
+        raise UserError(f"there is no launch file '{word}'", hint or None)
     return None
 
 
 def package_target(
     positionals: tuple[str, ...],
     locator: PackageLocator,
-    broken: 'Callable[[], Iterable[BrokenManifest]]',
+    broken: Callable[[], Iterable[BrokenManifest]],
 ) -> Target:
     """
     Return the launch file of a package.
@@ -166,24 +162,22 @@ def package_target(
     files = launch_files.find_launch_files(folder)
     if not rest:
         likely = launch_files.likely_ones(files)
-        listed = ''.join(f'\n  {one_line(file)}' for file in likely)
         if not likely:
             raise UserError(f'{package} has no launch files')
+        listed = ''.join(f'\n  {one_line(file)}' for file in likely)
         raise UserError(
             f'no launch file of {package} is given', f'it has:{listed}'
         )
     chosen = launch_files.choose_launch_file(package, files, rest[0])
     path = str(folder / chosen)
-    name = path
-    if own is not None:
-        name = locator.installed_path(package, path) or path
-    return Target(name, path, package)
+    name = None if own is None else locator.installed_path(package, path)
+    return Target(name or path, path, package)
 
 
 def unknown_package(
     package: str,
     locator: PackageLocator,
-    broken: 'Callable[[], Iterable[BrokenManifest]]',
+    broken: Callable[[], Iterable[BrokenManifest]],
 ) -> UserError:
     """
     Return what to say of a package that does not exist.
@@ -205,13 +199,8 @@ def unknown_package(
 
 def _refuse_more(positionals: list[str] | tuple[str, ...]) -> None:
     for word in positionals:
-        raise UserError(
-            f"malformed launch argument '{word}'", _argument_hint(word)
-        )
-
-
-def _argument_hint(word: str) -> str:
-    name, is_given, value = word.partition('=')
-    if name and is_given:
-        return f"did you mean '{name}:={value}'?"
-    return 'it is written name:=value'
+        name, is_given, value = word.partition('=')
+        hint = 'it is written name:=value'
+        if name and is_given:
+            hint = f"did you mean '{name}:={value}'?"
+        raise UserError(f"malformed launch argument '{word}'", hint)

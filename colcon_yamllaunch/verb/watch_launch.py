@@ -100,10 +100,9 @@ def prepare_again(
         return worker.Failed('plan')
     except Exception as e:
         logger.debug('unexpected exception', exc_info=True)
-        if os.path.isdir(first.cwd):
-            # a bug, as in `messages.report_errors`
-            text = f'internal error: {type(e).__name__}: {e}'
-        else:
+        # a bug, as in `messages.report_errors`
+        text = f'internal error: {type(e).__name__}: {e}'
+        if not os.path.isdir(first.cwd):
             text = (
                 f'error: there is no {first.cwd} any more, in which the '
                 'launch was begun: restore it, or launch elsewhere'
@@ -197,14 +196,10 @@ def _warm_up(context: LaunchContext) -> None:
     gc.collect()
     # so that garbage collection in jobs does not copy all pages
     gc.freeze()
-    _trim()
-
-
-def _trim() -> None:
-    """Return the memory that only loading needed to the system."""
     import ctypes
 
-    # a function of glibc; most of the memory was for the compiler of Python
+    # return the memory that only loading needed, most of it the compiler of
+    # Python, to the system; this is a function of glibc
     with suppress(AttributeError):
         ctypes.CDLL(None).malloc_trim(0)
 

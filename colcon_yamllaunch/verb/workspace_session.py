@@ -145,11 +145,9 @@ class WorkspaceSession:
         source = sourcing.source
         if not self._runs:
             # most launches run
-            from colcon_yamllaunch.workspace.environment.hooks import (
-                described_environment,
-            )
+            from colcon_yamllaunch.workspace.environment import hooks
 
-            source = described_environment
+            source = hooks.described_environment
         build = sourcing.build_environment(
             self._user_environment, self.colcon.install_base, source
         )
@@ -181,8 +179,8 @@ class WorkspaceSession:
             return
         colcon = self._colcon
         for name in names:
-            prefix = Path(self.locator.prefix(name) or '')
-            if not os.path.isfile(prefix / 'share' / name / 'package.sh'):
+            prefix = self.locator.prefix(name) or ''
+            if not os.path.isfile(Path(prefix, 'share', name, 'package.sh')):
                 cure = 'leave out --no-build, or build it'
                 if may_build:
                     cure = 'its path is not among --paths'
@@ -190,11 +188,9 @@ class WorkspaceSession:
         if self._sourced.packages.issuperset(names):
             return
         # most launches need not look for them
-        from colcon_yamllaunch.workspace.environment.hooks import (
-            missing_packages,
-        )
+        from colcon_yamllaunch.workspace.environment import hooks
 
-        missing = missing_packages(
+        missing = hooks.missing_packages(
             self._sourced, names, colcon.install_base, colcon.merge_install
         )
         for reason in missing.values():
@@ -303,10 +299,8 @@ class LaunchPackages:
         """Return why a package has no such program, and the fix."""
         from colcon_yamllaunch.workspace.packages import missing_files
 
-        return str(
-            missing_files.missing_executable(self._locator, package, name)
-            or ''
-        )
+        found = missing_files.missing_executable(self._locator, package, name)
+        return str(found or '')
 
     def locate(self, path: str) -> tuple[str, str] | None:
         """
@@ -349,14 +343,12 @@ class LaunchPackages:
 
     def similar(self, path: str) -> Iterable[str]:
         """Return the names of files in its folder that could be meant."""
-        from colcon_yamllaunch.workspace.packages.launch_files import (
-            find_launch_files,
-        )
+        from colcon_yamllaunch.workspace.packages import launch_files
 
         shared = self._locator.shared(path)
         if shared is not None:
             package, file = shared
-            files = map(Path, find_launch_files(package.path))
+            files = map(Path, launch_files.find_launch_files(package.path))
             return [f.name for f in files if f.parent == file.parent]
         try:
             return os.listdir(os.path.dirname(path))
@@ -376,10 +368,8 @@ def exposed_by_packages(
     @cache
     def find() -> Exposed:
         # most launch files use none
-        from colcon_yamllaunch.workspace.packages.python_modules import (
-            ExposedNames,
-        )
+        from colcon_yamllaunch.workspace.packages import python_modules
 
-        return ExposedNames(environment, locator.packages())
+        return python_modules.ExposedNames(environment, locator.packages())
 
     return find

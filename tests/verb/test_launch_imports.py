@@ -62,7 +62,7 @@ UNUSED_MODULES = (
     'verb.create_main',
     'verb.inspect_launch',
     'verb.machines',
-    'verb.own_launch',
+    'verb.background_launch',
     'verb.run_main',
     'verb.sweep_main',
     'verb.watch_launch',

@@ -121,14 +121,13 @@ class Context(SimpleNamespace):
     def connect(self):
         evaluation = SimpleNamespace(
             plan=self.plan,
-            executables=(),
             growing=self.is_growing or None,
             has_run_programs=False,
         )
-        self.machines.bring_code(evaluation, ())
+        self.machines.begin_sync(self.plan, evaluation, ())
 
     def start(self):
-        whole = self.machines.settled(self.plan)
+        whole = self.machines.finish_sync(self.plan)
         return self.machines.start(whole, is_growing=self.is_growing)
 
 
@@ -174,7 +173,7 @@ def test_all_machines_that_may_get_more_are_connected_with(contacts):
 def test_all_unreachable_machines_are_in_one_error(contacts):
     PlayedContact.fails = {'arm': 'connect', 'gpu': 'connect'}
     context = Context(BOTH)
-    context.machines.expect()
+    context.machines.connect_early()
     with pytest.raises(UserError, match=r'^arm: is off\ngpu: is off$'):
         context.connect()
     context.machines.close()
@@ -184,7 +183,7 @@ def test_all_unreachable_machines_are_in_one_error(contacts):
 def test_unreachable_machine_without_processes_is_no_error(contacts):
     PlayedContact.fails = {'arm': 'connect'}
     context = Context(Plan((process('gpu'),)))
-    context.machines.expect()
+    context.machines.connect_early()
     context.connect()
     assert [c.machine.name for c in contacts] == ['arm', 'gpu']
     assert contacts[0].is_closed

@@ -27,7 +27,7 @@ from support.shown_launch import ShownLaunch
 {defect}
 try:
     launch = ShownLaunch(process('kitchen'))
-    sys.exit(128 + (show(launch, OuterTerminal(0, {})) or 0))
+    sys.exit(128 + (show(launch, OuterTerminal(0, {}))[0] or 0))
 except ValueError as e:
     sys.exit(f'defect: {e}')
 """

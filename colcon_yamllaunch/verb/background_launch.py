@@ -2,15 +2,16 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-A new launch on the full screen: it runs in a process of its own.
+A new launch with a full screen: the launch runs in a child process.
 
-That begins as any launch, with this terminal, which shows its build and its
-errors. When it begins to run, it goes into the background, with a session of
-its own, and the full screen here is a client of it like any other.
+The child builds and reports errors on this terminal, as any launch does. When
+its processes are about to start, it detaches into a new session, and the full
+screen in this process shows it as a client, like any other launch.
 """
 
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from functools import partial
 import math
 import os
 import signal
@@ -36,12 +37,17 @@ _RUNS_ON = (
 )
 
 
+_WAS_KILLED = (
+    'the launcher was killed: colcon launch --status shows what is left'
+)
+
+
 class Background:
     """
     Detaches a launch into a session of its own, for `--ui`.
 
-    :param begun: A descriptor that gets a byte then
-    :param messages: Takes what it has to say from then on
+    :param begun: A descriptor that gets a byte when it is detached
+    :param messages: The file that its messages are written to from then on
     """
 
     def __init__(self, begun: int, messages: BinaryIO) -> None:
@@ -49,7 +55,7 @@ class Background:
         self._messages = messages
 
     def enter(self) -> TextIO:
-        """Go there; return the stream that shows what nobody sees."""
+        """Detach the launch; return a stream that discards its output."""
         sys.stdout.flush()
         sys.stderr.flush()
         # the keys and signals of the terminal are the screen's
@@ -58,7 +64,7 @@ class Background:
         os.dup2(nothing.fileno(), 0)
         os.dup2(nothing.fileno(), 1)
         os.dup2(self._messages.fileno(), 2)
-        # one that begins anew has no screen of its own
+        # if it executes its command again, it must not open a screen
         sys.orig_argv = [word for word in sys.orig_argv if word != '--ui']
         with suppress(OSError):
             os.write(self._begun, b'.')
@@ -102,14 +108,13 @@ def launch_for_screen(
         code = child.wait()
         messages.seek(0)
         said = messages.read().decode(errors='replace').rstrip('\n')
+        if not said and code < 0:
+            said = _WAS_KILLED
         if said:
             say(said)
-        elif child.was_killed:
-            say(
-                'the launcher was killed: colcon launch --status shows what '
-                'is left'
-            )
-        return code if number is None else _SIGNALLED + number
+    if number is not None:
+        return _SIGNALLED + number
+    return code if code >= 0 else _SIGNALLED - code
 
 
 class _Child:
@@ -124,8 +129,6 @@ class _Child:
         self._code: int | None = None
         #: Whether the launch has reported its end.
         self.is_over = False
-        #: Whether a signal ended it that it could do nothing about.
-        self.was_killed = False
         self.pid = os.fork()
         if self.pid == 0:
             os.close(self._reader)
@@ -158,9 +161,7 @@ class _Child:
         while self._code is None:
             pid, status = os.waitpid(self.pid, os.WNOHANG)
             if pid:
-                code = os.waitstatus_to_exitcode(status)
-                self.was_killed = code < 0
-                self._code = _SIGNALLED - code if self.was_killed else code
+                self._code = os.waitstatus_to_exitcode(status)
             elif time.monotonic() >= deadline:
                 return False
             else:
@@ -173,23 +174,23 @@ class _Child:
             os.kill(self.pid, number)
 
     def wait(self) -> int:
-        """Return its exit code."""
+        """Return its exit code, negative for the signal that killed it."""
         self.has_ended(math.inf)
         assert self._code is not None
         return self._code
 
 
 def _run(launch: Callable[[Background], int], background: Background) -> None:
-    """Be the process of the launch, to its end."""
+    """Run the launch in the child, and end the child."""
     code = 1
     try:
-        code = report_errors('launch', lambda: launch(background))
+        code = report_errors('launch', partial(launch, background))
     except SystemExit as e:
         code = e.code if isinstance(e.code, int) else 1
     finally:
         sys.stdout.flush()
         sys.stderr.flush()
-        # what is to be done at the end of colcon, the parent does
+        # the parent runs the exit handlers of colcon
         os._exit(code)
 
 
@@ -214,6 +215,5 @@ def _show(child: _Child, environment: Mapping[str, str]) -> int | None:
     terminal = full_screen.OuterTerminal(
         child.pid, environment, lambda: child.signal(signal.SIGINT)
     )
-    shown = full_screen.show(launch, terminal)
-    child.is_over = terminal.is_over
-    return shown
+    number, child.is_over = full_screen.show(launch, terminal)
+    return number
