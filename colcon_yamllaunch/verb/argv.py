@@ -27,7 +27,7 @@ _VERBS = (*_REWRITTEN, 'create')
 
 class ArgvExtension(ArgumentParserDecoratorExtensionPoint):  # type: ignore[misc]
     """
-    Write the words of our verbs so that argparse reads what is meant.
+    Rewrite command lines of our verbs for argparse.
 
     argparse looks at every word, also at those of a program that `colcon run`
     runs: `-height` would be `-h` with something malformed behind it, `--log`
@@ -74,7 +74,7 @@ class _Decorator(ArgumentParserDecorator):  # type: ignore[misc]
 
 def rewritten(argv: Sequence[str] | None = None) -> list[str]:
     """
-    Write a command line of our verbs so that argparse reads what is meant.
+    Return a command line of our verbs as argparse needs it.
 
     :param argv: The command line without `colcon`; by default that of this
       process
@@ -106,9 +106,9 @@ def rewritten(argv: Sequence[str] | None = None) -> list[str]:
 
 def _need_current_folder() -> None:
     """
-    End our verbs at once where there is no current folder.
+    End our verbs if the current folder does not exist.
 
-    Here, as colcon shows a traceback for each of its own verbs otherwise.
+    Later, colcon would show a traceback.
     """
     try:
         Path.cwd()

@@ -33,7 +33,7 @@ def need_terminal() -> int:
     """
     Return the descriptor of the keyboard.
 
-    :raises UserError: when there is none
+    :raises UserError: when standard input is no terminal
     """
     if not os.isatty(0):
         raise UserError(
@@ -100,7 +100,7 @@ def _converse(launch: RunningLaunch, keyboard: Keyboard, greeting: str) -> str:
     """
     Pass on keys one way and output the other; return the reason to end that.
 
-    :param greeting: What to say once keys and signals are taken
+    :param greeting: A line to print when the terminal is connected
     """
     poll = select.poll()
     poll.register(launch, select.POLLIN)
@@ -146,7 +146,7 @@ def _converse(launch: RunningLaunch, keyboard: Keyboard, greeting: str) -> str:
 
 
 def _show_output(launch: RunningLaunch) -> str | None:
-    """Show what was sent; return how the process ended for good."""
+    """Print new output; return how the process ended, None if it runs."""
     launch.read()
     while (message := launch.next_message()) is not None:
         if 'output' in message:

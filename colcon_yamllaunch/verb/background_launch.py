@@ -44,7 +44,7 @@ _WAS_KILLED = (
 
 class Background:
     """
-    Detaches a launch into a session of its own, for `--ui`.
+    Detaches a launch into a new session, for `--ui`.
 
     :param begun: A descriptor that gets a byte when it is detached
     :param messages: The file that its messages are written to from then on
@@ -136,7 +136,7 @@ class _Child:
         os.close(writer)
 
     def begins(self) -> bool:
-        """Wait until the launch runs; tell whether it ever does."""
+        """Wait until the launch runs or ends; return whether it runs."""
         # in a build, Ctrl-C is for the launch
         before = signal.signal(signal.SIGINT, signal.SIG_IGN)
         try:

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""The builds of one launch, and what the user sees of them."""
+"""The builds of one launch, and the messages about them."""
 
 from collections.abc import Callable, Collection, Sequence
 from contextlib import redirect_stdout
@@ -29,12 +29,12 @@ class Builds:
     """
     The builds of one launch.
 
-    What one build brings may make more packages necessary, so there may be
-    several; the user gets one line about all of them.
+    A launch may need more packages after a build, so there may be several
+    builds; one line reports all of them.
 
-    :param exactly: Whether what packages need is left as it is
-    :param force: Whether to build those that are up to date as well
-    :param why: Whether to tell of all packages why they are built or not
+    :param exactly: Whether to leave out the dependencies of packages
+    :param force: Whether to build packages that are up to date, too
+    :param why: Whether to print why each package is built or not
     """
 
     def __init__(

@@ -46,7 +46,7 @@ class CodeState:
         self._next = 0.0
 
     def missing(self, uses: Iterable[str]) -> list[str]:
-        """Return those of some files and folders that are not known yet."""
+        """Return the files and folders in `uses` that are not known yet."""
         return [path for path in uses if path not in self._known]
 
     def add(self, uses: Iterable[str]) -> None:

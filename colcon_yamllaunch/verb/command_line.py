@@ -45,7 +45,7 @@ _NARGS: Mapping[str, Mapping[str, str]] = {
 
 
 class _Parser(argparse.ArgumentParser):
-    """A parser that raises what it finds wrong."""
+    """A parser that raises its errors as `UserError`."""
 
     def __init__(self, verb: Verb, words: Sequence[str]) -> None:
         super().__init__(add_help=False, allow_abbrev=False)
@@ -139,7 +139,7 @@ def program_index(words: Sequence[str]) -> int:
 
 
 def _grouped(words: Sequence[str], verb: Verb) -> Iterator[list[str]]:
-    """Yield each word, or what belongs in front of and behind a '='."""
+    """Yield each word, options whose value needs a '=' with their value."""
     options = OPTIONS[verb].by_flag()
     rest = iter(words)
     for word in rest:
@@ -335,7 +335,7 @@ def parse_launch_options(known: Any) -> LaunchOptions:
 
 
 def request_of(values: Any, positionals: Sequence[str]) -> str | None:
-    """Return what is asked of running launches; None for a new launch."""
+    """Return the request to running launches; None for a new launch."""
     actions = [name.removeprefix('--') for name in REQUESTS]
     if not positionals and values.from_plan is None:
         # with something to launch, these two are about the new launch
@@ -347,7 +347,7 @@ def request_of(values: Any, positionals: Sequence[str]) -> str | None:
 def _read_names(
     request: str, values: Any, positionals: Sequence[str]
 ) -> tuple[Sequence[str], str]:
-    """Return what a request is about, and what nodes are to do if they are."""
+    """Return the names that a request is about, and a transition if any."""
     names: Sequence[str] = positionals
     if request == 'attach':
         names = (values.attach,)

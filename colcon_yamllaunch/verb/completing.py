@@ -80,7 +80,7 @@ _Find = Callable[[Cursor], Candidates]
 
 class _Completer:
     """
-    What argcomplete asks.
+    Finds candidates for argcomplete.
 
     :param find: Finds what may stand at the cursor
     :param parser: The parser of the positionals that this is for, if it is
@@ -99,7 +99,7 @@ class _Completer:
         # whatever is broken, Tab offers nothing rather than fail
         with suppress(Exception):
             cursor = Cursor(prefix, parsed_args, parser, self._environment)
-            # what a shell would show or put into the line as something else
+            # shells would change words with control characters
             return {
                 word: one_line(text)
                 for word, text in self._find(cursor).items()
@@ -131,14 +131,14 @@ def complete(verb: Verb, parser: Any, environment: Mapping[str, str]) -> None:
         if option is not None:
             find = partial(_values, option)
             if option.arity == 'choice' and '=' not in word:
-                # what follows without it is the package
+                # the next word is the package
                 find = partial(_values, None)
             action.completer = _Completer(find, environment)
         if action.dest == 'positionals':
             find = partial(_positionals, verb)
             action.completer = _Completer(find, environment, parser)
         if action.option_strings and not word.startswith('-'):
-            # dozens of options would hide what is looked for
+            # dozens of options would hide the other candidates
             action.help = argparse.SUPPRESS
 
 
@@ -329,7 +329,7 @@ def _ssh_hosts() -> Iterator[str]:
         known, *_ = line.split() or ['']
         # some are hashed
         if not known.startswith(('#', '|', '@')):
-            # what has a port of its own stands in brackets
+            # hosts with a port stand in brackets
             yield from (n for n in known.split(',') if n and n[0] not in '[!*')
 
 

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What all steps of a launch share."""
+"""The context of a launch, which all its steps share."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from copy import copy
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 
 class LaunchContext:
     """
-    A launch: its command line, its workspace, and what is known of it so far.
+    A launch: its options, its workspace, and the results of its steps.
 
     :param environment: The user's
     :param log_folder: The folder for the logs, or None to keep none
@@ -92,7 +92,7 @@ class LaunchContext:
             f'colcon launch {options.title}',
             runs=options.runs,
         )
-        #: What was evaluated last, and the packages that are needed for it.
+        #: The last evaluation, and the packages that it needs.
         self.evaluation: Evaluation | None = None
         self.wanted: set[str] = set()
         #: The packages, as the last request has them.
@@ -294,12 +294,12 @@ class LaunchContext:
         return self._worker
 
     def release_worker(self) -> None:
-        """End this process in order, as nothing more is asked of it."""
+        """Ask the worker to end, as it has nothing more to do."""
         if self._worker is not None:
             self._worker.release()
 
     def end_worker(self) -> None:
-        """End this process if it runs."""
+        """End the worker if it runs."""
         if self._worker is not None:
             self._worker.close()
             self._worker = None
@@ -324,13 +324,13 @@ class LaunchContext:
         return identity, (PlanFeed(self._worker, growing),)
 
     def close(self) -> None:
-        """End what has been started and the launch does not need."""
+        """End the connections to machines and the worker."""
         if (machines := vars(self).get('machines')) is not None:
             machines.close()
         self.end_worker()
 
     def detach(self) -> None:
-        """Leave all of that to the parent, in a fork of its process."""
+        """Detach a forked child from the connections and the worker."""
         if self._worker is not None:
             self._worker.detach()
             self._worker = None

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What `colcon launch` does about launches that run already."""
+"""Requests to running launches: status, stop, restart and the like."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
@@ -55,12 +55,12 @@ _UNSETTLED = ('waiting', 'stopping', 'loading', 'unloading', 'unknown')
 
 def control(options: LaunchOptions, environment: Mapping[str, str]) -> int:
     """
-    Do what was asked, and return the exit code.
+    Execute a request to running launches, and return the exit code.
 
     :raises UserError: when no launch or no process is meant
     """
     names, root = options.names, None
-    # in a workspace of others, what runs is the user's own all the same
+    # without access to the workspace, all launches are treated alike
     with suppress(OSError, UntrustedError):
         root = find_root(Path.cwd())
     found = find_launches(environment, options.of)
@@ -124,9 +124,9 @@ def _in_each(
     candidates: Iterable[Candidate], act: Callable[[Candidate], int]
 ) -> tuple[list[Candidate], int]:
     """
-    Do something in several launches; one that refuses stops no other.
+    Call `act` for several launches, also if some of them refuse.
 
-    Return those where it was done, and the exit code.
+    Return the launches that did not refuse, and the exit code.
     """
     done, code = [], 0
     for candidate in candidates:
@@ -144,7 +144,7 @@ def _in_each(
 def _status(candidates: Sequence[Candidate], form: str) -> int:
     pids = (p.local_pid for c in candidates for p in c.state.processes)
     usage = usage_of({pid for pid in pids if pid is not None})
-    # what runs without a launcher is nothing that is as it should be
+    # a launch whose launcher was killed is a failure
     code = int(any(c.is_orphaned for c in candidates))
     if form == 'json':
         launches = [_described(candidate, usage) for candidate in candidates]
@@ -186,7 +186,7 @@ def _wait_for_end(chosen: Candidate) -> int:
 
 
 def _end(chosen: Candidate, parts: Sequence[Part], *, is_restart: bool) -> int:
-    """Stop processes and components, or start them anew."""
+    """Stop or restart processes and components; return the exit code."""
     command = commands.Restart if is_restart else commands.Stop
     waited: list[Part] = []
     refusals = []
@@ -205,7 +205,7 @@ def _end(chosen: Candidate, parts: Sequence[Part], *, is_restart: bool) -> int:
         say_line(f'{chosen.state.title}: {refusal}')
     code = 1 if refusals else 0
     if is_restart:
-        # containers bring back what they had
+        # containers load their components again
         waited += [
             component
             for part in waited
@@ -239,7 +239,7 @@ def _outcome(now: Part | None, is_restart: bool) -> tuple[str, bool]:
 
 
 def _wait_for(chosen: Candidate, part: Part) -> Part | None:
-    """Wait until it is as it stays; None when the launch has ended."""
+    """Wait until a part is settled; return None if the launch has ended."""
     asked = time.monotonic()
     is_announced = False
     while True:
@@ -280,7 +280,7 @@ def _change_states(
     """
     launch, code = chosen.launch, 0
     nodes = choose_parts(chosen.state, names)
-    # what a launch leaves that was killed has no states, and says so
+    # an orphaned launch has no lifecycle states, and refuses with a reason
     if not chosen.is_orphaned:
         _refuse_other_nodes(chosen.state, names)
         nodes = [part for part in nodes if part.lifecycle is not None]
@@ -306,7 +306,7 @@ def _change_states(
 
 
 def _refuse_other_nodes(state: LaunchState, names: Sequence[str]) -> None:
-    """Refuse names that mean only what has no lifecycle."""
+    """Refuse names that match only parts without a lifecycle."""
     for found in matches(state, names):
         if found and all(p.lifecycle is None for p in found):
             known = [p for p in state.parts() if p.lifecycle is not None]

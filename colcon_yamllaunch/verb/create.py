@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What colcon loads for `colcon create`."""
+"""The verb `colcon create`, as colcon loads it."""
 
 from colcon_yamllaunch.verb.options_verb import OptionsVerb
 

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What `colcon create` does, step by step."""
+"""`colcon create`, from its options to its exit code."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
@@ -85,7 +85,7 @@ def _add_node(
     name: str, node: str, cwd: Path, environment: Mapping[str, str]
 ) -> str:
     """
-    Add a node to a package, and return what to tell of it.
+    Add a node to a package, and return the message for the user.
 
     :raises UserError: when there is no such package, or no place in it
     """
@@ -150,9 +150,9 @@ def _node(
 
 
 def _build_type(package: Package) -> str:
-    """Return how a package is built; a scan tells it of plain ones only."""
-    text = text_of(package.path / 'package.xml')
-    found = _BUILD_TYPE.search(text)
+    """Return the build type of a package, read from its package.xml."""
+    # a package scan reads it only of packages without ROS
+    found = _BUILD_TYPE.search(text_of(package.path / 'package.xml'))
     return found[1] if found else package.type.removeprefix('ros.') or 'catkin'
 
 
@@ -176,7 +176,7 @@ def _new_package(
     options: CreateOptions, name: str, email: str
 ) -> new_package.NewPackage:
     """
-    Fill in what the user did not say.
+    Return the new package, with defaults for options that are not given.
 
     :param name: The name of the maintainer
     :param email: The address of the maintainer
@@ -271,7 +271,7 @@ def _one_line(text: str) -> str:
 
 
 def _refuse_place(folder: Path, root: Path | None) -> None:
-    """Refuse what colcon would not find, as it is inside of a package."""
+    """Refuse a folder inside of a package, where colcon finds no packages."""
     parents = [folder.parent]
     if root is not None:
         parents = [p for p in folder.parents if p.is_relative_to(root)]
@@ -331,7 +331,7 @@ def _warnings(
 def _missing_ros(
     is_cpp: bool, locator: PackageLocator, environment: Mapping[str, str]
 ) -> str | None:
-    """Return what to say if a node has nothing of ROS to be built with."""
+    """Return a warning if ROS is missing that the node needs."""
     has_ros = environment.get('AMENT_PREFIX_PATH') or find_spec('rclpy')
     what = 'ROS 2'
     if is_cpp:
@@ -345,7 +345,7 @@ def _missing_ros(
 
 
 def _made(package: new_package.NewPackage, folder: Path, cwd: Path) -> str:
-    """Return what was made, and what to type next."""
+    """Return the message about the new package, with the next command."""
     files = '\n'.join(f'  {path}' for path in package.files())
     command = f'colcon launch {package.name} {package.launch_file}'
     root = _root_of(folder) or _root_of(folder.parent) or folder.parent

@@ -50,7 +50,7 @@ def doubled_nodes(
     name is taken for that of the same program where the launch file and the
     namespace are the same.
 
-    :param environment: What the processes of the plan get
+    :param environment: The environment of the processes of the plan
     :param file: The launch file
     """
     if other.stopping:
@@ -89,7 +89,7 @@ def _is_same_node(
     if process.node_name is not None:
         return process.node_name == state.node
     pid = state.local_pid
-    # what belongs to no package is no node
+    # a program that belongs to no package is no node
     return (
         is_same_file
         and process.package is not None

@@ -53,9 +53,9 @@ _KEPT = (signal.SIGTSTP, signal.SIGCONT)
 
 def need_screen(environment: Mapping[str, str]) -> None:
     """
-    See whether there is all that the full screen needs.
+    Check that the full screen can be shown.
 
-    :raises UserError: when there is not
+    :raises UserError: when textual or a terminal is missing
     """
     if importlib.util.find_spec('textual') is None:
         raise UserError(MISSING)
@@ -139,7 +139,7 @@ def show(
 
 class OuterTerminal:
     """
-    What the full screen can have done outside of itself.
+    The terminal while the full screen is suspended: attach, show logs.
 
     :param pid: The launcher
     :param interrupt: Does what Ctrl-C does to a launch that was started for
@@ -201,7 +201,7 @@ class OuterTerminal:
 def launch_of(
     pid: int, environment: Mapping[str, str]
 ) -> RunningLaunch | None:
-    """Return the launch of a launcher, None while there is none."""
+    """Return the launch with the launcher `pid`, None if there is none."""
     found = None
     for launch in running_launches(environment, lambda _: None):
         if found is None and launch.pid == pid:
@@ -299,7 +299,7 @@ class ScreenWatchdog:
 
 
 def _watch(reader: int, terminal: int, before: list[Any], screen: int) -> None:
-    """Be that process: wait until the screen is gone."""
+    """Wait in the child until the screen has ended."""
     # it is no part of the job, which others suspend, hang up and kill
     os.setpgid(0, 0)
     for number in _SIGNALS:
@@ -316,12 +316,11 @@ def _watch(reader: int, terminal: int, before: list[Any], screen: int) -> None:
                 break
             last = read[-1:]
         elif found:
-            # who is no job of that terminal, or has given it to another
-            # program, does not hear of it otherwise
+            # the kernel tells only the foreground job of the terminal
             os.kill(screen, signal.SIGHUP)
             time.sleep(_INTERVAL)
         elif is_suspended(screen):
-            # it takes the terminal anew when it goes on
+            # it sets the terminal again when it continues
             _restore(terminal, before)
             last = _OFF
     if last == _ON:
@@ -329,7 +328,7 @@ def _watch(reader: int, terminal: int, before: list[Any], screen: int) -> None:
 
 
 def _restore(terminal: int, before: list[Any]) -> None:
-    """Make the terminal what it was before the screen."""
+    """Restore the modes of the terminal."""
     with suppress(OSError, termios.error):
         os.write(terminal, _RESTORE)
         # with it, keys make no signals; if they do, a shell was faster

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What can be seen of a launch without running it."""
+"""`--show-args`, `--check` and `--plan`: show a launch without running it."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
@@ -120,10 +120,10 @@ def _place(
     context: LaunchContext, evaluation: Evaluation, severity: Severity
 ) -> 'tuple[Placed | None, str, list[Diagnostic]]':
     """
-    Find what runs where, as far as that is known without running.
+    Assign the processes to machines, and find problems.
 
-    Return it with a text that shows it, if there are other machines, and what
-    is wrong with it.
+    Return the placement and its text, if there are other machines, and the
+    problems.
 
     :param severity: How bad it is when this machine lacks a program
     """
@@ -243,7 +243,7 @@ def _plan(context: LaunchContext, form: str) -> int:
     target = context.target()
     request = context.request(target)
     evaluation = evaluate(request, runs=options.runs)
-    # what cannot be loaded is shown all the same: the rest would go on
+    # a component that cannot be loaded is no error: the launch goes on
     plugins = [
         replace(d, severity='warning')
         for d in missing_plugins(evaluation.plugins, locator, 'built')

@@ -104,7 +104,7 @@ class LaunchMachine:
         return self.connection.connect()
 
     def close(self) -> None:
-        """Close the connection, and end what runs there."""
+        """Close the connection, which ends the part on the machine."""
         self.connection.close()
 
     def use(self, facts: Facts) -> None:
@@ -228,7 +228,7 @@ class LaunchMachine:
         """
         Find files that processes are given and that the machine lacks.
 
-        :param part: What is to run there, with the paths of this computer
+        :param part: The part of the machine, with paths of this computer
         :raises UserError: when the machine cannot be asked
         """
         text = self.folders.text

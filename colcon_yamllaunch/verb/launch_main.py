@@ -133,9 +133,7 @@ def _launch(
 @contextmanager
 def _time_limit(options: LaunchOptions) -> Iterator[None]:
     """
-    End what is done before the launch runs when --timeout is over.
-
-    That is interrupted as by Ctrl-C.
+    Interrupt the steps before the launch runs when --timeout is over.
 
     :raises UserError: when it was
     """
@@ -201,7 +199,7 @@ def _write_report(path: Path, data: bytes) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(data)
     except (OSError, ValueError) as e:
-        reason = e.strerror if isinstance(e, OSError) else e
+        reason = getattr(e, 'strerror', e)
         raise UserError(
             f"--junit: '{path}' cannot be written: {reason}"
         ) from e

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Where a launch keeps its logs, and what the user wants of older ones."""
+"""The log folder of a launch, and the rules for those of older launches."""
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -153,7 +153,7 @@ def default_log_base(known: Any) -> Path | None:
             builds=values.build_all or values.paths is not None,
         )
     except UserError:
-        # the verb says so; who is not trusted gets no logs either
+        # the verb reports it; workspaces that are not trusted get no logs
         return None
     return None if root is None else root / 'log'
 

@@ -470,7 +470,7 @@ class Machines:
         if folder is None:
             return settings
         settings = replace(settings, log_name=folder.name)
-        # the launch here says so if the user's wish is no number
+        # the launch here warns of invalid values
         store = log_store_of(folder, self._context.environment, lambda _: None)
         if store is None:
             return settings

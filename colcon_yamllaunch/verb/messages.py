@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What the verbs say to the user."""
+"""Messages and results of the verbs, and their errors."""
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
@@ -47,18 +47,18 @@ class GiveUpError(Exception):
 
 def say(text: str) -> None:
     """Print lines for the user, apart from the output of processes."""
-    # who shows something hears of what is wrong with the output
+    # errors of standard output are reported by `show`
     with suppress(OSError):
         sys.stdout.flush()
     try:
         print(printable(text), file=sys.stderr, flush=True)
     except OSError:
-        # what cannot be said does not change what is done
+        # a lost message does not change the result
         _drop(sys.stderr)
 
 
 def say_line(text: str) -> None:
-    """Print a line likewise; nothing that is in it makes it two."""
+    """Print a message as one line, whatever characters it contains."""
     say(one_line(text))
 
 
@@ -113,9 +113,9 @@ def written() -> Iterator[None]:
 
 class ForgivingOutput:
     """
-    Standard output for what shows a traceback when it cannot write, as colcon.
+    Standard output that ignores errors, for code that cannot handle them.
 
-    What is lost so shows when more is written by others.
+    Later writes to the real standard output report the error.
     """
 
     def __init__(self, stream: TextIO) -> None:
@@ -170,7 +170,7 @@ def enumeration(items: Iterable[str]) -> str:
 
 
 def show_versions() -> int:
-    """Do what `--version` asks for, and return the exit code."""
+    """Print the versions for `--version`, and return the exit code."""
     show(
         f'colcon-yamllaunch {colcon_yamllaunch.__version__}, '
         f'colcon-core {colcon_core.__version__}'
@@ -181,10 +181,9 @@ def show_versions() -> int:
 @contextmanager
 def _ended_by_signals() -> Iterator[None]:
     """
-    Turn signals into exceptions, which also end what is waited for.
+    Turn signals into exceptions, so that commands of launch files end, too.
 
-    A command of a launch file would go on otherwise. Builds and launches
-    that run have handlers of their own.
+    Builds and running launches have their own handlers.
 
     :raises SystemExit: when one arrives
     """
@@ -204,7 +203,7 @@ def _ended_by_signals() -> Iterator[None]:
 
 def report_errors(verb: str, action: Callable[[], int]) -> int:
     """
-    Do what a verb does, and say in one message what went wrong.
+    Call `action`, and report its error in one message.
 
     Return the exit code.
     """
@@ -223,7 +222,7 @@ def report_errors(verb: str, action: Callable[[], int]) -> int:
     except KeyboardInterrupt:
         return INTERRUPTED
     except BrokenPipeError:
-        # nobody reads what is shown
+        # the reader of the output has ended
         return 1
     except Exception as e:
         if (lack := _lack(e)) is not None:
@@ -243,7 +242,7 @@ def report_errors(verb: str, action: Callable[[], int]) -> int:
 
 
 def _lack(problem: Exception) -> str | None:
-    """Return what the system lacks and how to get it, None if nothing."""
+    """Return which limit or device of the system is missing, with the fix."""
     if not isinstance(problem, OSError):
         return None
     if problem.errno in (errno.EMFILE, errno.ENFILE):

@@ -62,11 +62,11 @@ _Self = TypeVar('_Self', bound='Options')
 @dataclass(frozen=True, slots=True)
 class Value(Generic[_T]):
     """
-    What an option takes.
+    The value of an option.
 
     :param name: What `--help` calls it
     :param read: Returns it from the name of the option and a word
-    :param completer: What Tab offers for it
+    :param completer: The candidates that Tab offers
     :param choices: The words that it may be
     :param takes_dash: Whether it may begin with a dash
     """
@@ -84,7 +84,7 @@ class Option(Generic[_T]):
     An option: an attribute of the class of a verb's options.
 
     :param default: Its value if it is not given
-    :param value: What it takes; None for nothing
+    :param value: Its value; None if it has none
     :param short: Its short form, if it has one
     :param excludes: Options that it must not be given with, and the error,
       with `{one}` for this option and `{other}` for that one
@@ -326,7 +326,7 @@ def read_share(option: str, text: str) -> float:
 
 def read_metric(option: str, text: str) -> 'Metric':
     """
-    Return what is measured in a sweep.
+    Return a metric of a sweep.
 
     :raises UserError: if it has no name or no group
     """
@@ -433,7 +433,7 @@ _SIZE = Value('SIZE', read_size)
 
 
 class _Common(Options):
-    """What all verbs have."""
+    """The options of all verbs."""
 
     TITLE = 'options'
     version = flag(
@@ -449,7 +449,7 @@ class _AllHelp(Options):
 
 
 class _Inspection(Options):
-    """What shows a launch instead of running it."""
+    """The options that show a launch instead of running it."""
 
     TITLE = 'Looking without running'
     show_args = flag('Show the launch arguments', short='-s')
@@ -495,7 +495,7 @@ class _Program(Options):
 
 
 class _Building(Options):
-    """What is built."""
+    """Which packages are built."""
 
     TITLE = 'Building'
     workspace = value(
@@ -519,7 +519,7 @@ class _Building(Options):
 
 
 class _LaunchBuilding(_Building):
-    """What is built for a launch."""
+    """Which packages are built for a launch."""
 
     TITLE = 'Building'
     why = flag(
@@ -534,7 +534,7 @@ class _LaunchBuilding(_Building):
 
 
 class _Shown(Options):
-    """What a launch shows and keeps."""
+    """The output and logs of a launch."""
 
     TITLE = 'What is shown and kept'
     quiet = flag(
@@ -617,7 +617,7 @@ class _Machines(Options):
 
 
 class _Goal(Options):
-    """What ends a launch."""
+    """When a launch ends by itself."""
 
     TITLE = 'What each run is to achieve'
     until = values(
@@ -642,7 +642,7 @@ class _Goal(Options):
 
 
 class _Ending(_Goal):
-    """What ends a launch, and its report."""
+    """When a launch ends by itself, and its report."""
 
     TITLE = 'Ending by itself, as in CI'
     junit = value(
@@ -760,7 +760,7 @@ class _Results(Options):
 
 
 class _SweepShown(Options):
-    """What a sweep shows and keeps."""
+    """The output and logs of a sweep."""
 
     TITLE = 'What is shown and kept'
     quiet = flag('Show no progress, only failures and the end')
@@ -838,14 +838,14 @@ class LaunchOptions(
         *('--no-build', '--watch', '--until', '--status', '--stop'),
         *('--restart', '--logs'),
     )
-    #: The launch arguments, those that options stand for among them.
+    #: The launch arguments, including those of `--launch-prefix`.
     arguments: Mapping[str, str] = MappingProxyType({})
-    #: What is asked of running launches, if anything is: `status`, `stop`,
+    #: The request to running launches, if it is one: `status`, `stop`,
     #: `restart`, `lifecycle`, `logs`, `attach` or `ui`.
     request: str | None = None
     #: The processes and components that this is about, by name or glob.
     names: tuple[str, ...] = ()
-    #: What `lifecycle` has nodes do.
+    #: The transition of `lifecycle`.
     transition: str = ''
 
     @property
@@ -898,7 +898,7 @@ class SweepOptions(
 ):
     """The command line of `colcon sweep`."""
 
-    #: What was written for each launch argument.
+    #: The text of each launch argument.
     arguments: Mapping[str, str] = MappingProxyType({})
     #: Launch arguments that options stand for.
     fixed: Mapping[str, str] = MappingProxyType({})

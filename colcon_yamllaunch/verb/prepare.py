@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What a launch needs before it runs: a plan, and all that it names."""
+"""Prepare a launch: evaluate it, build its packages, check the plan."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import nullcontext, redirect_stdout
@@ -49,7 +49,7 @@ def prepare(context: LaunchContext) -> tuple[Plan, Mapping[str, str]]:
     built: set[str] = set()
     warned: list[Diagnostic] = []
     may_build = not options.no_build and context.workspace.root is not None
-    # what need not be here is known once it is known what runs here
+    # the machines determine which packages are needed here
     is_final = not may_build and machines is None
     if machines is not None:
         machines.connect_early()
@@ -219,7 +219,7 @@ def _stop_at_errors(
 ) -> None:
     errors = evaluation.errors
     if all(error.may_pass_after_build for error in errors):
-        # what is missing may be missing for this reason
+        # a package that is not built may be the reason
         needed = _named(context, target, evaluation) - context.remote_only
         context.workspace.check_sourced(
             sorted(needed), may_build=not context.options.no_build
@@ -232,7 +232,7 @@ def _check_before_start(
     context: LaunchContext, evaluation: Evaluation
 ) -> None:
     """
-    Stop at what is missing though all has been built.
+    Stop if something is missing after all builds.
 
     A program or component that is not there is an error; a file is a warning,
     as the launch may go on without it in ROS 2 too.
@@ -295,7 +295,7 @@ def _build(
     def look_first() -> None:
         _stop_at_unknown_executables(context, evaluation)
         if not evaluation.errors:
-            # what a build brings is missing in vain only after it
+            # files that the build may install are no problem yet
             certain = [
                 d for d in evaluation.diagnostics if not d.may_pass_after_build
             ]
@@ -317,7 +317,7 @@ def _build(
             print(output.getvalue().rstrip(), file=sys.stderr, flush=True)
         raise GiveUpError(update.returncode, is_build=True)
     if update.changed:
-        # it may have imported what is another now
+        # it may have imported modules that were built again
         context.end_worker()
     return update.changed
 

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Showing the logs of a running launch."""
+"""`--logs`: show the logs of a running launch."""
 
 from collections.abc import Sequence
 from contextlib import suppress
@@ -41,9 +41,9 @@ def show_logs(
     chosen: Candidate, processes: Sequence[ProcessState], *, follow: bool
 ) -> int:
     """
-    Show what processes wrote, and return the exit code.
+    Show the logs of processes, and return the exit code.
 
-    :param follow: Whether to show the last lines only, and then what comes
+    :param follow: Whether to show the last lines only, and then new ones
       until the launch ends
     :raises UserError: when there are no logs
     """

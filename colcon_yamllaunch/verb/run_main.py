@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What `colcon run` does, step by step."""
+"""`colcon run`, from its options to the program."""
 
 import ast
 from collections.abc import Iterator, Mapping

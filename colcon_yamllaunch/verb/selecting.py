@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Which running launch and what of it the user means."""
+"""Select running launches, and their processes and components."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from fnmatch import fnmatchcase

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Which launch file the user means."""
+"""Find the workspace and the launch file."""
 
 from collections.abc import Callable, Iterable
 from contextlib import suppress
@@ -180,7 +180,7 @@ def unknown_package(
     broken: Callable[[], Iterable[BrokenManifest]],
 ) -> UserError:
     """
-    Return what to say of a package that does not exist.
+    Return the error for a package that does not exist.
 
     :param broken: Returns the manifests in the workspace that make no package
     """
