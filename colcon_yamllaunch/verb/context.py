@@ -343,6 +343,17 @@ class LaunchContext:
         if text:
             say(text)
 
+    def report_or_fail(self, diagnostics: Iterable[Diagnostic]) -> None:
+        """
+        Show problems to the user, and end the launch if one is an error.
+
+        :raises GiveUpError: when one is an error
+        """
+        found = list(diagnostics)
+        if any(diagnostic.severity == 'error' for diagnostic in found):
+            self.fail(found)
+        self.report(found)
+
     def fail(self, diagnostics: Sequence[Diagnostic]) -> NoReturn:
         """
         Show problems to the user, and end the launch.

@@ -5,6 +5,7 @@
 
 from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager
+from functools import partial
 import gc
 from importlib import import_module
 import os
@@ -48,17 +49,14 @@ def main(known: Any, environment: Mapping[str, str]) -> int:
     if options.schema:
         show(_schema(options, environment), end='')
         return 0
+    launch = partial(_launch, options, known, environment)
     if options.ui:
-        from colcon_yamllaunch.verb.background_launch import launch_for_screen
+        from colcon_yamllaunch.verb import background_launch
 
-        return launch_for_screen(
-            lambda background: _launch(
-                options, known, environment, background
-            ),
-            environment,
-            plain=options.no_color,
+        return background_launch.launch_for_screen(
+            launch, environment, plain=options.no_color
         )
-    return _launch(options, known, environment)
+    return launch()
 
 
 def _schema(options: LaunchOptions, environment: Mapping[str, str]) -> str:

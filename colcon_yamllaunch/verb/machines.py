@@ -215,10 +215,9 @@ class Machines:
         checked = Tasks(
             self._machines.values(), lambda m: m.check(placed.part(m.name))
         ).check()
-        found = [d for name in self._machines for d in checked[name]]
-        if any(d.severity == 'error' for d in found):
-            context.fail(found)
-        context.report(found)
+        context.report_or_fail(
+            found for name in self._machines for found in checked[name]
+        )
         self.used = frozenset(placed.parts)
         if context.options.watch is not None:
             self.dependencies = self._dependencies_of(placed)

@@ -147,9 +147,9 @@ def _stop_at_unknown_executables(
     :raises GiveUpError: when there are some
     """
     uses = evaluation.executables
-    found = list(missing_executables(uses, context.locator, 'certainly'))
-    if found:
-        context.fail(found)
+    context.report_or_fail(
+        missing_executables(uses, context.locator, 'certainly')
+    )
 
 
 def _named(
@@ -252,9 +252,7 @@ def _check_before_start(
         ),
         *_files_not_installed(context, evaluation),
     ]
-    if any(d.severity == 'error' for d in found):
-        context.fail(found)
-    context.report(found)
+    context.report_or_fail(found)
 
 
 def _files_not_installed(

@@ -114,9 +114,11 @@ class Context(SimpleNamespace):
     def report(self, diagnostics):
         self.reported += diagnostics
 
-    def fail(self, diagnostics):
-        self.report(diagnostics)
-        raise GiveUpError(1)
+    def report_or_fail(self, diagnostics):
+        found = list(diagnostics)
+        self.report(found)
+        if any(diagnostic.severity == 'error' for diagnostic in found):
+            raise GiveUpError(1)
 
     def connect(self):
         evaluation = SimpleNamespace(
