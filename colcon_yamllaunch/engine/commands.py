@@ -132,12 +132,15 @@ class Kill(PartCommand[Done]):
 @dataclass(frozen=True, slots=True)
 class Debug(PartCommand[Done]):
     """
-    Restart a process under a debugger, in a terminal.
+    Restart a process under a debugger. Its next start is without it.
 
-    A program in Python runs under `pdb`, any other under `gdb`, which waits
-    for commands. Its next start is without the debugger.
+    :param port: The TCP port of this machine at which another program, such
+      as an editor, can control the debugger: `debugpy` for a program in
+      Python, else `gdbserver`. Without it, `pdb` or `gdb` waits for commands
+      in a terminal
     """
 
+    port: int | None = None
     name: ClassVar[str] = 'debug'
 
 

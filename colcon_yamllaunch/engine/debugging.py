@@ -9,6 +9,8 @@ import glob
 import os
 from pathlib import Path
 import re
+import socket
+import subprocess
 import time
 
 from colcon_yamllaunch.common.errors import RefusedError
@@ -22,7 +24,15 @@ from colcon_yamllaunch.plan.plan import ParameterFile, Process
 
 _Words = tuple[str | ParameterFile, ...]
 _PYTHON = 'python'
+# Debuggers in a terminal, for Python and for other programs; and those that
+# wait for a connection, which get the address and the program.
+_PDB = ('-m', 'pdb')
 _GDB = ('gdb', '-q', '--args')
+_DEBUGPY = ('-m', 'debugpy', '--wait-for-client', '--listen')
+_GDBSERVER = ('gdbserver', '--once')
+_HAS_DEBUGPY = 'import importlib.util as i; exit(not i.find_spec("debugpy"))'
+#: Where a debugger waits for a connection: only this machine reaches it.
+HOST = '127.0.0.1'
 # What gdb answers goes to standard error, and its prompt to standard output;
 # in two terminals they come in any order.
 _ONE_STREAM = ('sh', '-c', 'exec "$0" "$@" 2>&1')
@@ -34,43 +44,95 @@ _RUNS_OTHER = re.compile(r'-|-[A-VYZa-z]*[cm].*')
 _DEPTH = 4
 
 
-def debugged(process: Process, environment: Mapping[str, str]) -> Process:
+def debugged(
+    process: Process, environment: Mapping[str, str], port: int | None = None
+) -> Process:
     """
-    Return a process under a debugger, with a terminal.
+    Return a process under a debugger, which waits before the program begins.
 
-    It waits for commands before the program begins. That of a program in
-    Python is `pdb`, which each Python has; of any other it is `gdb`, and then
-    all output goes to standard output.
+    Without a port, it waits for commands in a terminal: `pdb` for a program
+    in Python, which each Python has; `gdb` for any other, and then all output
+    goes to standard output. With a port, `debugpy` or `gdbserver` waits for
+    a connection.
 
     :param environment: The variables of the process
-    :raises RefusedError: when `gdb` is needed, and there is none
+    :param port: The TCP port at :data:`HOST`
+    :raises RefusedError: when the debugger is not installed, or the port
+      cannot be used
     """
     path = environment.get('PATH', os.defpath)
+    python: _Words = _PDB
+    native: _Words = _GDB
+    if port is not None:
+        _refuse_unusable(port)
+        address = f'{HOST}:{port}'
+        python, native = (*_DEBUGPY, address), (*_GDBSERVER, address)
     try:
-        argv = _under_debugger(process, path)
+        argv = _under_debugger(process, path, python, native)
     except StartError:
         # the error is reported when it is started
-        argv = (*_GDB, *process.argv)
-    if argv[0] == _GDB[0]:
+        argv = (*native, *process.argv)
+    program = str(argv[0])
+    is_native = program == native[0]
+    if is_native:
         try:
-            find_program(_GDB[0], path)
+            find_program(program, path)
         except StartError as error:
             raise RefusedError(
-                f'{process.label} needs gdb to be debugged, which is not '
-                'installed: sudo apt install gdb'
+                f'{process.label} needs {program} to be debugged, which is '
+                f'not installed: sudo apt install {program}'
             ) from error
-        argv = (*_ONE_STREAM, *argv)
-    return replace(process, argv=argv, emulate_tty=True)
+    if port is None:
+        words = (*_ONE_STREAM, *argv) if is_native else argv
+        return replace(process, argv=words, emulate_tty=True)
+    if not is_native:
+        _need_debugpy(process, program, environment)
+    return replace(process, argv=argv)
 
 
-def _under_debugger(process: Process, path: str) -> _Words:
+def _refuse_unusable(port: int) -> None:
+    with socket.socket() as listener:
+        # debuggers do this, too; without it, a port that was used a moment
+        # ago could not be used again
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            listener.bind((HOST, port))
+        except (OSError, OverflowError) as error:
+            reason = getattr(error, 'strerror', None) or error
+            raise RefusedError(
+                f'port {port} cannot be used: {reason}'
+            ) from error
+
+
+def _need_debugpy(
+    process: Process, python: str, environment: Mapping[str, str]
+) -> None:
+    # a process that runs must not end for a debugger that cannot start
+    found = subprocess.run(
+        [python, '-c', _HAS_DEBUGPY],
+        env=environment,
+        cwd=process.cwd or None,
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        check=False,
+    )
+    if found.returncode:
+        raise RefusedError(
+            f'{process.label} needs debugpy to be debugged, which is not '
+            f'installed: {python} -m pip install debugpy'
+        )
+
+
+def _under_debugger(
+    process: Process, path: str, python: _Words, native: _Words
+) -> _Words:
     program, *arguments = process.argv
     found = _found(str(program), process.cwd, path)
     if _is_python(found):
         start = _script_index(arguments)
         if start is not None:
             options, rest = arguments[:start], arguments[start:]
-            return (program, *options, '-m', 'pdb', *rest)
+            return (program, *options, *python, *rest)
     words: _Words = process.argv
     # gdb takes programs of the machine, and follows a script when it becomes
     # another program
@@ -79,10 +141,10 @@ def _under_debugger(process: Process, path: str) -> _Words:
         if interpreter is None:
             break
         if words == process.argv and _is_python(interpreter):
-            return (interpreter, '-m', 'pdb', found, *arguments)
+            return (interpreter, *python, found, *arguments)
         words = (interpreter, found, *words[1:])
         found = interpreter
-    return (*_GDB, *words)
+    return (*native, *words)
 
 
 def _found(name: str, cwd: str, path: str) -> str:

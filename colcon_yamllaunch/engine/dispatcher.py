@@ -135,7 +135,7 @@ class Dispatcher:
         task = self._supervisor.task(command.process)
         process = task.successor or task.process
         environment = self._engine.starter.environment_of(process)
-        once = debugged(process, environment)
+        once = debugged(process, environment, command.port)
         self._supervisor.restart_process(command.process, once)
 
     def _describe(

@@ -24,6 +24,7 @@ from colcon_yamllaunch.verb.options import (
     LaunchOptions,
     Option,
     OPTIONS,
+    read_debug,
     REQUESTS,
     RunOptions,
     SweepOptions,
@@ -351,6 +352,8 @@ def _read_names(
     names: Sequence[str] = positionals
     if request == 'attach':
         names = (values.attach,)
+    elif request == 'debug':
+        names = (read_debug('--debug', values.debug)[0],)
     elif request not in ('status', 'ui'):
         names = (*getattr(values, request), *positionals)
     if '--all' in names:

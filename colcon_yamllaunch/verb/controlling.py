@@ -22,6 +22,7 @@ from colcon_yamllaunch.control.client import (
 )
 from colcon_yamllaunch.control.resource_usage import Usage, usage_of, use_of
 from colcon_yamllaunch.engine import commands
+from colcon_yamllaunch.engine.debugging import HOST
 from colcon_yamllaunch.engine.state import (
     ComponentState,
     LaunchState,
@@ -50,6 +51,8 @@ from colcon_yamllaunch.workspace.packages.workspace_root import (
 
 #: Seconds between two questions to a launch that was asked for something.
 POLL_INTERVAL = 0.05
+# Seconds that a debugger gets to start; debugpy on a small computer is slow.
+_DEBUGGER_TIMEOUT = 30.0
 _UNSETTLED = ('waiting', 'stopping', 'loading', 'unloading', 'unknown')
 
 
@@ -79,6 +82,8 @@ def control(options: LaunchOptions, environment: Mapping[str, str]) -> int:
             return _end_in(chosen, options)
         if options.request == 'lifecycle':
             return _change_states(chosen, names, options.transition)
+        if options.debug is not None:
+            return _debug(chosen, names, options.debug[1])
         if options.request == 'attach':
             from colcon_yamllaunch.verb.attaching import attach
 
@@ -263,6 +268,36 @@ def _wait_for(chosen: Candidate, part: Part) -> Part | None:
             is_announced = True
             say_line(f'waiting for {part.label}')
         time.sleep(POLL_INTERVAL)
+
+
+def _debug(chosen: Candidate, names: Sequence[str], port: int) -> int:
+    """Restart a process under a debugger that waits for a connection."""
+    parts = choose_parts(chosen.state, names)
+    if len(parts) != 1:
+        found = listing(p.label for p in parts)
+        raise UserError(f'--debug takes one process, not {found}')
+    process = parts[0]
+    chosen.launch.do(commands.Debug(process.label, port))
+    now = _wait_for(chosen, process)
+    # an editor that connects too early gives up
+    deadline = time.monotonic() + _DEBUGGER_TIMEOUT
+    while process.machine is None and not _is_listening(port):
+        is_running = isinstance(now, ProcessState) and now.pid is not None
+        if not is_running or time.monotonic() > deadline:
+            say_line(f'{process.label}: {_outcome(now, True)[0]}')
+            return 1
+        time.sleep(POLL_INTERVAL)
+        now = _wait_for(chosen, process)
+    where = '' if process.machine is None else f' on {process.machine}'
+    say_line(f'{process.label}: waits for a debugger at {HOST}:{port}{where}')
+    return 0
+
+
+def _is_listening(port: int) -> bool:
+    """Return whether a program of this computer accepts connections."""
+    sockets = Path('/proc/net/tcp').read_text().splitlines()[1:]
+    fields = (line.split() for line in sockets)
+    return any(f[1].endswith(f':{port:04X}') and f[3] == '0A' for f in fields)
 
 
 def _change_states(

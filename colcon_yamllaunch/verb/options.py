@@ -52,6 +52,7 @@ Completer = Literal[
     'packages',
     'parts',
     'places',
+    'processes',
     'terminals',
 ]
 
@@ -309,6 +310,22 @@ def read_count(option: str, text: str) -> int:
     return int(text)
 
 
+def read_debug(option: str, text: str) -> tuple[str, int]:
+    """
+    Return the name of a process and a TCP port from `NAME[:PORT]`.
+
+    :raises UserError: if there is no such port
+    """
+    name, colon, port = text.rpartition(':')
+    if not colon:
+        return text, DEBUG_PORT
+    if not (port.isascii() and port.isdigit()) or not 0 < int(port) < 65536:
+        raise UserError(
+            f"{option} needs a port from 1 to 65535 after ':', not '{port}'"
+        )
+    return name, int(port)
+
+
 def read_share(option: str, text: str) -> float:
     """
     Return a percentage as a number from 0 to 1.
@@ -391,7 +408,11 @@ RUN_LOG_LIMIT = 100_000_000
 #: The options that show something of a launch instead of running it.
 INSPECTIONS = ('--show-args', '--check', '--plan', '--schema')
 #: The options that ask something of launches that run already.
-REQUESTS = ('--status', '--stop', '--restart', '--lifecycle', '--logs')
+REQUESTS = (
+    *('--status', '--stop', '--restart', '--lifecycle', '--logs', '--debug'),
+)
+#: The port at which a debugger waits for an editor unless another is given.
+DEBUG_PORT = 5678
 
 
 #: Options of which only one may be given.
@@ -685,6 +706,12 @@ class _Control(Options):
         _PARTS,
         'any',
     )
+    debug = value(
+        'Restart a process under debugpy if it runs Python, else under '
+        'gdbserver, which waits for an editor at a port of this computer '
+        f'(default: {DEBUG_PORT})',
+        Value('NAME[:PORT]', read_debug, 'processes'),
+    )
     follow = flag(
         'With --logs: the last lines, then what comes',
         short='-f',
@@ -841,7 +868,7 @@ class LaunchOptions(
     #: The launch arguments, including those of `--launch-prefix`.
     arguments: Mapping[str, str] = MappingProxyType({})
     #: The request to running launches, if it is one: `status`, `stop`,
-    #: `restart`, `lifecycle`, `logs`, `attach` or `ui`.
+    #: `restart`, `lifecycle`, `logs`, `debug`, `attach` or `ui`.
     request: str | None = None
     #: The processes and components that this is about, by name or glob.
     names: tuple[str, ...] = ()

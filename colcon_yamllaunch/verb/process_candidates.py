@@ -26,8 +26,9 @@ def candidates_of(
     """
     Return running launches, or processes and components of these.
 
-    :param completer: Which of them: `launches`, `parts`, `terminals` or
-      `lifecycles`; with the latter, transitions follow the names of nodes
+    :param completer: Which of them: `launches`, `parts`, `processes`,
+      `terminals` or `lifecycles`; with the latter, transitions follow the
+      names of nodes
     :param words: The words in front that belong to no option
     """
     states = _running(cursor.environment)
@@ -51,8 +52,9 @@ def _parts(
     when none of those is begun.
 
     :param prefix: What the names begin with
-    :param completer: With `terminals`, only those that keys can be typed at;
-      with `lifecycles`, only those of lifecycle nodes
+    :param completer: With `processes`, no components; with `terminals`, only
+      processes that keys can be typed at; with `lifecycles`, only lifecycle
+      nodes
     """
     named = [
         (ProcessNames.of_state(part), part, state)
@@ -61,9 +63,11 @@ def _parts(
         if completer == 'parts'
         or (completer == 'lifecycles' and part.lifecycle is not None)
         or (
-            completer == 'terminals'
-            and isinstance(part, ProcessState)
-            and part.terminal
+            isinstance(part, ProcessState)
+            and (
+                completer == 'processes'
+                or (completer == 'terminals' and part.terminal)
+            )
         )
     ]
     shared = Counter(names.program for names, _, _ in named)
