@@ -4,6 +4,9 @@
 """
 A page about the options of the verbs, made from what their parsers know.
 
+Each option has an anchor that names the verb and the option, such as
+`launch-watch`, which stays when options are added or move.
+
 usage: python tools/options_page.py > docs/options.md
 """
 
@@ -28,6 +31,7 @@ def _page() -> Iterator[str]:
     yield '# Options'
     yield ''
     yield 'Made by `python tools/options_page.py` from what the parsers know.'
+    yield 'Each option has a link to itself.'
     found = entry_points(group='colcon_core.verb')
     ours = [entry for entry in found if entry.value.startswith(_PACKAGE)]
     for entry in sorted(set(ours), key=lambda entry: entry.name):
@@ -47,7 +51,7 @@ def _verb(name: str, verb: Any) -> Iterator[str]:
     for line in parser.format_usage().removeprefix('usage:').splitlines():
         yield f'    {line.strip()}'
     for group in parser._action_groups:
-        yield from _group(group, parser.prog)
+        yield from _group(group, name, parser.prog)
     if parser.epilog:
         yield from ('', '### Examples', '')
         for line in parser.epilog.splitlines():
@@ -55,9 +59,9 @@ def _verb(name: str, verb: Any) -> Iterator[str]:
                 yield f'    {line.strip()}'
 
 
-def _group(group: Any, prog: str) -> Iterator[str]:
+def _group(group: Any, verb: str, prog: str) -> Iterator[str]:
     rows = [
-        (_usage(action), _help(action, prog))
+        (_anchored(_usage(action), action, verb), _help(action, prog))
         for action in group._group_actions
         if action.help != argparse.SUPPRESS
     ]
@@ -70,6 +74,13 @@ def _group(group: Any, prog: str) -> Iterator[str]:
     for row in [('option', 'meaning'), ('---', '---'), *rows]:
         cells = ' | '.join(cell.replace('|', '\\|') for cell in row)
         yield f'| {cells} |'
+
+
+def _anchored(usage: str, action: argparse.Action, verb: str) -> str:
+    """Return `usage` as a link to an anchor before it."""
+    name = (action.option_strings or [action.dest])[-1].lstrip('-')
+    anchor = f'{verb}-{name.replace("_", "-")}'
+    return f'<a id="{anchor}"></a>[{usage}](#{anchor})'
 
 
 def _usage(action: argparse.Action) -> str:

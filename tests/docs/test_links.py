@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Links within the documentation lead somewhere."""
+"""Links within the repository's documents lead somewhere."""
 
 from pathlib import Path
 import re
@@ -9,16 +9,18 @@ import re
 import pytest
 
 ROOT = Path(__file__).parents[2]
-DOCUMENTS = sorted([ROOT / 'README.md', *(ROOT / 'docs').glob('*.md')])
+DOCUMENTS = sorted([*ROOT.glob('*.md'), *(ROOT / 'docs').glob('*.md')])
 FENCED = re.compile(r'^```.*?^```$', re.DOTALL | re.MULTILINE)
 
 
 def anchors(document: Path) -> set[str]:
-    """Return the anchors that GitHub gives to the headings of a document."""
+    """Return the anchors of a document, with those of its headings."""
     text = FENCED.sub('', document.read_text(encoding='utf-8'))
     headings = re.findall(r'^#+ +(.+)$', text, re.MULTILINE)
+    # as GitHub makes them
     plain = (re.sub(r'[^\w\- ]', '', h.lower()) for h in headings)
-    return {heading.replace(' ', '-') for heading in plain}
+    named = re.findall(r'<a id="([^"]+)"></a>', text)
+    return {*named, *(heading.replace(' ', '-') for heading in plain)}
 
 
 def links(document: Path) -> list[str]:

@@ -57,7 +57,7 @@ def test_options_are_described(
     assert option.help
     assert not option.help.endswith('.')
     (row,) = re.findall(
-        rf'^\| `[^`]*{option.name}\b(?!-).*$', page[verb], re.M
+        rf'^\| [^`]*`[^`]*{option.name}\b(?!-).*$', page[verb], re.M
     )
     assert option.help.split('%')[0][:40] in row
 

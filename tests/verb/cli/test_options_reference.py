@@ -44,9 +44,16 @@ def test_every_verb_of_ours_is_described(page: str) -> None:
 
 
 def test_options_are_described_as_they_are_written(page: str) -> None:
-    assert '| `-s, --show-args` | Show the launch arguments. |' in page
-    assert '| `--until REGEX` | End with success' in page
-    assert '| `--check [FORMAT]` | ' in page
+    assert '[`-s, --show-args`](#launch-show-args) | Show the laun' in page
+    assert '[`--until REGEX`](#launch-until) | End with success' in page
+    assert '[`--check [FORMAT]`](#launch-check) | ' in page
+
+
+def test_each_option_has_an_anchor_of_its_own(page: str) -> None:
+    anchors = re.findall(r'^\| <a id="([\w-]+)"></a>', page, re.MULTILINE)
+    assert len(anchors) == len(re.findall(r'^\| .*`.*\|$', page, re.MULTILINE))
+    assert len(anchors) == len(set(anchors))
+    assert {'launch-watch', 'run-prefix', 'sweep-jobs'} <= set(anchors)
 
 
 def test_a_table_has_as_many_cells_in_every_row(page: str) -> None:
