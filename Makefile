@@ -10,6 +10,7 @@ SEED ?= 1
 VENV := .venv
 BIN := $(VENV)/bin
 PIP_INSTALL := $(BIN)/python .ci/pip_install.py
+SITE ?= build/site
 SOURCES := $(shell find colcon_yamllaunch -name '*.py' -o -name '*.em' \
 	-o -name '*.css' -o -name py.typed)
 COLCON_PRODUCTS := $(addprefix sample_ws/,build install log)
@@ -26,7 +27,8 @@ unexport MAKEFLAGS MAKELEVEL MFLAGS
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
 .NOTPARALLEL:
-.PHONY: help demo test quick gate lint hostile fuzz soak clean distclean
+.PHONY: help demo test quick gate lint docs hostile fuzz soak
+.PHONY: clean distclean
 
 help:
 	@echo 'make demo       build and launch sample_ws, stop after 15 seconds'
@@ -34,6 +36,7 @@ help:
 	@echo 'make quick      the tests that need no build and no ROS'
 	@echo 'make gate       the tests that know nothing of the modules'
 	@echo 'make lint       ruff and mypy alone'
+	@echo 'make docs       the site, into build/site; needs no ROS'
 	@echo 'make hostile    other users, faults, full disks, stale results'
 	@echo 'make fuzz       the fuzz tests with 10,000 inputs each'
 	@echo 'make soak       unruly launches and edits, MINUTES=3 SEED=1'
@@ -63,6 +66,12 @@ lint: $(VENV)/.test-dependencies $(VENV)/.installed
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
+
+# All of it each time, as warnings of a page come only when it is read.
+docs: $(VENV)/.docs-dependencies
+	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet \
+		--fresh-env --write-all -d build/doctrees -c docs/site . $(SITE)
+	@echo 'The site is $(SITE)/index.html.'
 
 hostile: $(VENV)/.test-dependencies $(VENV)/.installed
 	$(BIN)/pytest -n auto --dist loadgroup -m hostile
@@ -103,6 +112,11 @@ $(VENV)/.dependencies: setup.cfg setup.py | $(BIN)/python
 $(VENV)/.test-dependencies: $(VENV)/.dependencies
 	@echo 'Installing what the tests use into $(VENV)…'
 	@$(PIP_INSTALL) --no-build-isolation '.[test]'
+	@touch $@
+
+$(VENV)/.docs-dependencies: setup.cfg | $(BIN)/python
+	@echo 'Installing what the site is built with into $(VENV)…'
+	@$(PIP_INSTALL) '.[docs]'
 	@touch $@
 
 $(BIN)/python:

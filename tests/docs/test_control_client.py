@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""The client in plain Python in docs/control.md works as printed."""
+"""The clients in docs work as printed."""
 
 import os
 from pathlib import Path
@@ -10,15 +10,21 @@ import signal
 import subprocess
 import sys
 
+import pytest
 from support.controlled import ABOUT
 
-PAGE = Path(__file__).parents[2] / 'docs/control.md'
+DOCS = Path(__file__).parents[2] / 'docs'
 
 
+@pytest.mark.parametrize(
+    ('page', 'is_isolated'),
+    # the first uses nothing of the project, the other finds the socket
+    [('control.md', True), ('python_client.md', False)],
+)
 def test_printed_client_restarts_a_killed_process(
-    launch, sleep, wait_until, tmp_path
+    launch, sleep, wait_until, tmp_path, page, is_isolated
 ):
-    text = PAGE.read_text(encoding='utf-8')
+    text = (DOCS / page).read_text(encoding='utf-8')
     code = re.search(r'^```python (\w+\.py)\n(.*?)^```$', text, re.M | re.S)
     assert code is not None
     client = tmp_path / code[1]
@@ -27,8 +33,12 @@ def test_printed_client_restarts_a_killed_process(
     one = launch(sleep('kitchen'), sleep('cellar'), about=ABOUT)
     place = one.folder / f'colcon-launch-{os.getuid()}'
     path = wait_until(lambda: next(place.glob('*.sock'), None))
+    words = ['-I', client, path] if is_isolated else [client]
+    # apart from other launches of the user
+    names = ('TMPDIR', 'XDG_RUNTIME_DIR')
     with subprocess.Popen(
-        [sys.executable, '-I', client, path],
+        [sys.executable, *words],
+        env={**os.environ, **dict.fromkeys(names, str(one.folder))},
         stdout=subprocess.PIPE,
         text=True,
     ) as popen:
