@@ -27,15 +27,16 @@ unexport MAKEFLAGS MAKELEVEL MFLAGS
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
 .NOTPARALLEL:
-.PHONY: help demo test quick gate lint docs hostile fuzz soak
+.PHONY: help demo test quick gate lint coverage docs hostile fuzz soak
 .PHONY: clean distclean
 
 help:
 	@echo 'make demo       build and launch sample_ws, stop after 15 seconds'
-	@echo 'make test       ruff, mypy and all tests'
+	@echo 'make test       make lint and all tests'
 	@echo 'make quick      the tests that need no build and no ROS'
 	@echo 'make gate       the tests that know nothing of the modules'
-	@echo 'make lint       ruff and mypy alone'
+	@echo 'make lint       ruff, mypy and codespell alone'
+	@echo 'make coverage   what make quick covers, which must not drop'
 	@echo 'make docs       the site, into build/site; needs no ROS'
 	@echo 'make hostile    other users, faults, full disks, stale results'
 	@echo 'make fuzz       the fuzz tests with 10,000 inputs each'
@@ -58,6 +59,13 @@ quick: $(VENV)/.test-dependencies $(VENV)/.installed
 	HYPOTHESIS_PROFILE=quick \
 		$(BIN)/pytest -n auto --dist loadgroup -m 'not full'
 
+# Of the lines and branches that run in the processes of the tests; what
+# launches, workers and agents run in processes of their own counts as missed.
+coverage: $(VENV)/.test-dependencies $(VENV)/.installed
+	HYPOTHESIS_PROFILE=quick \
+		$(BIN)/pytest -n auto --dist loadgroup -m 'not full' \
+		--cov --cov-report=html:build/coverage
+
 # The contract of a change that only moves code: these tests stay as they are.
 gate: $(VENV)/.test-dependencies $(VENV)/.installed
 	$(BIN)/pytest -n auto --dist loadgroup -m 'contract or hostile'
@@ -66,6 +74,8 @@ lint: $(VENV)/.test-dependencies $(VENV)/.installed
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
+	$(BIN)/codespell
+	$(BIN)/codespell --skip= --ignore-words=tests/misspelled.txt tests
 
 # All of it each time, as warnings of a page come only when it is read.
 docs: $(VENV)/.docs-dependencies
@@ -89,7 +99,7 @@ soak: $(VENV)/.test-dependencies $(VENV)/.installed
 
 clean:
 	rm -rf build dist *.egg-info $(COLCON_PRODUCTS)
-	rm -rf .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	rm -rf .coverage .hypothesis .mypy_cache .pytest_cache .ruff_cache
 
 distclean: clean
 	rm -rf $(VENV)
