@@ -98,7 +98,7 @@ soak: $(VENV)/.test-dependencies $(VENV)/.installed
 		tests/verb/watching/test_random_edits.py
 
 clean:
-	rm -rf build dist *.egg-info $(COLCON_PRODUCTS)
+	rm -rf build deb_dist dist *.egg-info $(COLCON_PRODUCTS)
 	rm -rf .coverage .hypothesis .mypy_cache .pytest_cache .ruff_cache
 
 distclean: clean
@@ -115,7 +115,7 @@ $(VENV)/.installed: $(VENV)/.dependencies $(SOURCES) README.md
 $(VENV)/.dependencies: setup.cfg setup.py | $(BIN)/python
 	@echo 'Installing ROS 2 and colcon into $(VENV), some 400 MB…'
 	@$(PIP_INSTALL) --upgrade pip 'setuptools>=70.1,<80'
-	@$(PIP_INSTALL) --no-build-isolation '.[ros,watch,ui]'
+	@$(PIP_INSTALL) --no-build-isolation '.[common,ros]'
 	@command -v cmake >/dev/null || $(PIP_INSTALL) cmake
 	@touch $@
 

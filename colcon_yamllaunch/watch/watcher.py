@@ -39,8 +39,7 @@ if TYPE_CHECKING:
 
 #: The error without the library that watches.
 MISSING = (
-    "--watch needs the Python package 'watchfiles': "
-    "pip install 'colcon-yamllaunch[watch]'"
+    "--watch needs the Python package 'watchfiles': pip install watchfiles"
 )
 #: The module that the process runs.
 PROGRAM = 'colcon_yamllaunch.watch.watcher'
