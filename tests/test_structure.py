@@ -28,7 +28,7 @@ ALLOWED = {
     'run': CORE | {'engine', 'observers', 'control', 'terminal'},
     'remote': CORE
     | {'engine', 'observers', 'control', 'language', 'workspace', 'run'},
-    'watch': CORE | {'engine', 'language', 'workspace', 'remote'},
+    'watch': CORE | {'engine', 'language', 'workspace'},
     'sweep': CORE | {'engine', 'observers', 'run'},
 }
 

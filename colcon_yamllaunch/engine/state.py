@@ -5,9 +5,10 @@
 The state of a launch: what its processes, components and machines do.
 
 Each event of the launch changes it, through :meth:`LaunchState.apply`, and
-nothing else does. Every view of a launch reads it: the status block, the
-full screen, `--status`, the exit code and the JUnit report. The control
-protocol sends its JSON form, from which a client makes the same state.
+nothing else does, except while the launch is set up. Every view of a launch
+reads it: the status block, the full screen, `--status`, the exit code and the
+JUnit report. The control protocol sends its JSON form, from which a client
+makes the same state.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence

@@ -24,6 +24,8 @@ from colcon_yamllaunch.plan.plan import (
 
 #: Separates the name of a machine from that of a process there.
 MACHINE_SEPARATOR = '│'
+#: Stands for all packages of a merged install space without build records.
+ANY_PACKAGE = '*'
 #: Labels that no node gets: the launcher's own lines have them.
 RESERVED = frozenset({'launch'})
 

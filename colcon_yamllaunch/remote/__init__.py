@@ -4,7 +4,7 @@
 """
 Parts of a launch on other machines.
 
-Only a launch with a deployment file (`--deploy`) imports this.
+Only launches with `--deploy` or `--on` import this.
 
 - `deployment/` reads the file and assigns the parts of the plan to machines.
   `remote_paths` has the variables that are sent.

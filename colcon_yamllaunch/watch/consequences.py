@@ -14,9 +14,12 @@ from typing import Literal, TypeAlias
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.plan.labels import machine_of, MACHINE_SEPARATOR
+from colcon_yamllaunch.plan.labels import (
+    ANY_PACKAGE,
+    machine_of,
+    MACHINE_SEPARATOR,
+)
 from colcon_yamllaunch.plan.position import shown_path
-from colcon_yamllaunch.remote.sync.inspection import ANY_PACKAGE
 from colcon_yamllaunch.watch.dependencies import (
     Dependencies,
     PackageDependencies,

@@ -26,6 +26,7 @@ from colcon_yamllaunch.common.fingerprint import (
 )
 from colcon_yamllaunch.common.search_path import split_path
 from colcon_yamllaunch.common.text_files import content_of
+from colcon_yamllaunch.plan.labels import ANY_PACKAGE
 from colcon_yamllaunch.workspace.environment.environment_cache import (
     cached_environment,
 )
@@ -43,8 +44,6 @@ _MARKERS = (
     'share/colcon-core/packages/{}',
     'share/ament_index/resource_index/packages/{}',
 )
-#: Stands for all packages of a merged install space without build records.
-ANY_PACKAGE = '*'
 _LINK = 'link to '
 _PYTHON_TIMEOUT = 10.0
 
