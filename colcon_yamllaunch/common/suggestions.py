@@ -117,7 +117,7 @@ def way_to_program(name: str, cwd: str) -> str:
     path = os.path.normpath(os.path.join(cwd, name))
     if os.path.isfile(path):
         return f'make it executable: chmod +x {path}'
-    return f'let there be a program {path}, or correct the path'
+    return f'create the program {path}, or correct the path'
 
 
 def listing(names: Iterable[str]) -> str:

@@ -380,7 +380,7 @@ class ShuttingDown(Event):
     unrecorded = ('interactive',)
 
     def lines(self) -> tuple[str, ...]:
-        hint = ' (Ctrl-C again to hurry)' if self.interactive else ''
+        hint = ' (Ctrl-C again to force)' if self.interactive else ''
         return (f'stopping: {self.reason}{hint}',)
 
 
@@ -936,7 +936,7 @@ class WorkerLost(Event):
     @property
     def text(self) -> str:
         """What happened, as a sentence without its end."""
-        return f'the host of launch files in Python {self.reason}'
+        return f'the worker for Python launch files {self.reason}'
 
     def lines(self) -> tuple[str, ...]:
         return (

@@ -83,7 +83,7 @@ class ExitConditions:
             case events.RosLost():
                 self._note_failure('the ROS client')
             case events.WorkerLost():
-                self._note_failure('the host of launch files in Python')
+                self._note_failure('the worker for Python launch files')
             case events.ShuttingDown():
                 self._stopping = True
             case _:

@@ -100,9 +100,9 @@ ADOPTION_INTERVAL = 1.0
 ADOPTION_PAUSE = 10.0
 #: Seconds that the worker of Python launch files gets, once all has ended, to
 #: answer what happened last.
-SOURCE_TIMEOUT = 5.0
+WORKER_ANSWER_TIMEOUT = 5.0
 #: Seconds after which it is sent more of what it has not taken.
-SOURCE_RETRY_DELAY = 0.005
+WORKER_RETRY_DELAY = 0.005
 #: How often a guard that died is replaced in one launch.
 GUARD_RESTARTS = 3
 #: Seconds that are waited for at once; epoll counts milliseconds in an int,

@@ -730,8 +730,8 @@ class Supervisor:
                     f'{limits.QUICK_END_SECONDS:g} s of its start '
                     f'{limits.QUICK_ENDS} times in a row; it '
                     'is started again after a pause now, which grows to '
-                    f'{limits.LONGEST_PAUSE:g} s; with respawn_delay it has '
-                    'another'
+                    f'{limits.LONGEST_PAUSE:g} s; set respawn_delay for a '
+                    'fixed pause'
                 )
             )
 

@@ -15,7 +15,7 @@ from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.loop import TimerHandle
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.participants import Execute, Participant, Reply
-from colcon_yamllaunch.language.evaluation.launch_worker import (
+from colcon_yamllaunch.language.evaluation.worker_interface import (
     WorkerError,
     WorkerMessage,
 )
@@ -163,7 +163,7 @@ class PlanFeed(Participant):
             return
         if self._retry is None or self._retry.cancelled():
             loop = self.launch.loop
-            self._retry = loop.wake_at(loop.time() + limits.SOURCE_RETRY_DELAY)
+            self._retry = loop.wake_at(loop.time() + limits.WORKER_RETRY_DELAY)
 
     def is_waiting(self) -> bool:
         """
@@ -177,7 +177,7 @@ class PlanFeed(Participant):
         loop = self.launch.loop
         if self._growing.is_busy:
             if self._knows_end and self._answers_by is None:
-                self._answers_by = loop.time() + limits.SOURCE_TIMEOUT
+                self._answers_by = loop.time() + limits.WORKER_ANSWER_TIMEOUT
                 loop.wake_at(self._answers_by)
             return self._answers_by is None or loop.time() < self._answers_by
         if not self._knows_end:

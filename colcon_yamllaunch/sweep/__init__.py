@@ -5,7 +5,7 @@
 Many runs of one launch, each with other arguments.
 
 `table` makes the runs from the arguments. A runner launches them: either
-`local_runner`, through its worker processes, or `slurm_runner`, through tasks
+`local_runner`, through its run launchers, or `slurm_runner`, through tasks
 of Slurm (`slurm_task`). Both use `run`, which launches one run, and report to
 `progress`, which records each result in the folder of `results`. From these,
 `reports` writes `results.csv`, `junit.xml` and, with `report_page`,

@@ -2,16 +2,16 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-The runner on this machine: worker processes launch runs, some at a time.
+The runner on this machine; its run launchers are processes, some at a time.
 
 Each run has a network of its own where that is possible, and ends when this
 process ends, for any reason. The next runs are planned while others go on, and
 wait for their turn.
 
-Workers are forks of a process that has imported all modules and knows the
-workspace, as a new program takes longer to import these than a short run
-costs. A worker launches one run after the other, with one guard for all of
-them, as each fork makes both processes copy their memory.
+Run launchers are forks of a process that has imported all modules and knows
+the workspace, as a new program takes longer to import these than a short run
+costs. A run launcher launches one run after the other, with one guard for all
+of them, as each fork makes both processes copy their memory.
 """
 
 from collections import deque
@@ -54,7 +54,7 @@ from colcon_yamllaunch.sweep.run import (
 )
 from colcon_yamllaunch.sweep.table import Run
 
-#: Bytes of a message of a worker; a reason and metrics are shorter.
+#: Bytes of a message of a run launcher; a reason and metrics are shorter.
 _MESSAGE = 256 * 1024
 #: Runs that are planned ahead at most.
 _AHEAD = 8
@@ -66,13 +66,13 @@ _ESCALATION_INTERVAL = 0.3
 #: Seconds of a short run on average, and runs after which that is known.
 _SHORT = 1.0
 _KNOWN_FROM = 4
-#: Sent to a worker when its run may start processes.
+#: Sent to a run launcher when its run may start processes.
 _GO = b'g'
 #: Bytes that are kept of the messages of the planning of a run.
 _MESSAGES_SIZE = 64 * 1024
 #: Files in the message of a run that is planned.
 _MOST_USES = 500
-#: Runs of a worker, so that it does not grow without end.
+#: Runs of a run launcher, so that it does not grow without end.
 _RUNS = 100
 #: Bytes of the number of a run.
 _NUMBER = 32
@@ -80,7 +80,7 @@ _NUMBER = 32
 
 class _Child:
     """
-    A worker, as the runner sees it.
+    A run launcher, as the runner sees it.
 
     :param messages: The file that its standard output and error go to
     :param domain: Its ROS_DOMAIN_ID
@@ -169,7 +169,7 @@ class LocalRunner:
             stack.callback(
                 resource.setrlimit, resource.RLIMIT_NOFILE, self._file_limits
             )
-            # workers share all objects as long as nobody writes to them
+            # run launchers share all objects as long as nobody writes to them
             gc.collect()
             gc.freeze()
             stack.callback(gc.unfreeze)
@@ -224,14 +224,14 @@ class LocalRunner:
             self._stop(number)
 
     def _plan_next(self) -> None:
-        """Make idle and new workers plan the next runs."""
+        """Make idle and new run launchers plan the next runs."""
         if self._unbuilt:
             return
         for child in self._children:
             if self._queue and child.state == 'idle':
                 run = self._queue[0]
                 self._sweep.folder.clear(run.number)
-                # a killed worker ends soon, and another one gets the run
+                # a killed run launcher ends soon, and another one gets the run
                 with suppress(OSError):
                     child.begin(run)
                     self._queue.popleft()
@@ -248,7 +248,7 @@ class LocalRunner:
                 )
             run = self._queue.popleft()
             try:
-                self._fork_worker(run, domain)
+                self._fork_launcher(run, domain)
             except OSError as e:
                 self._domains.release(domain)
                 self._queue.appendleft(run)
@@ -260,7 +260,7 @@ class LocalRunner:
                     'try fewer --jobs',
                 ) from e
 
-    def _fork_worker(self, run: Run, domain: int) -> None:
+    def _fork_launcher(self, run: Run, domain: int) -> None:
         self._sweep.folder.clear(run.number)
         self._sweep.progress.planned(run)
         sys.stdout.flush()
@@ -278,8 +278,10 @@ class LocalRunner:
             for other in self._children:
                 other.close()
             resource.setrlimit(resource.RLIMIT_NOFILE, self._file_limits)
-            worker = _Worker(self._sweep, child, own_network=self._own_network)
-            return worker.work(parent, self._runs, run)
+            launcher = _RunLauncher(
+                self._sweep, child, own_network=self._own_network
+            )
+            return launcher.work(parent, self._runs, run)
 
         with child.its_link:
             try:
@@ -324,7 +326,7 @@ class LocalRunner:
         gc.freeze()
 
     def _receive(self, child: _Child) -> None:
-        """Receive a message of a worker, or notice its end."""
+        """Receive a message of a run launcher, or notice its end."""
         data = b''
         with suppress(OSError):
             data = child.link.recv(_MESSAGE)
@@ -350,7 +352,7 @@ class LocalRunner:
                 return
 
     def _ended(self, child: _Child) -> None:
-        """Handle the end of a worker, in order or not."""
+        """Handle the end of a run launcher, in order or not."""
         status = self._reap(child)
         is_expected = child.has_result or child.run in self._unbuilt
         if not is_expected and self._stopped_by is None:
@@ -360,7 +362,8 @@ class LocalRunner:
                 if code < 0
                 else f'ended with exit code {code}'
             )
-            result = failed_run(child.run.number, f'what launches it {how}')
+            reason = f'the process that launched it {how}'
+            result = failed_run(child.run.number, reason)
             self._sweep.progress.done(child.run, result)
 
     def _done(self, child: _Child, result: RunResult) -> None:
@@ -383,10 +386,10 @@ class LocalRunner:
                     self._mover = _fork(lambda: _keep_moves_fast(parent))
 
     def _reap(self, child: _Child) -> int:
-        """Wait for a worker that ends, and return its status."""
+        """Wait for a run launcher that ends, and return its status."""
         self._children.remove(child)
         self._loop.remove(child.link.fileno())
-        # a worker that waits for its next run ends
+        # a run launcher that waits for its next run ends
         child.close()
         _, status = os.waitpid(child.pid, 0)
         self._domains.release(child.domain)
@@ -419,7 +422,7 @@ class LocalRunner:
             )
 
     def _end_all(self) -> None:
-        """End all workers; their runs are stopped in their own way."""
+        """End all run launchers; their runs are stopped in their own way."""
         for child in self._children:
             child.kill(signal.SIGTERM if child.is_launched else signal.SIGKILL)
         for child in self._children.copy():
@@ -468,9 +471,9 @@ def _keep_moves_fast(parent: int) -> None:
         pass
 
 
-class _Worker:
+class _RunLauncher:
     """
-    A worker process, in that process: plans and launches runs.
+    A process of its own that plans and launches runs.
 
     :param child: What it has in common with the runner
     """
@@ -487,7 +490,7 @@ class _Worker:
         """
         Launch `run`, then those whose numbers arrive; return the exit code.
 
-        :param parent: The runner; the worker ends with it
+        :param parent: The runner; the run launcher ends with it
         """
         signal.signal(signal.SIGINT, signal.default_int_handler)
         try:

@@ -72,7 +72,7 @@ FOR_ONE = (
     Key(
         's',
         'stop',
-        'stop it, or unload it; once more hurries',
+        'stop it, or unload it; again to force',
         command=commands.Stop,
     ),
     Key(
@@ -191,7 +191,7 @@ ON_ONE, ON_ALL = (*FOR_ONE, *SCREEN_ONE), (*FOR_ALL, *SCREEN_ALL)
 QUIT = Key(
     'q',
     'quit',
-    'stop the launch, as Ctrl-C does; once more hurries',
+    'stop the launch, as Ctrl-C does; again to force',
     short='stop',
 )
 #: The keys of the status block, with what they do.

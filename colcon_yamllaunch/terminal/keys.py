@@ -330,7 +330,7 @@ class Keys:
         if self._prompt == ':':
             matches = self._matches()
             if not matches:
-                return 'no process is called so  Esc goes back'
+                return 'no process name contains this  Esc goes back'
             words = ['a part of a name is enough']
             if self._line.text:
                 words = [f'Enter chooses {matches.pop(0)}', 'Tab completes']
@@ -472,7 +472,7 @@ class Keys:
         elif key == ':' or key in _FOR_ALL:
             yield from self._press_for_all(key)
         elif len(key) == 1 and key != ' ':
-            self._note = f"'{key}' is nothing to do with a process; ? helps"
+            self._note = f"no command has the key '{key}'; ? shows all keys"
 
     # what is typed
 

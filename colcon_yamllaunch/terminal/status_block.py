@@ -41,7 +41,7 @@ _COLOUR = re.compile(COLOUR)
 _GAP = '  '
 _SPACE = '   '
 _RESET = '\x1b[0m'
-_CTRL_C = ' (Ctrl-C hurries)'
+_CTRL_C = ' (Ctrl-C forces)'
 
 
 @dataclass(frozen=True, slots=True)

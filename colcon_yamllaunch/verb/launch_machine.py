@@ -257,9 +257,7 @@ class LaunchMachine:
         problem, hint = f"there is no '{there}' there", None
         owner = locator.owner(path)
         if owner is not None:
-            hint = (
-                f'let {owner.name} install it, or look for a slip of the pen'
-            )
+            hint = f'make {owner.name} install it, or correct the path'
         if path == process.argv[0]:
             problem = f"there is no program '{there}' there"
             if owner is None and process.package is not None:

@@ -25,7 +25,7 @@ from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.verb.context import LaunchContext
 from colcon_yamllaunch.verb.messages import GiveUpError, say
 from colcon_yamllaunch.verb.prepare import prepare
-from colcon_yamllaunch.watch import worker
+from colcon_yamllaunch.watch import preparer
 from colcon_yamllaunch.watch.change_loop import ChangeLoop
 from colcon_yamllaunch.watch.dependencies import (
     build_products,
@@ -56,7 +56,7 @@ def change_loop(
     log = context.log_folder and context.log_folder / WATCHER_LOG
     return ChangeLoop(
         _described(context, plan, environment),
-        worker.Worker(
+        preparer.Preparer(
             partial(prepare_again, context),
             partial(_warm_up, context),
             _clean_up,
@@ -71,8 +71,8 @@ def change_loop(
 def prepare_again(
     first: LaunchContext,
     suspects: tuple[str, ...],
-    announce: worker.Announce,
-) -> worker.Prepared | worker.Failed:
+    announce: preparer.Announce,
+) -> preparer.Prepared | preparer.Failed:
     """
     Prepare the launch as one that begins now, in a child.
 
@@ -94,10 +94,10 @@ def prepare_again(
             return _described(context, plan, environment, suspects)
     except GiveUpError as e:
         built = () if context is None else tuple(context.builds.names)
-        return worker.Failed('build' if e.is_build else 'plan', built)
+        return preparer.Failed('build' if e.is_build else 'plan', built)
     except UserError as e:
         say(f'colcon launch: error: {e}')
-        return worker.Failed('plan')
+        return preparer.Failed('plan')
     except Exception as e:
         logger.debug('unexpected exception', exc_info=True)
         # a bug, as in `messages.report_errors`
@@ -108,7 +108,7 @@ def prepare_again(
                 'launch was begun: restore it, or launch elsewhere'
             )
         say(f'colcon launch: {text}')
-        return worker.Failed('plan')
+        return preparer.Failed('plan')
 
 
 def _described(
@@ -116,7 +116,7 @@ def _described(
     plan: Plan,
     environment: Mapping[str, str],
     suspects: tuple[str, ...] = (),
-) -> worker.Prepared:
+) -> preparer.Prepared:
     """Return what a prepared launch runs, and what that uses."""
     workspace, machines = context.workspace, context.machines
     assert context.evaluation is not None
@@ -141,7 +141,7 @@ def _described(
     if machines is not None:
         built |= machines.records
         packages += machines.built
-    return worker.Prepared(
+    return preparer.Prepared(
         plan,
         environment,
         dependencies,

@@ -8,11 +8,11 @@
   reports changes; `watched_files` compares the contents of files.
 - `dependencies` finds the files that the launch uses.
 - `consequences` returns what follows from changes, as data.
-- `worker` is a process that prepares the launch again: it builds and
+- `preparer` is a process that prepares the launch again: it builds and
   evaluates.
 - `change_loop` ties these together and changes the launch; start reading
   there. `pending_changes` are the changes that it is handling.
 - `until_checks` checks `--until` after each change.
 
-`verb/watch_launch.py` does the jobs of the worker.
+`verb/watch_launch.py` does the jobs of the preparer.
 """

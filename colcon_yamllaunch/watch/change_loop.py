@@ -4,8 +4,8 @@
 """
 The change loop of `--watch`: from changed files to what restarts.
 
-`consequences` decides what follows from a change. The worker prepares
-everything that needs more than a restart, while all processes go on running.
+`consequences` decides what follows from a change. The preparer does
+what needs more than a restart, while all processes go on running.
 `pending_changes` has the changes that are being handled. What a failed job
 has left undone follows the next successful one.
 """
@@ -40,16 +40,16 @@ from colcon_yamllaunch.watch.pending_changes import (
     PendingChanges,
     without,
 )
-from colcon_yamllaunch.watch.python_syntax import compiles
-from colcon_yamllaunch.watch.watched_files import Batch, Change
-from colcon_yamllaunch.watch.watcher import WatcherClient
-from colcon_yamllaunch.watch.worker import (
+from colcon_yamllaunch.watch.preparer import (
     Announced,
     Begun,
     Failed,
     Prepared,
-    Worker,
+    Preparer,
 )
+from colcon_yamllaunch.watch.python_syntax import compiles
+from colcon_yamllaunch.watch.watched_files import Batch, Change
+from colcon_yamllaunch.watch.watcher import WatcherClient
 
 #: Actions that may restart a process with a changed Python file.
 _RESTARTS = ('restart', 'restart after build', 'build')
@@ -80,7 +80,7 @@ class ChangeLoop(Participant):
     def __init__(
         self,
         current: Prepared,
-        worker: Worker,
+        preparer: Preparer,
         log: Path | None,
         *,
         clock: Callable[[], float],
@@ -89,7 +89,7 @@ class ChangeLoop(Participant):
     ) -> None:
         self._current = current
         self._dependencies = current.dependencies
-        self._worker = worker
+        self._preparer = preparer
         self._log = log
         self._clock = clock
         self._why = why
@@ -126,8 +126,8 @@ class ChangeLoop(Participant):
         return self._restarts_launch and not self.launch.is_ended_by_others
 
     def children(self) -> Collection[int]:
-        """Return the worker, which was forked before the launch."""
-        return {self._worker.pid} - {0}
+        """Return the preparer, which was forked before the launch."""
+        return {self._preparer.pid} - {0}
 
     @property
     def launch(self) -> Engine:
@@ -141,8 +141,8 @@ class ChangeLoop(Participant):
         engine.state.watch = ''
         engine.supervisor.outlasts_failures = True
         engine.dispatcher.add(commands.Watch, self._switch)
-        if self._worker.pid:
-            engine.add_helper(self._worker.pid, self._worker_ended)
+        if self._preparer.pid:
+            engine.add_helper(self._preparer.pid, self._preparer_ended)
 
     def begin(self) -> None:
         """Watch the files of the launch from now on."""
@@ -155,7 +155,7 @@ class ChangeLoop(Participant):
         )
         self._watcher.start()
         self._watch()
-        self._worker.begin(launch.loop, self._handle_job)
+        self._preparer.begin(launch.loop, self._handle_job)
 
     def handle(self, event: events.Event) -> None:
         """Note an event of the launch."""
@@ -202,7 +202,7 @@ class ChangeLoop(Participant):
         if self.launch.is_stopping:
             self._changes.clear()
             self._unchecked.clear()
-            self._worker.cancel()
+            self._preparer.cancel()
             if self._watcher is not None:
                 self._watcher.hang_up()
             return
@@ -222,10 +222,10 @@ class ChangeLoop(Participant):
 
     def close(self) -> None:
         """End the helper processes, and wait for that."""
-        pid = self._worker.pid
+        pid = self._preparer.pid
         if self._watcher is not None:
             self._watcher.close()
-        self._worker.close()
+        self._preparer.close()
         if self._launch is not None and pid:
             self._launch.remove_helper(pid)
             self._release_job()
@@ -327,7 +327,7 @@ class ChangeLoop(Participant):
             # a launch that begins now would build it
             or (missing and not self._has_job)
         )
-        if self._worker.pid and (needs_job or may_help):
+        if self._preparer.pid and (needs_job or may_help):
             # a restart may need what the job builds
             current.late |= {*wanted.after_build, *wanted.restart, *self._late}
             self._late = set()
@@ -381,9 +381,9 @@ class ChangeLoop(Participant):
             if mapped is not None:
                 self._libraries[label] = mapped
         try:
-            self._worker.ask(current.suspects)
+            self._preparer.ask(current.suspects)
         except OSError:
-            # the loop reports the end of the worker soon
+            # the loop reports the end of the preparer soon
             current.is_lost = True
             return
         current.has_job = True
@@ -392,7 +392,7 @@ class ChangeLoop(Participant):
         command = commands.RestartChanged(tuple(labels))
         current.add_restarted(self.launch.dispatcher.do(command).labels)
 
-    # from the answer of the worker to what runs
+    # from the answer of the preparer to what runs
 
     def _handle_job(self, message: object) -> None:
         current = self._changes.with_job
@@ -414,10 +414,10 @@ class ChangeLoop(Participant):
 
     def _end_job(self, current: PendingChange) -> str:
         """Return the output of a job that has answered."""
-        output = self._worker.written.decode(errors='replace').rstrip()
+        output = self._preparer.written.decode(errors='replace').rstrip()
         current.has_job = False
         self._prepared_at = self._clock()
-        self._worker.forget()
+        self._preparer.forget()
         self._release_job()
         return output
 
@@ -426,14 +426,14 @@ class ChangeLoop(Participant):
             self._launch.release_group(self._group)
         self._group = 0
 
-    def _worker_ended(self, status: int) -> None:
+    def _preparer_ended(self, status: int) -> None:
         if self._group:
             with suppress(OSError):
-                # only the worker would have ended its job
+                # only the preparer would have ended its job
                 os.killpg(self._group, signal.SIGINT)
-        self._worker.ended()
+        self._preparer.ended()
         self._release_job()
-        self._changes.lose_worker()
+        self._changes.lose_preparer()
         outcome = Outcome.from_status(status)
         self.launch.emit(
             events.Warned(

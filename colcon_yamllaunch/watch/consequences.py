@@ -46,7 +46,7 @@ _EVENTS = {
     'changed': 'changed',
     'deleted': 'was deleted',
     'mode': 'can be run now, or no more',
-    'again': 'is as before, but was not for a moment',
+    'again': 'changed, and changed back',
 }
 
 _PHRASES: Mapping[Action, str] = {

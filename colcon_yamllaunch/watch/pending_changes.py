@@ -31,8 +31,8 @@ class PendingChange:
     :param files: The names of the files, each with the kind of the change
     :param late: The labels to restart after the job, whatever it changes
     :param pending: The labels that have yet to start or end
-    :param has_job: Whether the worker prepares the launch for it
-    :param is_lost: Whether it needs the worker, which has ended
+    :param has_job: Whether the preparer has a job for it
+    :param is_lost: Whether it needs the preparer, which has ended
     :param details: The output of its job
     :param kept: The machines that do not receive it, with the reasons
     :param suspects: Python files that may not compile
@@ -131,7 +131,7 @@ class PendingChanges(list[PendingChange]):
 
     @property
     def with_job(self) -> PendingChange | None:
-        """The change that the worker prepares the launch for."""
+        """The change that the preparer has a job for."""
         return next((change for change in self if change.has_job), None)
 
     @property
@@ -171,8 +171,8 @@ class PendingChanges(list[PendingChange]):
             change.crashed = (*change.crashed, label)
         return last if last in concerned else None
 
-    def lose_worker(self) -> None:
-        """Note that there is no worker any more."""
+    def lose_preparer(self) -> None:
+        """Note that there is no preparer any more."""
         for change in self:
             change.is_lost = change.is_lost or change.has_job
             change.has_job = False

@@ -146,10 +146,10 @@ def test_processes_outlive_the_host(launch, sh, sleep, wait_until):
     )
     started.shows('a: started')
     os.kill(host_of(started), signal.SIGKILL)
-    started.shows('host of launch files in Python died by SIGKILL')
+    started.shows('worker for Python launch files died by SIGKILL')
     assert len(started.processes()) == 1
     assert started.sends(signal.SIGINT).ends() == 1
-    assert started.screen.count('host of launch files') == 2
+    assert started.screen.count('worker for Python launch files') == 2
     assert [e['reason'] for e in started.events('host_lost')] == [
         'died by SIGKILL (killed)'
     ]

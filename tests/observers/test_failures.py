@@ -261,7 +261,7 @@ def test_failed_helper_processes_are_failures_of_the_launch(process):
     assert exit_code(failures) == 1
     assert failures.summary()[1:] == (
         'failed: a.launch.py:7: error: no',
-        'failed: the host of launch files in Python died by SIGKILL (killed)',
+        'failed: the worker for Python launch files died by SIGKILL (killed)',
         'failed: the ROS client died',
     )
     assert [r.process for r in failures.reports()[1:]] == [None] * 3

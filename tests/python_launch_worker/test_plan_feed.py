@@ -10,7 +10,7 @@ from types import SimpleNamespace
 
 from colcon_yamllaunch.engine import commands, events, limits
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.language.evaluation.launch_worker import WorkerError
+from colcon_yamllaunch.language.evaluation.worker_interface import WorkerError
 from colcon_yamllaunch.plan.plan import (
     Block,
     Growth,
@@ -234,7 +234,7 @@ def test_what_it_has_not_taken_is_sent_soon(launch):
     launch.link.is_full = True
     for _ in range(3):
         launch.feed.end_turn()
-    assert launch.loop.next_due() == pytest.approx(limits.SOURCE_RETRY_DELAY)
+    assert launch.loop.next_due() == pytest.approx(limits.WORKER_RETRY_DELAY)
 
 
 def test_who_writes_too_much_is_held_up_while_it_works(launch):
@@ -302,8 +302,8 @@ def test_what_it_says_to_the_end_is_not_awaited_for_ever(launch):
     launch.told(events.ShuttingDown('enough'))
     launch.growing.is_busy = True
     assert launch.feed.is_waiting()
-    assert launch.loop.next_due() == limits.SOURCE_TIMEOUT
-    launch.loop.now += limits.SOURCE_TIMEOUT - 1.0
+    assert launch.loop.next_due() == limits.WORKER_ANSWER_TIMEOUT
+    launch.loop.now += limits.WORKER_ANSWER_TIMEOUT - 1.0
     assert launch.feed.is_waiting()
     launch.loop.now += 1.0
     assert not launch.feed.is_waiting()

@@ -81,7 +81,9 @@ def main() -> int:
     if 'source' in data:
         from played_source import PlayedFeed, PlayedWorker
 
-        limits.SOURCE_TIMEOUT = data.get('patience', limits.SOURCE_TIMEOUT)
+        limits.WORKER_ANSWER_TIMEOUT = data.get(
+            'patience', limits.WORKER_ANSWER_TIMEOUT
+        )
         participants = (
             PlayedFeed(
                 PlayedWorker(data['source'], data.get('wanted', ()), entry_of)

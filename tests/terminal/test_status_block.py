@@ -201,10 +201,10 @@ def test_hidden_process_is_in_parentheses(board):
 def test_stopping_shows_countdown_to_next_signal(board):
     one = board('a', 'b')
     one.state.apply(events.ShuttingDown('interrupted'))
-    assert lines(one)[-1] == ' stopping (Ctrl-C hurries)'
+    assert lines(one)[-1] == ' stopping (Ctrl-C forces)'
     one.state.apply(events.StillRunning(('a', 'b'), 1, 2, 15, 3.5))
     assert lines(one)[-1] == (
-        ' stopping, SIGTERM in 4 s (Ctrl-C hurries): a, b, 1 timer'
+        ' stopping, SIGTERM in 4 s (Ctrl-C forces): a, b, 1 timer'
     )
     narrow = lines(one, 40)[-1]
     assert narrow == ' stopping, SIGTERM in 4 s: a, b, 1 tim…'
@@ -320,7 +320,7 @@ def test_low_terminal_shows_the_most_important_line(board):
     (line,) = lines(one, lines=1, view=noted)
     assert line.startswith(' no such key')
     one.state.apply(events.ShuttingDown('interrupted'))
-    assert lines(one, lines=1) == [' stopping (Ctrl-C hurries)']
+    assert lines(one, lines=1) == [' stopping (Ctrl-C forces)']
 
 
 def test_live_lines_leave_room_in_a_low_terminal(board):

@@ -23,19 +23,19 @@ from colcon_yamllaunch.watch.dependencies import (
     PackageDependencies,
     ProcessDependencies,
 )
-from colcon_yamllaunch.watch.watched_files import Batch, Change
-from colcon_yamllaunch.watch.worker import (
+from colcon_yamllaunch.watch.preparer import (
     Announced,
     Begun,
     Failed,
     Prepared,
-    Worker,
+    Preparer,
 )
+from colcon_yamllaunch.watch.watched_files import Batch, Change
 import pytest
 
 ARM = '/ws/src/arm'
 SHARE = '/ws/install/arm/share/arm'
-WORKER, JOB = 71, 73
+PREPARER, JOB = 71, 73
 
 
 def process(name: str, program: str, **more: Any) -> Process:
@@ -67,8 +67,10 @@ class Played:
         why: bool = False,
     ) -> None:
         self.now = 10.0
-        self.worker = Mock(spec=Worker, pid=WORKER, written=b'')
-        self.worker.ended.side_effect = lambda: setattr(self.worker, 'pid', 0)
+        self.preparer = Mock(spec=Preparer, pid=PREPARER, written=b'')
+        self.preparer.ended.side_effect = lambda: setattr(
+            self.preparer, 'pid', 0
+        )
         self.loop = SimpleNamespace(wake=self.wake)
         self.turns = 0
         self.built: dict[str, dict[str, str]] = {}
@@ -88,7 +90,7 @@ class Played:
         self.state.expect(self.plan.entries)
         self.watching = ChangeLoop(
             Prepared(self.plan, {}, KNOWN, {}, (), 0, grown_from),
-            self.worker,
+            self.preparer,
             None,
             clock=lambda: self.now,
             why=why,
@@ -164,15 +166,15 @@ class Played:
         return self.was_asked()
 
     def answer(self, *answers: object) -> list[Any]:
-        """Have the worker answer; return what is asked at once."""
+        """Have the preparer answer; return what is asked at once."""
         for answer in answers:
-            self.worker.begin.call_args.args[1](answer)
+            self.preparer.begin.call_args.args[1](answer)
         return self.was_asked()
 
     def prepared(
         self, *parts: Process, changed: Any = None, **more: Any
     ) -> list[Any]:
-        """Have the worker prepare a launch; return what is asked at once."""
+        """Have the preparer prepare a launch; return what is asked at once."""
         plan = Plan(parts) if parts else self.plan
         for path, package in (changed or {}).items():
             before = self.built.get(package, {})
@@ -208,7 +210,7 @@ def played(monkeypatch: pytest.MonkeyPatch) -> Played:
 
 def test_linked_script_is_restarted_at_once(played: Played) -> None:
     assert played.save('talk.py') == ['restart talk']
-    assert not played.worker.ask.called
+    assert not played.preparer.ask.called
     assert played.lines() == []
     played.now += 0.25
     assert played.lines(TALK) == ['talk.py changed: restarted talk (0.25 s)']
@@ -221,7 +223,7 @@ def test_changed_program_is_restarted_after_the_build(
     assert played.answer(Announced('building 1 package')) == []
     assert played.lines() == ['loop.c changed: building 1 package']
     changed = {'/ws/install/arm/lib/arm/loop': 'arm'}
-    played.worker.written = b'loop.c:1: warning: unused\n'
+    played.preparer.written = b'loop.c:1: warning: unused\n'
     assert played.prepared(changed=changed, packages=('arm',)) == [
         'restart loop'
     ]
@@ -249,9 +251,9 @@ def test_change_during_a_build_cancels_it(played: Played) -> None:
     played.save('loop.c')
     # what needs no build does not wait for it
     assert played.save('talk.py') == ['restart talk']
-    assert played.worker.ask.call_count == 1
+    assert played.preparer.ask.call_count == 1
     played.save('loop.h')
-    assert played.worker.ask.call_count == 2
+    assert played.preparer.ask.call_count == 2
     assert played.lines(TALK) == ['talk.py changed: restarted talk (0.00 s)']
     played.prepared()
     assert played.lines() == [
@@ -279,10 +281,10 @@ def test_uninstalled_program_is_built_before_its_restart(
     # as by `rm -rf install`
     monkeypatch.setattr('os.path.exists', paths_without(gone))
     assert played.save('talk.py') == []
-    assert played.worker.ask.call_count == 1
+    assert played.preparer.ask.call_count == 1
     assert played.prepared(packages=('arm',)) == ['restart talk']
-    # without a worker all runs on
-    played.helpers[WORKER](1 << 8)
+    # without a preparer all runs on
+    played.helpers[PREPARER](1 << 8)
     assert played.save('talk.py') == []
 
 
@@ -391,9 +393,9 @@ def test_restart_after_a_failed_build_follows_the_next_build(
     played: Played,
 ) -> None:
     played.save('loop.c', 'talk.py')
-    played.worker.written = b'loop.c:1: error'
+    played.preparer.written = b'loop.c:1: error'
     assert played.answer(Failed('build')) == []
-    played.worker.written = b''
+    played.preparer.written = b''
     (event,) = [e for e in played.told if isinstance(e, events.Watched)]
     assert (event.failed, event.details) == (True, 'loop.c:1: error')
     assert 'everything runs on as before' in event.text
@@ -443,22 +445,22 @@ def test_process_stopped_by_the_user_is_not_waited_for(played: Played) -> None:
     ]
 
 
-def test_job_of_a_killed_worker_is_interrupted(
+def test_job_of_a_killed_preparer_is_interrupted(
     played: Played, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     killed: list[tuple[int, int]] = []
     monkeypatch.setattr('os.killpg', lambda *args: killed.append(args))
     played.save('loop.c')
     played.answer(Begun(JOB))
-    assert played.guarded == {WORKER, JOB}
-    played.helpers[WORKER](signal.SIGKILL)
+    assert played.guarded == {PREPARER, JOB}
+    played.helpers[PREPARER](signal.SIGKILL)
     assert killed == [(JOB, signal.SIGINT)]
     assert JOB not in played.guarded
     is_gone = 'loop.c changed: what builds for --watch is gone (0.00 s)'
     warning, line = played.lines()
     assert warning.startswith('warning: what builds for --watch died by SIG')
     assert line == is_gone
-    # what needs the worker fails, and the rest is done
+    # what needs the preparer fails, and the rest is done
     assert played.save('loop.c') == []
     assert played.lines() == [is_gone]
     assert played.save('talk.py') == ['restart talk']
@@ -474,7 +476,7 @@ def test_changes_have_no_effect_while_the_launch_stops(played: Played) -> None:
     played.save('loop.c')
     played.is_stopping = True
     played.watching.end_turn()
-    played.worker.cancel.assert_called_once()
+    played.preparer.cancel.assert_called_once()
     played.watcher.hang_up.assert_called_once()
     assert played.prepared() == []
     assert played.lines() == []
@@ -506,7 +508,7 @@ def test_killed_job_is_repeated_at_the_next_change(
         'everything runs on as before (0.00 s)'
     ]
     played.save('README.md')
-    assert played.worker.ask.call_count == 2
+    assert played.preparer.ask.call_count == 2
 
 
 def test_pause_collects_changes_until_it_ends(played: Played) -> None:
@@ -517,7 +519,7 @@ def test_pause_collects_changes_until_it_ends(played: Played) -> None:
     assert played.save('talk.py') == played.save('talk.py', 'other.py') == []
     switch(Watch('resume'), bool)
     assert played.was_asked() == []
-    assert played.worker.ask.call_count == 1
+    assert played.preparer.ask.call_count == 1
     assert played.lines() == [
         'off: what is saved now has to wait',
         'on again',

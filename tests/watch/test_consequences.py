@@ -270,7 +270,7 @@ def test_rewritten_file_restarts_what_failed(
     assert steps(found, KNOWLEDGE) == expected
     assert {one.change for one in found} <= {change}
     for line in why_lines(found):
-        assert 'is as before, but was not for a moment' in line
+        assert 'changed, and changed back' in line
 
 
 PATHS = strategies.sampled_from(

@@ -359,7 +359,7 @@ def start_engine(
         os.close(ours)
     word, _, text = answer.decode(errors='replace').partition(' ')
     if word != 'ready':
-        raise UserError(text or 'it broke off while it was being started')
+        raise UserError(text or 'its process ended before it was ready')
     # it is removed by the engine
     launcher.program = ''
     return text

@@ -71,7 +71,7 @@ SENTENCES: Mapping[str, str] = {
     'machine_gone': '{machine} is gone: {reason}',
     'watched': '{text}',
     'plan_failed': '{text}',
-    'host_lost': 'the host of launch files in Python {reason}',
+    'host_lost': 'the worker for Python launch files {reason}',
     'message': '{text}',
     'warning': 'warning: {text}',
     'shutdown': 'stopping: {reason}',

@@ -303,7 +303,7 @@ class LaunchScreen(Screen[None]):
     def key_help(self, _: str) -> None:
         """Show what the keys do."""
         owns = self._terminal.owns_launch
-        last = 'stop the launch; once more hurries' if owns else 'leave'
+        last = 'stop the launch; again to force' if owns else 'leave'
         self.app.push_screen(
             widgets.Reading('Keys', screen_texts.help_table(last))
         )
@@ -321,7 +321,7 @@ class LaunchScreen(Screen[None]):
             self.app.exit()
         else:
             self._terminal.interrupt()
-            self.say('stopping; Ctrl-C again to hurry')
+            self.say('stopping; Ctrl-C again to force')
 
     def say(self, text: str, style: str = '') -> None:
         """Show a line for a moment."""
@@ -357,7 +357,7 @@ class LaunchScreen(Screen[None]):
         elif answer == 'stop':
             self._stops_to_leave = True
             self._terminal.interrupt()
-            self.say('stopping, then leaving; Ctrl-C to hurry')
+            self.say('stopping, then leaving; Ctrl-C to force')
 
     def _close_prompt(self) -> None:
         self._prompt.close_prompt()

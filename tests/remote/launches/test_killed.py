@@ -162,7 +162,7 @@ def test_the_launcher_is_killed_while_it_stops(
     _nothing_is_left(deployer, sshd)
 
 
-def test_ctrl_c_again_hurries(deployer: Deployer, sshd: Sshd) -> None:
+def test_ctrl_c_again_forces(deployer: Deployer, sshd: Sshd) -> None:
     launch = _begun(deployer, sshd, timeouts=1000)
     launch.process.send_signal(signal.SIGINT)
     launch.wait_for('stopping')

@@ -249,7 +249,7 @@ def test_owned_launch_is_stopped_on_request() -> None:
 
     async def act(shown: Shown) -> None:
         await shown.types('ctrl+c')
-        await shown.shows('Ctrl-C again to hurry')
+        await shown.shows('Ctrl-C again to force')
         await shown.types('q', 'escape', 'q')
         await shown.shows('leave it running')
         await shown.types('s')

@@ -232,7 +232,7 @@ def test_launch_goes_on_without_commands_that_this_machine_lacks(
     ) in output
     assert 'help: install it (sudo apt install no_such_broker)' in output
     assert "a.yaml:3:21: warning: there is no executable './star" in output
-    assert f'let there be a program {user.root}/start_app.sh' in output
+    assert f'create the program {user.root}/start_app.sh' in output
     assert "a.yaml:4:42: warning: there is no executable 'no_such_te" in output
     assert 'install no_such_terminal), or correct the name' in output
     assert output.index('warning') < output.index('started, pid')
@@ -267,9 +267,9 @@ def test_program_of_a_package_stays_an_error(user: User) -> None:
     [
         (('no_such',), None, 'install it (sudo apt install no_such)'),
         (('gzserver',), '/nowhere', 'install it (sudo apt install gazebo)'),
-        (('./no_such',), None, 'let there be a program {}/no_such'),
+        (('./no_such',), None, 'create the program {}/no_such'),
         (('./data',), None, 'make it executable: chmod +x {}/data'),
-        (('/bin',), None, 'let there be a program /bin'),
+        (('/bin',), None, 'create the program /bin'),
         (('sh',), '/nowhere', 'install it (sudo apt install sh)'),
     ],
 )

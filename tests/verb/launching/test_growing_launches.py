@@ -89,8 +89,8 @@ def test_the_rest_goes_on_without_the_host(ros_user: User) -> None:
     launch.wait_for('called-[23]: started')
     launch.wait_for('late-[23]: started')
     os.kill(host_of(launch.process.pid), signal.SIGKILL)
-    launch.wait_for('host of launch files in Python died by SIGKILL')
+    launch.wait_for('worker for Python launch files died by SIGKILL')
     assert 'late' in ros_user.launch('--status')
     assert launch.interrupt() == 1
-    assert 'failed: the host of launch files' in launch.output
+    assert 'failed: the worker for Python launch files' in launch.output
     assert '[launch.user]: ctrl-c (SIGINT)' not in launch.output

@@ -303,7 +303,8 @@ def test_killed_worker_is_an_error_of_its_run(patient: User) -> None:
     kill_children(launch)
     patient.write('go-all', '')
     assert launch.end() == 1
-    assert 'run 5, seed:=5: what launches it was killed' in launch.output
+    reason = 'the process that launched it was killed'
+    assert f'run 5, seed:=5: {reason}' in launch.output
     wait_until(lambda: not left(patient))
 
 

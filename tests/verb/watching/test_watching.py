@@ -11,7 +11,7 @@ import signal
 from types import SimpleNamespace
 
 from colcon_yamllaunch.verb.watch_launch import prepare_again
-from colcon_yamllaunch.watch.worker import Failed
+from colcon_yamllaunch.watch.preparer import Failed
 import pytest
 from support.manifest import manifest
 from support.waiting import is_running, wait_until

@@ -2,11 +2,11 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-The worker: a process that prepares the launch again, each time in a child.
+The preparer: a process that prepares the launch again, each time in a child.
 
-The launcher forks the worker before it starts any process, and the worker
+The launcher forks the preparer before it starts any process, and the preparer
 loads the modules of a build in advance. Each job runs in a new child of the
-worker, so it starts with all modules loaded and with no state of earlier
+preparer, so it starts with all modules loaded and with no state of earlier
 jobs: its answer is what a launch that begins now would be. A cancelled job is
 interrupted as Ctrl-C interrupts a build.
 
@@ -14,7 +14,7 @@ For each job the launcher sends one byte with three descriptors: a file with
 the request, in which the child leaves its answer; a socket for messages; and
 a file for the output of the child. Messages are pickled: :class:`Begun`,
 :class:`Announced`, and at the end None. When the launcher ends, so do the
-worker and its job.
+preparer and its job.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -42,7 +42,7 @@ _READ_SIZE = 1024 * 1024
 _CANCELLING = (signal.SIGINT, signal.SIGTERM)
 #: Seconds until a cancelled job gets SIGTERM after SIGINT, and then SIGKILL.
 _GRACE = 3.0
-#: Seconds until a worker that should end is killed.
+#: Seconds until a preparer that should end is killed.
 _CLOSE_TIMEOUT = 8.0
 
 
@@ -108,15 +108,15 @@ Announce = Callable[[str], None]
 Prepare = Callable[[Any, Announce], object]
 
 
-class Worker:
+class Preparer:
     """
-    A worker, and the job that it does, as the launcher sees them.
+    A preparer, and the job that it does, as the launcher sees them.
 
-    Create it before any process and any thread is started, as the worker is a
-    fork of this process.
+    Create it before any process and any thread is started, as the preparer is
+    a fork of this process.
 
-    :param prepare: Does a job, in a child of the worker
-    :param warm_up: Loads what jobs need, in the worker
+    :param prepare: Does a job, in a child of the preparer
+    :param warm_up: Loads what jobs need, in the preparer
     :param clean_up: Ends what a killed job left running; gets the process ID
       of its child
     :raises OSError: when no process can be started
@@ -138,7 +138,7 @@ class Worker:
         self.pid = os.fork()
         if not self.pid:
             self._connection.close()
-            _become_worker(its_end, prepare, warm_up, clean_up)
+            _become_preparer(its_end, prepare, warm_up, clean_up)
         its_end.close()
         self._loop: Loop
         self._handle: Callable[[object], None]
@@ -159,7 +159,7 @@ class Worker:
         """
         Start a job; one that is still running is cancelled.
 
-        :raises OSError: when the worker has ended
+        :raises OSError: when the preparer has ended
         """
         self.forget()
         self._messages, its_messages = socket.socketpair(
@@ -204,18 +204,18 @@ class Worker:
         self._messages = None
 
     def ended(self) -> None:
-        """Note that the worker has ended."""
+        """Note that the preparer has ended."""
         self.forget()
         self.pid = 0
         self._connection.close()
 
     def close(self) -> None:
-        """End the worker with its job, and wait for that."""
+        """End the preparer with its job, and wait for that."""
         if not self.pid:
             return
         pid = self.pid
         self.ended()
-        # a stopped worker would leave its job running
+        # a stopped preparer would leave its job running
         os.kill(pid, signal.SIGCONT)
         deadline = time.monotonic() + _CLOSE_TIMEOUT
         while not has_ended(pid):
@@ -243,7 +243,7 @@ class Worker:
                 return
 
 
-def _become_worker(
+def _become_preparer(
     connection: socket.socket,
     prepare: Prepare,
     warm_up: Callable[[], None],

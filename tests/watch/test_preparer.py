@@ -11,8 +11,8 @@ import time
 
 from colcon_yamllaunch.common import file_sync
 from colcon_yamllaunch.engine.loop import Loop
-from colcon_yamllaunch.watch import worker
-from colcon_yamllaunch.watch.worker import Announced, Begun, Failed, Worker
+from colcon_yamllaunch.watch import preparer
+from colcon_yamllaunch.watch.preparer import Announced, Begun, Failed, Preparer
 import pytest
 from support.waiting import is_running, wait_until
 
@@ -20,17 +20,17 @@ ANSWERS = (str, bytes, list, Failed)
 
 
 class Jobs:
-    """A worker, and what its jobs report."""
+    """A preparer, and what its jobs report."""
 
     def __init__(self, prepare, clean_up=lambda pid: None):
-        self.worker = Worker(prepare, lambda: None, clean_up)
+        self.preparer = Preparer(prepare, lambda: None, clean_up)
         self.loop = Loop()
         self.reported = []
-        self.worker.begin(self.loop, self.reported.append)
+        self.preparer.begin(self.loop, self.reported.append)
 
     def ask(self, request):
         self.reported.clear()
-        self.worker.ask(request)
+        self.preparer.ask(request)
 
     def wait_for(self, kind):
         """Return the first report of a kind."""
@@ -49,7 +49,7 @@ class Jobs:
 
 
 @pytest.fixture
-def make_worker():
+def make_preparer():
     made = []
 
     def make(*args):
@@ -58,24 +58,24 @@ def make_worker():
 
     yield make
     for jobs in made:
-        jobs.worker.close()
+        jobs.preparer.close()
         jobs.loop.close()
 
 
-def busy(make_worker):
-    """Return a worker with an endless job, its group and its child."""
+def busy(make_preparer):
+    """Return a preparer with an endless job, its group and its child."""
 
     def prepare(request, announce):
         announce(subprocess.Popen(['sleep', '1000']).pid)
         signal.pause()
 
-    jobs = make_worker(prepare)
+    jobs = make_preparer(prepare)
     jobs.ask(1)
     pid = int(jobs.wait_for(Announced).text)
     return jobs, jobs.wait_for(Begun).pid, pid
 
 
-def test_answer_does_not_wait_for_the_disks(make_worker, monkeypatch):
+def test_answer_does_not_wait_for_the_disks(make_preparer, monkeypatch):
     written, done = os.pipe()
     told, answered = os.pipe()
 
@@ -83,9 +83,9 @@ def test_answer_does_not_wait_for_the_disks(make_worker, monkeypatch):
         os.read(told, 1)
         os.write(done, b'w')
 
-    name = 'colcon_yamllaunch.watch.worker.catch_up'
+    name = 'colcon_yamllaunch.watch.preparer.catch_up'
     monkeypatch.setattr(name, catch_up)
-    jobs = make_worker(lambda request, announce: 'answer')
+    jobs = make_preparer(lambda request, announce: 'answer')
     jobs.ask('something')
     assert jobs.answer() == ['answer']
     os.write(answered, b'a')
@@ -114,7 +114,7 @@ def test_file_systems_are_synchronized_once_after_put_off(
     assert opened == [tmp_path]
 
 
-def test_each_job_is_answered_without_state_of_those_before(make_worker):
+def test_each_job_is_answered_without_state_of_those_before(make_preparer):
     seen = []
 
     def prepare(request, announce):
@@ -123,15 +123,15 @@ def test_each_job_is_answered_without_state_of_those_before(make_worker):
         seen.append(request)
         return seen
 
-    jobs = make_worker(prepare)
+    jobs = make_preparer(prepare)
     for number in (1, 2):
         jobs.ask(number)
         assert jobs.answer() == [Announced('begun'), [number]]
-        assert jobs.worker.written == b'shown\n'
-    jobs.worker.forget()
+        assert jobs.preparer.written == b'shown\n'
+    jobs.preparer.forget()
 
 
-def test_output_keeps_its_order_and_all_sizes_pass(make_worker, monkeypatch):
+def test_output_keeps_its_order_and_all_sizes_pass(make_preparer, monkeypatch):
     def prepare(request, announce):
         print('building')
         os.write(2, b'an error\n')
@@ -142,41 +142,41 @@ def test_output_keeps_its_order_and_all_sizes_pass(make_worker, monkeypatch):
     data = os.urandom(3_000_000)
     with open(1, 'w', closefd=False) as stdout:
         monkeypatch.setattr(sys, 'stdout', stdout)
-        jobs = make_worker(prepare)
+        jobs = make_preparer(prepare)
         jobs.ask(data)
         assert jobs.answer() == [data[:-1]]
         output = b'building\nan error\nfailed\n'
-        assert jobs.worker.written == output + data
+        assert jobs.preparer.written == output + data
 
 
-def test_job_that_raises_has_failed(make_worker):
+def test_job_that_raises_has_failed(make_preparer):
     def prepare(request, announce):
         raise ValueError(request)
 
-    jobs = make_worker(prepare)
+    jobs = make_preparer(prepare)
     jobs.ask(1)
     assert jobs.answer() == [Failed('job')]
 
 
-def test_job_leads_a_group_and_is_cancelled_with_it(make_worker):
-    jobs, group, pid = busy(make_worker)
+def test_job_leads_a_group_and_is_cancelled_with_it(make_preparer):
+    jobs, group, pid = busy(make_preparer)
     assert os.getpgid(pid) == group
-    jobs.worker.cancel()
+    jobs.preparer.cancel()
     wait_until(lambda: not is_running(group) and not is_running(pid))
     jobs.ask(2)
     assert jobs.wait_for(Begun) != Begun(group)
 
 
-def test_suspended_worker_leaves_nothing_behind(make_worker):
-    jobs, group, pid = busy(make_worker)
-    os.kill(jobs.worker.pid, signal.SIGSTOP)
-    jobs.worker.close()
+def test_suspended_preparer_leaves_nothing_behind(make_preparer):
+    jobs, group, pid = busy(make_preparer)
+    os.kill(jobs.preparer.pid, signal.SIGSTOP)
+    jobs.preparer.close()
     assert not is_running(group)
     # it was killed, and ends when the system gets to it
     wait_until(lambda: not is_running(pid))
 
 
-def test_many_jobs_in_a_row_are_cancelled_at_once(make_worker):
+def test_many_jobs_in_a_row_are_cancelled_at_once(make_preparer):
     cleaned, clean = os.pipe()
 
     def prepare(request, announce):
@@ -184,7 +184,7 @@ def test_many_jobs_in_a_row_are_cancelled_at_once(make_worker):
             signal.pause()
         return str(request)
 
-    jobs = make_worker(prepare, lambda pid: os.write(clean, b'%d\n' % pid))
+    jobs = make_preparer(prepare, lambda pid: os.write(clean, b'%d\n' % pid))
     begun = time.monotonic()
     jobs.ask(0)
     first = jobs.wait_for(Begun).pid
@@ -192,7 +192,7 @@ def test_many_jobs_in_a_row_are_cancelled_at_once(make_worker):
         jobs.ask(number)
     assert jobs.answer() == ['30']
     # none of them waited for SIGTERM
-    assert time.monotonic() - begun < worker._GRACE
+    assert time.monotonic() - begun < preparer._GRACE
     assert not is_running(first)
     assert int(os.read(cleaned, 1000).split()[0]) == first
     os.close(cleaned)
