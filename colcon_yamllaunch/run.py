@@ -269,6 +269,7 @@ class _Launch:
             self._failures.reports(),
             self._conditions.verdicts(),
             engine.state,
+            next(iter((*self._failures.reasons(), *missed)), ''),
         )
         engine.emit(ended)
         engine.finish(signals)

@@ -212,7 +212,6 @@ class Engine:
         # whether the screen may have to be waited for
         self._is_screen_slow = False
         self._last_stop = -limits.SIGNAL_ECHO
-        self._stopped_by_signal = False
         #: Are called with True before Ctrl-Z suspends the launch, and
         #: with False when it goes on.
         self.when_suspended: list[Callable[[bool], None]] = []
@@ -314,7 +313,8 @@ class Engine:
     @property
     def is_ended_by_others(self) -> bool:
         """Whether the end was requested by more than a change of the plan."""
-        return self._stopped_by_signal or len(self.supervisor.stop_reasons) > 1
+        supervisor = self.supervisor
+        return supervisor.stopped_by_signal or len(supervisor.stop_reasons) > 1
 
     def add_helper(
         self,
@@ -407,7 +407,7 @@ class Engine:
             signals, lambda: numbers.extend(received(signals))
         )
         ends_by = math.inf
-        if self._stopped_by_signal:
+        if self.supervisor.stopped_by_signal:
             ends_by = self.loop.time() + limits.SCREEN_TIMEOUT
         self._flush()
         while self._writer.waits() and not self._writer.broken:
@@ -636,7 +636,7 @@ class Engine:
         now = self.loop.time()
         is_echo = now - self._last_stop < limits.SIGNAL_ECHO
         self._last_stop = now
-        self._stopped_by_signal = True
+        self.supervisor.stopped_by_signal = True
         if not self.supervisor.is_stopping:
             name = signal.Signals(number).name
             by_key = number == signal.SIGINT

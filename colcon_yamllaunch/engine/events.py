@@ -371,13 +371,15 @@ class ShuttingDown(Event):
 
     :param reason: Why, as a part of a sentence
     :param interactive: Whether someone at a keyboard asked for it
+    :param by_signal: Whether the launcher received a signal
     """
 
     reason: str
     interactive: bool = False
+    by_signal: bool = False
 
     name = 'shutdown'
-    unrecorded = ('interactive',)
+    unrecorded = ('interactive', 'by_signal')
 
     def lines(self) -> tuple[str, ...]:
         hint = ' (Ctrl-C again to force)' if self.interactive else ''
@@ -1021,6 +1023,7 @@ class Ended(Event):
     :param failures: The processes that failed, in order
     :param verdicts: The results of the exit conditions
     :param state: The state of the launch
+    :param reason: What failed first, as a part of a sentence, if anything did
     """
 
     exit_code: int
@@ -1028,9 +1031,10 @@ class Ended(Event):
     failures: tuple[FailureReport, ...] = ()
     verdicts: tuple[Verdict, ...] = ()
     state: 'LaunchState | None' = None
+    reason: str = ''
 
     name = 'ended'
-    unrecorded = ('summary', 'failures', 'verdicts', 'state')
+    unrecorded = ('summary', 'failures', 'verdicts', 'state', 'reason')
 
     @property
     def severity(self) -> str:

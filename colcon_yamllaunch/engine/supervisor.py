@@ -263,6 +263,8 @@ class Supervisor:
         self.outlasts_failures = False
         #: The reasons of all requests to stop everything.
         self.stop_reasons: set[str] = set()
+        #: Whether the launcher received a signal that stops everything.
+        self.stopped_by_signal = False
         #: Whether the launch is over.
         self.done = False
 
@@ -540,7 +542,11 @@ class Supervisor:
         """
         self.stop_reasons.add(reason)
         if not self.is_stopping:
-            self._engine.emit(events.ShuttingDown(reason, interactive))
+            self._engine.emit(
+                events.ShuttingDown(
+                    reason, interactive, self.stopped_by_signal
+                )
+            )
             self._begin_stopping()
         if drop_timers:
             self._drop_timers(all_of_them=True)

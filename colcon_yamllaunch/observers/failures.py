@@ -95,6 +95,11 @@ class Failures:
         reports += [events.FailureReport(None, text) for text in self._others]
         return tuple(reports)
 
+    def reasons(self) -> tuple[str, ...]:
+        """Return a text for each failure, in the order of the summary."""
+        failures = self._state.failures.values()
+        return (*map(self._description, failures), *self._others)
+
     def summary(self) -> tuple[str, ...]:
         """Return the lines that name the first failure and those after it."""
         others = tuple(f'failed: {text}' for text in self._others)

@@ -17,7 +17,8 @@ LOST_AFTER = 10.0
 #: are due before a link is lost.
 HEARTBEAT = 1.0
 _BEATS = 5
-#: Why a part stops without its launcher; more of it follows.
+#: Begins the reason of a part to stop when its launcher is gone, by which the
+#: launcher knows such a stop.
 LINK_LOST = 'the link to the launcher is lost'
 
 

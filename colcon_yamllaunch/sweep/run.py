@@ -31,7 +31,6 @@ from colcon_yamllaunch.sweep.results import (
 )
 from colcon_yamllaunch.sweep.table import Run
 
-_FAILED = 'failed: '
 #: Characters of the value of a metric that are kept.
 _LONGEST_VALUE = 200
 _NAME = re.compile(r'[^\W\d][\w ./%()-]*')
@@ -225,13 +224,10 @@ class RunObserver:
                 if self._metrics:
                     self._search(bare(event.data))
             case events.ShuttingDown():
-                is_signal = event.reason.endswith(' received')
-                self.interrupted = event.interactive or is_signal
+                self.interrupted = event.interactive or event.by_signal
             case events.Ended():
-                for line in event.summary:
-                    if line.startswith(_FAILED):
-                        self.reason = one_reason(line.removeprefix(_FAILED))
-                        break
+                if event.reason:
+                    self.reason = one_reason(event.reason)
             case _:
                 return
 
