@@ -219,7 +219,7 @@ class Server:
         return service
 
     @property
-    def is_left(self) -> bool:
+    def was_left(self) -> bool:
         """Whether all clients have left that have connected."""
         return self.was_used and not self._clients
 

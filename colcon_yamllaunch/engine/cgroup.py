@@ -204,7 +204,7 @@ class LaunchCgroup:
     def _kill(self, folder: str) -> None:
         ours = cgroup_of('self') or ''
         if self._name not in ours.split('/'):
-            # Linux before 5.14 cannot do it
+            # Linux before 5.14 cannot kill a group
             with suppress(OSError):
                 _write(f'{folder}/cgroup.kill', b'1')
 

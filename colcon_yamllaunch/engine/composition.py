@@ -82,7 +82,7 @@ class ComponentTask:
 
     @property
     def state(self) -> ComponentState:
-        """Its state; only events change it."""
+        """The state of the component; only events change it."""
         state = self.launch.by_label[self.label]
         assert isinstance(state, ComponentState)
         return state
@@ -136,7 +136,7 @@ class _Container:
 
     @property
     def runs(self) -> bool:
-        """Whether a process of this launch provides it now."""
+        """Whether a process of this launch provides the container now."""
         return 'running' in self.phases.values()
 
     def open(self) -> list[ComponentTask]:
@@ -280,8 +280,8 @@ class Composition:
         loaded = []
         for task in () if self.is_stopping else self.tasks:
             container = self._container_of(task)
-            is_left = task.label in self._dropped or not task.is_wanted
-            if task.label not in labels or is_left or not task.is_due:
+            is_skipped = task.label in self._dropped or not task.is_wanted
+            if task.label not in labels or is_skipped or not task.is_due:
                 continue
             if not any(p.label in processes for p in container.providers):
                 if container.is_gone or self._requests.given_up is not None:

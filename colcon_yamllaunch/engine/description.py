@@ -281,7 +281,7 @@ def plan_tree(
             containers[container.label].children.append(branch)
         else:
             inside(component.block).append(branch)
-    # those with nothing in them
+    # groups and timers with nothing in them
     for index in range(len(blocks)):
         inside(index)
     return tuple(roots)

@@ -61,7 +61,7 @@ _SIGNALS = {signal_name(number): number for number in range(1, signal.NSIG)}
 
 
 class EventError(Exception):
-    """A record is that of no event of a machine; the text says why."""
+    """A record is no event of a machine; the text says why."""
 
 
 class EventReader:

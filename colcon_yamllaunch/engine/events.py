@@ -52,7 +52,7 @@ Verbosity = Literal['quiet', 'normal', 'verbose']
 
 #: The label of the launcher's own lines.
 LAUNCHER = 'launch'
-#: That of its lines about what `--watch` does.
+#: The label of its lines about what `--watch` does.
 WATCHER = 'watch'
 #: The name that messages of the launch file have, as in ROS 2.
 MESSENGER = 'launch.user'

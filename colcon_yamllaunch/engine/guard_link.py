@@ -89,7 +89,7 @@ class GuardProcess:
         self.close()
 
     def close(self) -> None:
-        """Leave a launch to it that has not ended."""
+        """Leave a launch that has not ended to the guard."""
         if self._socket is not None:
             self._socket.close()
             self._socket = None

@@ -136,7 +136,7 @@ class HelperProcess:
         self._pipes = JsonPipes()
 
     def start(self) -> None:
-        """Start it, without waiting until it is ready."""
+        """Start the process, without waiting until it is ready."""
         self._cancel_restart()
         self._started_at = self._loop.time()
         streams = *self._pipes.open(), open_log(self._log)
@@ -152,13 +152,13 @@ class HelperProcess:
                 os.close(descriptor)
 
     def send(self, request: Mapping[str, Any]) -> None:
-        """Send a request, if it runs."""
+        """Send a request, if the process runs."""
         if self._pipes.input != -1:
             self._pipes.send(request)
             self._write()
 
     def restart_later(self) -> bool:
-        """Start it again after a pause; return False if it ends too often."""
+        """Start the process after a pause; False if it ended too often."""
         if self._loop.time() - self._started_at > limits.HELPER_STEADY_AFTER:
             self.ends = 0
         self.ends += 1
@@ -170,11 +170,11 @@ class HelperProcess:
         return True
 
     def restart_now(self) -> None:
-        """Start it again without a pause, as another program."""
+        """Start the process again without a pause, as another program."""
         self._restart = self._loop.call_soon(self.start)
 
     def stop(self) -> None:
-        """Close its input, so that it ends, and do not start it again."""
+        """Close the input of the process, which ends it for good."""
         self._cancel_restart()
         self._is_wanted = False
         self._close_pipes()

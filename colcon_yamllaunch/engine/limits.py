@@ -57,7 +57,7 @@ TABLE_MARGIN = 4
 NAMES_SHOWN = 6
 #: Lines of a failed process that are shown again at the end.
 TAIL_LINES = 10
-#: Bytes of its output that are kept for that.
+#: Bytes of the output of a process that are kept for these lines.
 TAIL_BYTES = 4096
 #: Bytes of a label that a folder's name takes.
 FOLDER_NAME_BYTES = 200

@@ -64,7 +64,7 @@ def ending_of(outcome: Outcome, asked: bool) -> str:
     if outcome.code == 0:
         return 'finished'
     if asked and outcome.signal == signal.SIGINT:
-        # most processes end so
+        # most processes that are asked to stop end by SIGINT
         return 'stopped'
     if asked and not is_failure(outcome, asked):
         return f'stopped, {outcome}'

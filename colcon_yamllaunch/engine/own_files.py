@@ -81,7 +81,7 @@ def remove_parameter_files(place: Place) -> None:
             for entry in os.listdir(descriptor):
                 _remove_parameter_file(descriptor, entry)
             if place.is_at(os.stat(place.path, follow_symlinks=False)):
-                # one that is not empty cannot be removed so
+                # a folder that is not empty cannot be removed like this
                 os.rmdir(place.path)
         finally:
             os.close(descriptor)

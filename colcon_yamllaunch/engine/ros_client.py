@@ -95,7 +95,7 @@ STATE_TIMEOUT = 0.3
 #: Seconds without an answer until the outcome of a call is looked for, as the
 #: middleware may lose answers; each wait doubles.
 ANSWER_TIMEOUT = 5.0
-#: How often that may find nothing until the call is given up.
+#: How many such searches may find no outcome until the call is given up.
 MAXIMUM_CHECKS = 3
 READ_SIZE = 1 << 16
 #: Log messages go to standard error only, not to a file or a topic.
@@ -193,20 +193,20 @@ class Call:
     answered: Callable[[Any], None]
     refused: Callable[[str], None]
     future: Any = None
-    #: The state that the node had then, if that is known.
+    #: The state that the node had when the call was sent, if it is known.
     state: str | None = None
-    #: The servers that have received it.
+    #: The servers that have received the call.
     servers: Servers = frozenset()
-    #: Whether it is not sent again, to a server that takes their place.
+    #: Whether the call is not sent again, to a server that replaces them.
     is_final: bool = False
-    #: Checks its outcome. A call without this changes nothing, so it is just
-    #: sent again.
+    #: Looks for the outcome of the call. A call without this function changes
+    #: nothing, so it is just sent again.
     check_outcome: Callable[[], None] | None = None
-    #: The call that does so.
+    #: The call that looks for the outcome.
     question: Call | None = None
-    #: How many checks found no outcome.
+    #: How many of these searches found no outcome.
     failed_checks: int = 0
-    #: Seconds until that is done, and when.
+    #: Seconds until the next search, and when it is due.
     timeout: float = ANSWER_TIMEOUT
     due: float = 0.0
 
@@ -244,14 +244,14 @@ class Peer:
         #: What is called one after the other.
         self._queue: deque[Call] = deque()
         self._running: list[Call] = []
-        #: Those that are still visible, but have ended.
+        #: The servers that are still visible, but have ended.
         self._gone: Servers = frozenset()
         self._current: Servers = frozenset()
         self._connected_at = 0.0
 
     @property
     def is_unsettled(self) -> bool:
-        """Whether it is to be looked at again, without any news of it."""
+        """Whether to look at the node again, without any news of it."""
         head = self._queue_head
         waits = [*self._running, *([head] if head else [])]
         is_sent = all(call.servers & self._current for call in waits)
@@ -263,10 +263,10 @@ class Peer:
         return [one.due for one in self._running if one.future is not None]
 
     def on_presence(self) -> None:
-        """Handle that it came or went."""
+        """Handle that the node came or went."""
 
     def look(self, now: float) -> None:
-        """Check which servers exist now, and call them."""
+        """Find the servers that exist now, and send them the calls."""
         present = self._servers()
         self._name(present - self._gone)
         before = self._current
@@ -425,7 +425,7 @@ class Peer:
             self._send(head)
 
     def _can_send(self, call: Call) -> bool:
-        """Return whether it arrives: each service has its own connection."""
+        """Return whether a call arrives, as each service has a connection."""
         client = self._clients[call.service]
         return self.is_present and bool(client.service_is_ready())
 
@@ -482,7 +482,7 @@ class Container(Peer):
         self._last_id = 0
 
     def on_presence(self) -> None:
-        """Report it to the engine."""
+        """Report to the engine that the container came or went."""
         self._ros.output.write(
             event='container', container=self.name, there=self.is_present
         )
@@ -596,7 +596,7 @@ class LifecycleNode(Peer):
 
     @property
     def is_unsettled(self) -> bool:
-        """Whether it is to be looked at again, without any news of it."""
+        """Whether to look at the node again, without any news of it."""
         return super().is_unsettled or self._expected is not None
 
     def look(self, now: float) -> None:
@@ -607,7 +607,7 @@ class LifecycleNode(Peer):
             self._refresh()
 
     def on_presence(self) -> None:
-        """Ask for the state of one that comes."""
+        """Ask for the state of a node that comes."""
         self.state = self._expected = None
         if self.is_present:
             self._refresh()

@@ -333,7 +333,7 @@ class DescriptorLimit:
         self.expect(processes)
 
     def expect(self, processes: int) -> None:
-        """Raise it for more processes."""
+        """Raise the limit of descriptors for more processes."""
         self._processes += processes
         soft, hard = self._before
         wanted = _BESIDES + _PER_PROCESS * self._processes

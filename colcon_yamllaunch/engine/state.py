@@ -401,12 +401,12 @@ class LaunchState:
         self.version = self.order_version
 
     def add_machines(self, names: Iterable[str]) -> None:
-        """Add machines that parts of it run on."""
+        """Add machines that parts of the launch run on."""
         for name in names:
             self.machines.setdefault(name, MachineState(name, 'up'))
 
     def apply(self, event: events.Event) -> None:
-        """Change it as an event says."""
+        """Change the state as an event says."""
         if isinstance(event, events.Output):
             return
         planned = getattr(event, 'process', None)

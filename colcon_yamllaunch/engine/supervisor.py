@@ -208,13 +208,13 @@ class _Respawn:
     cleanup: Stop | None = None
 
     def is_due(self, now: float) -> bool:
-        """Return whether its time has come and nothing of it runs any more."""
+        """Return whether its time has come and its last run has ended."""
         if now < self.due or not self.is_clean:
             return False
         return self.cleanup is None or self.cleanup.escalation.is_over
 
     def cancel(self) -> None:
-        """Do not end what it left running."""
+        """Do not end what the process left running."""
         if self.cleanup is not None:
             self.cleanup.cancel()
 
@@ -470,8 +470,8 @@ class Supervisor:
         restarted = []
         for task in self.tasks if not self.is_stopping else ():
             label = task.process.label
-            is_left = self._state(task).is_kept_stopped or task.is_dropped
-            if label in labels and not is_left and self._is_begun(task):
+            is_skipped = self._state(task).is_kept_stopped or task.is_dropped
+            if label in labels and not is_skipped and self._is_begun(task):
                 self._request(task, 'change')
                 task.is_restarting = True
                 self._stop_single(task)
@@ -706,9 +706,9 @@ class Supervisor:
         """
         process = task.process
         retries = process.respawn_max_retries
-        is_left = retries < 0 or task.respawns < retries
+        may_retry = retries < 0 or task.respawns < retries
         if self._is_required(task, failed) or not (
-            process.respawn and is_left
+            process.respawn and may_retry
         ):
             return None
         is_quick = seconds < limits.QUICK_END_SECONDS

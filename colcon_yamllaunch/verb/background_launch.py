@@ -174,7 +174,7 @@ class _Child:
             os.kill(self.pid, number)
 
     def wait(self) -> int:
-        """Return its exit code, negative for the signal that killed it."""
+        """Return the exit code of the launch, or minus its signal."""
         self.has_ended(math.inf)
         assert self._code is not None
         return self._code

@@ -148,7 +148,7 @@ class LaunchContext:
     @cached_property
     def deployment(self) -> 'Deployment | None':
         """
-        Which machines parts of it run on; None where all of it runs here.
+        The machines for parts of the launch; None where all of it runs here.
 
         :raises GiveUpError: when the deployment file is wrong
         :raises UserError: when there is no such machine
@@ -170,7 +170,7 @@ class LaunchContext:
 
     @cached_property
     def machines(self) -> 'Machines | None':
-        """The machines that parts of it run on, as far as connected."""
+        """The machines of parts of the launch, as far as connected."""
         if self.deployment is None:
             return None
         from colcon_yamllaunch.verb.machines import Machines

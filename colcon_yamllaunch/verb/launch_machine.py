@@ -147,13 +147,13 @@ class LaunchMachine:
 
     @property
     def shares_workspace(self) -> bool:
-        """Whether it has the path of the workspace here."""
+        """Whether its workspace has the same path as the one here."""
         # on a shared file system it is the same workspace
         return self._workspace == str(self._session.root)
 
     @property
     def gets_local_builds(self) -> bool:
-        """Whether it runs code that is built on this computer."""
+        """Whether the machine runs code that is built on this computer."""
         if self.sync_mode == 'none' and not self._context.options.no_build:
             return self.shares_workspace
         return self.sync_mode == 'install'

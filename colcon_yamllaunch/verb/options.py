@@ -120,17 +120,17 @@ class Option(Generic[_T]):
 
     @property
     def name(self) -> str:
-        """How it is written; other options refer to it by this."""
+        """How the option is written; others refer to it by this name."""
         return f'--{self.key.rstrip("_").replace("_", "-")}'
 
     @property
     def choices(self) -> tuple[str, ...]:
-        """The words that its value may be, () for any."""
+        """The words that its value may be, () for any words."""
         return () if self.value is None else self.value.choices
 
     @property
     def flags(self) -> list[str]:
-        """All ways to write it."""
+        """All ways to write the option."""
         return [flag for flag in (self.short, self.name) if flag is not None]
 
 

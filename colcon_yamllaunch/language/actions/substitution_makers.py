@@ -470,7 +470,7 @@ def _exposed(call: Call, *texts: str) -> str | None:
 
 
 class _Makers(dict[str, Maker]):
-    """What makes each substitution; others than these are of packages."""
+    """The maker of each substitution; packages make all other ones."""
 
     def __missing__(self, _name: str) -> Maker:
         return _of_texts(_exposed)

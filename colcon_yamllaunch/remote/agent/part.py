@@ -86,11 +86,11 @@ class Part(Participant):
         # whether the launch there has ended
         self._is_over = False
         self._connection: Client | None = None
-        # whether nothing runs, and what the launcher knows of that
+        # whether nothing runs, and whether the launcher knows it
         self._is_idle = self._sent_idle = False
         self._checked_at = time.monotonic()
         self._check: TimerHandle | None = None
-        # those that are shown, with what shows them
+        # the processes whose terminals are shown, with what shows them
         self._shown: dict[str, _Shown] = {}
 
     def join(self, engine: Engine) -> None:
@@ -115,7 +115,7 @@ class Part(Participant):
         deadline = self._loop.time() + FIRST_TIMEOUT
         while self._subscribers.connection is None:
             is_late = self._loop.time() >= deadline
-            if is_late or self._server.is_left or self._engine.is_stopping:
+            if is_late or self._server.was_left or self._engine.is_stopping:
                 self._is_lost = True
                 raise UserError('the launcher is gone')
             self._run_loop()
@@ -161,7 +161,7 @@ class Part(Participant):
 
     def finish(self) -> None:
         """Wait until the launcher has everything, as the part has ended."""
-        # who keeps it for a launcher that is away waits for that
+        # while the launcher is away, the one who keeps the part waits for this
         is_kept = self._keeps and not self._is_finished
         timeout = KEPT_FOR if is_kept else LAST_TIMEOUT
         deadline = self._loop.time() + timeout
