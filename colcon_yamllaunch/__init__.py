@@ -2,7 +2,7 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-Build, source and launch a ROS 2 package's YAML launch file.
+Build, source and launch a ROS 2 package's launch file (YAML, XML, Python).
 
 The verbs are in `verb/`. They read launch files (`language/`,
 `python_launch/`) into a plan (`plan/`), build the packages that it needs

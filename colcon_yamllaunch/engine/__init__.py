@@ -16,13 +16,13 @@ State and decisions, without the system:
 - :mod:`.events` declares what can happen, and :mod:`.event_codec` reads events
   of other machines. :mod:`.state` is the state of the launch, which only
   events change; it has what failed. `run.py` (`_Launch.finish`) decides the
-  exit code from that, from `--until` and `--for`, and from output errors.
+  exit code from that, from its exit conditions, and from output errors.
 - :mod:`.commands` declares what can be requested, and :mod:`.dispatcher`
   executes it. The second Ctrl-C, or the first one while the launch is being
   stopped already, is the command `Escalate`: `Supervisor.escalate` sends the
   next of SIGINT, SIGTERM and SIGKILL at once, and drops timers.
-- :mod:`.exit_conditions` ends a launch by itself (`--until`, `--for`), and
-  :mod:`.line_pattern` searches output in bounded time.
+- :mod:`.exit_conditions` ends a launch by itself (`--until`, `--for`,
+  `--timeout`), and :mod:`.line_pattern` searches output in bounded time.
 - :mod:`.participants` declares what can take part in a launch beside the
   engine: the watcher, the parts on other machines, Python launch files.
 

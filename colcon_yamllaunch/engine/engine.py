@@ -143,6 +143,7 @@ class Engine:
         self,
         plan: Plan,
         settings: Settings,
+        *,
         guard: GuardLink,
         files: ParameterFiles,
         writer: Writer,
@@ -152,7 +153,6 @@ class Engine:
         conditions: ExitConditions,
         state: LaunchState,
         participants: Sequence[Participant] = (),
-        *,
         parameters_of: ParametersOf = lambda process: process.parameters,
     ) -> None:
         if settings.tty:

@@ -37,8 +37,8 @@ from colcon_yamllaunch.remote.connection.connect_process import (
     ConnectProcess,
 )
 from colcon_yamllaunch.remote.connection.machine_connection import (
+    CONNECTION_SILENCE,
     read_message,
-    SILENCE,
     StartedPart,
 )
 from colcon_yamllaunch.remote.part_protocol import (
@@ -101,7 +101,7 @@ class MachineLink:
         self._process: ConnectProcess | None = part.process
         self._is_begun = False
         self._lost_after = part.machine.lost_after or LOST_AFTER
-        self._silence = min(SILENCE, self._lost_after)
+        self._silence = min(CONNECTION_SILENCE, self._lost_after)
         self._heartbeat = heartbeat_of(self._lost_after)
         self._reader = part.reader
         # whether the part is at the other end of the connection
@@ -117,7 +117,7 @@ class MachineLink:
         # the plan of a new part, while one is to be started
         self._new_plan: Callable[[], str] | None = None
         # the first connection exists already
-        self._timeout = SILENCE
+        self._timeout = CONNECTION_SILENCE
         self._lost_at: float | None = None
         self._pause = FIRST_PAUSE
         self._retry: TimerHandle | None = None

@@ -27,8 +27,8 @@ from colcon_yamllaunch.remote.machine_link import MachineLink
 from colcon_yamllaunch.remote.part_protocol import PartSettings
 from colcon_yamllaunch.remote.sync.code_sync import Code, sync_code, Synced
 from colcon_yamllaunch.verb.context import LaunchContext
-from colcon_yamllaunch.verb.machine_paths import named_paths
 from colcon_yamllaunch.verb.messages import say
+from colcon_yamllaunch.verb.plan_references import named_paths
 
 #: Seconds that the clocks of a machine and this computer may differ.
 CLOCKS = 0.1

@@ -33,7 +33,7 @@ from colcon_yamllaunch.remote.sync.code_sync import Code, Synced
 from colcon_yamllaunch.verb.context import LaunchContext
 from colcon_yamllaunch.verb.launch_machine import LaunchMachine
 from colcon_yamllaunch.verb.log_folders import log_store_of
-from colcon_yamllaunch.verb.machine_paths import files_of, packages_of
+from colcon_yamllaunch.verb.plan_references import files_of, packages_of
 from colcon_yamllaunch.watch.dependencies import Products, RemoteDependencies
 from colcon_yamllaunch.workspace.packages.package import closure
 

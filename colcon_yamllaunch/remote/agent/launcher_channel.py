@@ -16,9 +16,9 @@ from colcon_yamllaunch.control.protocol import MessageReader
 
 #: Seconds without a word after which the launcher is gone; it says one each
 #: second.
-SILENCE = 30.0
+LAUNCHER_SILENCE = 30.0
 #: Seconds between two words to the launcher.
-BEAT = 1.0
+LAUNCHER_BEAT = 1.0
 
 _READ = 256 * 1024
 
@@ -42,7 +42,7 @@ class LauncherChannel:
         self._heard_at = self._last_beat = time.monotonic()
         self._was_asked = False
         #: Seconds without a word after which the launcher is gone.
-        self.silence = SILENCE
+        self.silence = LAUNCHER_SILENCE
 
     def remove_program(self) -> None:
         """Remove our modules if they are not to stay."""
@@ -52,7 +52,7 @@ class LauncherChannel:
     def poll(
         self,
         others: Mapping[int, int],
-        seconds: float = BEAT,
+        seconds: float = LAUNCHER_BEAT,
         *,
         listens: bool = True,
     ) -> set[int]:
@@ -72,14 +72,14 @@ class LauncherChannel:
             poll.register(0, select.POLLIN)
         for descriptor, mask in others.items():
             poll.register(descriptor, mask)
-        due = self._last_beat + BEAT - time.monotonic()
+        due = self._last_beat + LAUNCHER_BEAT - time.monotonic()
         ready = {d for d, _ in poll.poll(max(0, min(due, seconds)) * 1000)}
         now = time.monotonic()
         if 0 in ready:
             self._read()
         elif listens and now - self._heard_at > self.silence:
             raise LauncherGoneError
-        if now >= self._last_beat + BEAT:
+        if now >= self._last_beat + LAUNCHER_BEAT:
             self._last_beat = now
             send({'beat': 0})
         return ready - {0}
@@ -154,7 +154,7 @@ def write(data: bytes, descriptor: int = 1) -> None:
         except BlockingIOError:
             poll = select.poll()
             poll.register(descriptor, select.POLLOUT)
-            if not poll.poll(SILENCE * 1000):
+            if not poll.poll(LAUNCHER_SILENCE * 1000):
                 raise LauncherGoneError from None
         except OSError as error:
             raise LauncherGoneError from error

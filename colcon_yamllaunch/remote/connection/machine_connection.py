@@ -53,9 +53,9 @@ from colcon_yamllaunch.remote.part_protocol import PartSettings
 #: while the user is asked, or an allocation is waited for.
 CONNECT_TIMEOUT = 60.0
 #: The interval of heartbeats (seconds).
-BEAT = 1.0
+CONNECTION_BEAT = 1.0
 #: The connection is lost after this silence of the machine (seconds).
-SILENCE = 4.5
+CONNECTION_SILENCE = 4.5
 _READ = 256 * 1024
 #: How long closing a connection waits for a write (seconds).
 _WRITE_TIMEOUT = 0.5
@@ -318,7 +318,7 @@ class MachineConnection:
             self._write(answer)
             if bootstrap.state == 'sending' and (data or timeout is None):
                 # from now on it is never silent for long
-                begin, timeout = time.monotonic(), SILENCE
+                begin, timeout = time.monotonic(), CONNECTION_SILENCE
         if bootstrap.state == 'failed':
             raise connection_errors.not_started(machine, bootstrap)
         self._feed(rest)
@@ -385,11 +385,11 @@ class MachineConnection:
                         raise self._damaged('it repeats what it is sent')
                     case _:
                         pass
-            data = self._receive(BEAT)
+            data = self._receive(CONNECTION_BEAT)
             now = time.monotonic()
             if data:
                 heard = now
-            elif now - heard > SILENCE:
+            elif now - heard > CONNECTION_SILENCE:
                 raise self._lost(self._connected())
             if now - begin > timeout:
                 raise self._damaged(
@@ -504,7 +504,7 @@ class MachineConnection:
 
     def _beat(self) -> None:
         beat = protocol.encode({'beat': 0})
-        while not self._quiet.wait(BEAT):
+        while not self._quiet.wait(CONNECTION_BEAT):
             with suppress(ConnectError):
                 self._write(beat)
 

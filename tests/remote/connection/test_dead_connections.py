@@ -36,8 +36,8 @@ pytestmark = pytest.mark.hostile
 def test_silent_machine_is_dropped(
     way: str, reason: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert machine_connection.SILENCE < 5
-    monkeypatch.setattr(machine_connection, 'SILENCE', 1.5)
+    assert machine_connection.CONNECTION_SILENCE < 5
+    monkeypatch.setattr(machine_connection, 'CONNECTION_SILENCE', 1.5)
     contact = MachineConnection(hostile_machine(way))
     with pytest.raises(ConnectError, match=reason):
         contact.connect()
@@ -85,7 +85,7 @@ def test_connection_that_takes_nothing_is_closed() -> None:
 def test_machine_at_work_gives_heartbeats(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(machine_connection, 'SILENCE', 3.0)
+    monkeypatch.setattr(machine_connection, 'CONNECTION_SILENCE', 3.0)
     plain = PlainMachine(tmp_path)
     contact = MachineConnection(plain.machine())
     contact.connect()
@@ -101,7 +101,7 @@ def test_machine_at_work_gives_heartbeats(
 def test_function_that_takes_long_gives_heartbeats(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(machine_connection, 'SILENCE', 3.0)
+    monkeypatch.setattr(machine_connection, 'CONNECTION_SILENCE', 3.0)
     plain = PlainMachine(tmp_path)
     contact = MachineConnection(plain.machine())
     contact.connect()

@@ -285,7 +285,7 @@ def test_output_is_complete_after_a_paused_link_was_lost(
 def test_slow_loop_does_not_lose_the_link(plain: PlainMachine) -> None:
     with LinkedPart(plain.machine(), [process('arm│a', 'sleep 99')]) as part:
         part.wait_for_told('started')
-        time.sleep(machine_link.SILENCE + 1)
+        time.sleep(machine_link.CONNECTION_SILENCE + 1)
         part.turn()
         part.turn()
         assert 'lost' not in part.told
