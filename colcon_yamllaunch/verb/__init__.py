@@ -14,10 +14,15 @@ The colcon verbs: arguments in, exit code out.
   `run_launch` runs the plan. `inspect_launch` shows it instead (`--plan`,
   `--check`); `watch_launch` (`--watch`) and `sweep_main` prepare it several
   times.
-- `machines` connects with other machines, each a `launch_machine`.
-- `controlling` and what it imports act on running launches; `full_screen`
-  shows one, and `background_launch` a new one.
-- `completing` answers Tab.
+- `workspace_session` is the workspace of a launch, `log_folders` has its logs
+  and `doubled_nodes` finds nodes that run already. `messages` prints.
+- `machines` connects with other machines, each a `launch_machine`, and
+  `plan_references` finds what their parts need.
+- `controlling` acts on running launches, which `selecting` chooses and
+  `status_table` lists. `reading_logs` shows logs, `attaching` types at a
+  process, `full_screen` shows a launch, and `background_launch` a new one.
+- `completing` answers Tab, with `process_candidates`.
+- `code_state` says which code a sweep ran; it asks `git`.
 
 If nothing else is said, an `environment` is the user's, and `known` is what
 colcon's parser has read of the command line.

@@ -6,7 +6,7 @@
 from collections.abc import Mapping
 from typing import Any, Protocol
 
-#: A message of the worker or for it; see `python_launch/worker/__init__.py`.
+#: A message of the worker or for it; see `python_launch/worker/channel.py`.
 WorkerMessage = Mapping[str, Any]
 
 

@@ -50,7 +50,7 @@ class RawEntity:
 
     :param package: The package that has it
     :param message: The action as the worker takes it, see
-      `python_launch/worker/__init__.py`
+      `python_launch/worker/channel.py`
     :param texts: Its texts as far as they are well-formed, those inside too
     """
 

@@ -5,7 +5,7 @@
 The requests to the worker for Python launch files, and its answers.
 
 An answer is a series of messages, which become entries of the plan in their
-order. `python_launch/worker/__init__.py` lists the messages.
+order. `python_launch/worker/channel.py` lists the messages.
 """
 
 from collections.abc import Iterable, Mapping
@@ -372,7 +372,7 @@ class Intake:
             if 'ask' in message:
                 self._answer(message, {'failed': True})
             return
-        # the messages are listed in `python_launch/worker/__init__.py`
+        # the messages are listed in `python_launch/worker/channel.py`
         receive = getattr(self, f'_on_{message.get("say")}', None)
         if receive is None:
             return

@@ -1,4 +1,4 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Making a package."""
+"""Making packages (`new_package`) and nodes in them (`added_node`)."""
