@@ -122,7 +122,7 @@ if TYPE_CHECKING:
     Servers = frozenset[bytes]
 
 
-class Refused(Exception):  # noqa: N818 - it is an answer
+class CallRefused(Exception):  # noqa: N818 - it is an answer
     """A request cannot be done, with the reason."""
 
 
@@ -629,7 +629,7 @@ class LifecycleNode(Peer):
         """Change the state, after the changes before."""
         transition = request['transition']
         if transition not in TRANSITIONS:
-            raise Refused(f'there is no transition {transition!r}')
+            raise CallRefused(f'there is no transition {transition!r}')
         message = self._kinds.ChangeState.Request()
         message.transition.id = TRANSITIONS[transition][0]
         message.transition.label = transition
@@ -830,7 +830,7 @@ class Ros:
             return
         try:
             handler(self, request)
-        except Refused as e:
+        except CallRefused as e:
             self.answer(number, ok=False, reason=str(e))
         except Exception as e:  # noqa: BLE001 - ROS has many for bad names
             reason = f'{type(e).__name__}: {e}'
@@ -915,14 +915,14 @@ def parameters(pairs: list[tuple[str, Any]]) -> list[Any]:
     """
     Return parameters as messages.
 
-    :raises Refused: if there is no type for a value
+    :raises CallRefused: if there is no type for a value
     """
     return [_parameter(name, value) for name, value in pairs]
 
 
 def _parameter(name: str, value: Any) -> Any:
     kind = importlib.import_module('rclpy.parameter').Parameter
-    refused = Refused(f'the parameter {name!r} cannot be {value!r}')
+    refused = CallRefused(f'the parameter {name!r} cannot be {value!r}')
     kinds = {*map(type, value)} if isinstance(value, list) else {type(value)}
     # rclpy takes a truth value for a number, and no list for one of bytes
     if not kinds or {bool, int} <= kinds or value is None:

@@ -93,7 +93,7 @@ class Task:
     is_pause_reported: bool = False
 
 
-class Stop(Targets):
+class ProcessStop(Targets):
     """
     The end of some processes, with all that they started.
 
@@ -205,7 +205,7 @@ class _Respawn:
     task: Task
     due: float
     is_clean: bool
-    cleanup: Stop | None = None
+    cleanup: ProcessStop | None = None
 
     def is_due(self, now: float) -> bool:
         """Return whether its time has come and its last run has ended."""
@@ -251,12 +251,12 @@ class Supervisor:
         self._next_search = -math.inf
         self._running: dict[int, Task] = {}
         self._groups: dict[int, int] = {}
-        self._stop_of = partial(Stop, engine, loop, self._groups)
+        self._stop_of = partial(ProcessStop, engine, loop, self._groups)
         # the end of everything, once it has begun
-        self._stop: Stop | None = None
+        self._stop: ProcessStop | None = None
         # the latest report of what it waits for, and its time
         self._progress: tuple[object, float] = (None, -math.inf)
-        self._single_stops: dict[int, Stop] = {}
+        self._single_stops: dict[int, ProcessStop] = {}
         # what restarts after a change, in the order of the launch
         self._queue: list[int] = []
         #: Whether the launch goes on after a failure, as a change may fix it.
@@ -881,14 +881,14 @@ class Supervisor:
         if task.number not in self._single_stops:
             self._single_stops[task.number] = self._stop_of([task])
 
-    def _progress_later(self, stop: Stop) -> None:
+    def _progress_later(self, stop: ProcessStop) -> None:
         def report() -> None:
             self._progress_later(stop)
             self._report_progress(stop)
 
         self._loop.call_later(limits.PROGRESS_INTERVAL, report)
 
-    def _report_progress(self, stop: Stop) -> None:
+    def _report_progress(self, stop: ProcessStop) -> None:
         """Report what is waited for, if that has changed."""
         if not stop.escalation.is_over:
             stop.advance()

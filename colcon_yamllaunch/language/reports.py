@@ -19,7 +19,7 @@ from urllib.parse import quote
 from colcon_yamllaunch import __version__
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.language.evaluation.findings import (
-    Checked,
+    CheckResult,
     DeclaredArgument,
 )
 from colcon_yamllaunch.language.syntax.diagnostics import (
@@ -85,7 +85,7 @@ _RULES: Mapping[Severity, tuple[str, str]] = {
 }
 
 
-def as_text(checked: Checked, cwd: str) -> str:
+def as_text(checked: CheckResult, cwd: str) -> str:
     """
     Lay the problems out as a compiler does, with their number at the end.
 
@@ -95,7 +95,7 @@ def as_text(checked: Checked, cwd: str) -> str:
     return '\n'.join(part for part in parts if part)
 
 
-def as_json(checked: Checked, cwd: str) -> str:
+def as_json(checked: CheckResult, cwd: str) -> str:
     """
     Return the problems as a JSON object.
 
@@ -117,7 +117,7 @@ def as_json(checked: Checked, cwd: str) -> str:
     return json.dumps(document, indent=2, ensure_ascii=False)
 
 
-def as_github(checked: Checked, cwd: str) -> str:
+def as_github(checked: CheckResult, cwd: str) -> str:
     """
     Return the problems as GitHub's workflow commands, one a line.
 
@@ -130,7 +130,7 @@ def as_github(checked: Checked, cwd: str) -> str:
     )
 
 
-def as_sarif(checked: Checked, cwd: str) -> str:
+def as_sarif(checked: CheckResult, cwd: str) -> str:
     """
     Return the problems as a log of SARIF 2.1.0 (OASIS).
 
@@ -155,7 +155,7 @@ def as_sarif(checked: Checked, cwd: str) -> str:
     return json.dumps(log, indent=2, ensure_ascii=False)
 
 
-def _summary(checked: Checked) -> str:
+def _summary(checked: CheckResult) -> str:
     counts = dict.fromkeys(_RULES, 0)
     for diagnostic in checked.diagnostics:
         counts[diagnostic.severity] += 1

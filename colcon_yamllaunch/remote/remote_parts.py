@@ -27,7 +27,7 @@ MEASURING = 1.0
 FRESH = 2.0
 
 #: Returns what of some entries runs where.
-Place = Callable[[Iterable[Entry]], Placed]
+PlaceEntries = Callable[[Iterable[Entry]], Placed]
 #: Returns a plan with the paths of a machine, by its name.
 Localise = Callable[[str, Plan], Plan]
 
@@ -49,7 +49,7 @@ class RemoteParts(Participant, Keyboards):
         self,
         links: Iterable[MachineLink],
         placed: Placed,
-        place_more: Place | None = None,
+        place_more: PlaceEntries | None = None,
         localise: Localise = lambda _, plan: plan,
     ) -> None:
         self._placed = placed

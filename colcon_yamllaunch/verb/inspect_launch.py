@@ -11,7 +11,10 @@ from typing import TYPE_CHECKING
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.language import reports
 from colcon_yamllaunch.language.actions.parameter_files import parameters_of
-from colcon_yamllaunch.language.evaluation.findings import Checked, together
+from colcon_yamllaunch.language.evaluation.findings import (
+    CheckResult,
+    together,
+)
 from colcon_yamllaunch.language.policies.check import check, find_declarations
 from colcon_yamllaunch.language.policies.evaluate import evaluate, Evaluation
 from colcon_yamllaunch.language.reports import show_arguments
@@ -47,7 +50,7 @@ if TYPE_CHECKING:
 
 #: The format of a plan that can be run without colcon.
 SCRIPT = 'sh'
-_CHECK_FORMATS: Mapping[str, Callable[[Checked, str], str]] = {
+_CHECK_FORMATS: Mapping[str, Callable[[CheckResult, str], str]] = {
     TEXT: reports.as_text,
     'json': reports.as_json,
     'github': reports.as_github,

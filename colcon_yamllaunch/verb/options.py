@@ -61,7 +61,7 @@ _Self = TypeVar('_Self', bound='Options')
 
 
 @dataclass(frozen=True, slots=True)
-class Value(Generic[_T]):
+class OptionValue(Generic[_T]):
     """
     The value of an option.
 
@@ -96,7 +96,7 @@ class Option(Generic[_T]):
 
     help: str
     default: _T
-    value: Value[Any] | None = None
+    value: OptionValue[Any] | None = None
     arity: Arity = 'one'
     short: str | None = None
     excludes: Mapping[str, str] = field(default_factory=dict)
@@ -202,13 +202,15 @@ def flag(help_text: str, **more: Any) -> Option[bool]:
     return Option(help_text, False, **more)
 
 
-def value(help_text: str, value: Value[_T], **more: Any) -> Option[_T | None]:
+def value(
+    help_text: str, value: OptionValue[_T], **more: Any
+) -> Option[_T | None]:
     """Make an option that takes a value."""
     return Option(help_text, None, value, **more)
 
 
 def values(
-    help_text: str, value: Value[_T], arity: Arity, **more: Any
+    help_text: str, value: OptionValue[_T], arity: Arity, **more: Any
 ) -> Option[tuple[_T, ...]]:
     """Make an option that takes several values."""
     return Option(help_text, (), value, arity, **more)
@@ -444,13 +446,13 @@ _MADE_ALREADY = {
 }
 
 # values that several options have
-_FILE = Value('FILE', read_file, 'files')
-_FOLDER = Value('PATH', read_path, 'folders')
-_NAME = Value('NAME', read_text)
-_PARTS = Value('NAME', read_text, 'parts')
-_SECONDS = Value('SECONDS', read_seconds)
-_COUNT = Value('N', read_count)
-_SIZE = Value('SIZE', read_size)
+_FILE = OptionValue('FILE', read_file, 'files')
+_FOLDER = OptionValue('PATH', read_path, 'folders')
+_NAME = OptionValue('NAME', read_text)
+_PARTS = OptionValue('NAME', read_text, 'parts')
+_SECONDS = OptionValue('SECONDS', read_seconds)
+_COUNT = OptionValue('N', read_count)
+_SIZE = OptionValue('SIZE', read_size)
 
 
 class _Common(Options):
@@ -478,7 +480,9 @@ class _Inspection(Options):
         'Check every branch of the launch file and of its includes, or all '
         'launch files of the workspace; written --check=json, '
         '--check=github or --check=sarif for programs',
-        Value('FORMAT', read_text, choices=(TEXT, 'json', 'github', 'sarif')),
+        OptionValue(
+            'FORMAT', read_text, choices=(TEXT, 'json', 'github', 'sarif')
+        ),
         arity='choice',
     )
     portable = flag(
@@ -489,7 +493,7 @@ class _Inspection(Options):
         'Show what would run; --plan=sh is a script that runs it, '
         '--plan=json can be saved and run, --plan=mermaid and '
         '--plan=dot are drawings',
-        Value(
+        OptionValue(
             'FORMAT', read_text, choices=(TEXT, 'sh', 'json', 'mermaid', 'dot')
         ),
         arity='choice',
@@ -511,7 +515,7 @@ class _Program(Options):
         'A command in one word that gets the program and its arguments as '
         'its last arguments, such as "gdb -ex run --args"',
         (),
-        Value('"COMMAND ..."', read_words),
+        OptionValue('"COMMAND ..."', read_words),
     )
 
 
@@ -527,7 +531,7 @@ class _Building(Options):
     paths = values(
         'Build the packages at just these paths, as `colcon build --paths` '
         'takes them',
-        Value('PATH', read_text, 'folders'),
+        OptionValue('PATH', read_text, 'folders'),
         'some',
     )
     no_build = flag('Build nothing')
@@ -535,7 +539,7 @@ class _Building(Options):
     build_args = Option(
         'Further arguments for `colcon build`, in one word',
         (),
-        Value('"ARG ..."', read_words, takes_dash=True),
+        OptionValue('"ARG ..."', read_words, takes_dash=True),
     )
 
 
@@ -590,12 +594,12 @@ class _Prefix(Options):
     launch_prefix = value(
         'A command to start executables with, such as "gdb -ex run --args"; '
         'in one word',
-        Value('COMMAND', read_text),
+        OptionValue('COMMAND', read_text),
         excludes=_MADE_ALREADY,
     )
     launch_prefix_filter = value(
         'Use the prefix for executables whose name matches from its start',
-        Value('REGEX', read_text),
+        OptionValue('REGEX', read_text),
         excludes=_MADE_ALREADY,
     )
 
@@ -608,7 +612,9 @@ class _Watching(Options):
         'Go on with the files: when one is saved, build and evaluate what '
         'depends on it, and restart just what runs it; --watch=bell rings '
         'when something fails. With --until: check after each change',
-        Value('HOW', read_text, choices=(WATCH_SILENTLY, WATCH_WITH_BELL)),
+        OptionValue(
+            'HOW', read_text, choices=(WATCH_SILENTLY, WATCH_WITH_BELL)
+        ),
         arity='choice',
         excludes={
             **_RUNS_NONE,
@@ -627,7 +633,7 @@ class _Machines(Options):
         'Run all of it on another machine, as if it were here: USER@HOST or '
         'whatever ssh takes, slurm:partition=NAME for an allocation, or with '
         '--deploy the name of a machine',
-        Value('HOST', read_text, 'hosts'),
+        OptionValue('HOST', read_text, 'hosts'),
         excludes=_ONE_COMPUTER,
     )
     deploy = value(
@@ -644,7 +650,7 @@ class _Goal(Options):
     until = values(
         'End with success as soon as a line of a process matches; given '
         'several times, all must have matched',
-        Value('REGEX', read_pattern, takes_dash=True),
+        OptionValue('REGEX', read_pattern, takes_dash=True),
         'each',
         excludes=_RUNS_NONE,
     )
@@ -680,7 +686,7 @@ class _Control(Options):
     status = value(
         'Show all running launches with their processes and components; '
         '--status=json for programs',
-        Value('FORMAT', read_text, choices=(TEXT, 'json')),
+        OptionValue('FORMAT', read_text, choices=(TEXT, 'json')),
         arity='choice',
     )
     stop = values(
@@ -697,7 +703,7 @@ class _Control(Options):
     lifecycle = values(
         'Change the state of lifecycle nodes, by name or glob: configure, '
         'activate, deactivate, cleanup or shutdown',
-        Value('NAME TRANSITION', read_text, 'lifecycles'),
+        OptionValue('NAME TRANSITION', read_text, 'lifecycles'),
         'any',
     )
     logs = values(
@@ -710,7 +716,7 @@ class _Control(Options):
         'Restart a process under debugpy if it runs Python, else under '
         'gdbserver, which waits for an editor at a port of this computer '
         f'(default: {DEBUG_PORT})',
-        Value('NAME[:PORT]', read_debug, 'processes'),
+        OptionValue('NAME[:PORT]', read_debug, 'processes'),
     )
     follow = flag(
         'With --logs: the last lines, then what comes',
@@ -720,7 +726,7 @@ class _Control(Options):
     attach = value(
         'Connect the keyboard to a process: with PKG FILE to one of the new '
         'launch, else to one of a running launch; Ctrl-] detaches',
-        Value('NAME', read_text, 'terminals'),
+        OptionValue('NAME', read_text, 'terminals'),
     )
     ui = flag(
         'Show a running launch on the full screen; with PKG FILE, the new one',
@@ -729,7 +735,7 @@ class _Control(Options):
     of = value(
         'Which running launch is meant, where that is not clear: its '
         "package, launch file or pid, or a glob ('*' for all)",
-        Value('LAUNCH', read_text, 'launches'),
+        OptionValue('LAUNCH', read_text, 'launches'),
         needs=(*REQUESTS, '--attach', '--ui'),
     )
 
@@ -752,7 +758,7 @@ class _Runs(Options):
     on = value(
         'Where the runs are done: slurm:OPTION=VALUE,… has Slurm do them, '
         'as array jobs with these options of sbatch (default: this machine)',
-        Value('WHERE', read_place, 'places'),
+        OptionValue('WHERE', read_place, 'places'),
     )
     share_network = flag(
         'Leave the runs in the network of the machine, for those that need '
@@ -760,7 +766,7 @@ class _Runs(Options):
     )
     again = value(
         'Do runs again that are done: those that failed, or all',
-        Value('WHICH', read_text, choices=(AGAIN_FAILED, AGAIN_ALL)),
+        OptionValue('WHICH', read_text, choices=(AGAIN_FAILED, AGAIN_ALL)),
     )
 
 
@@ -771,18 +777,18 @@ class _Results(Options):
     metric = values(
         'Measure something of each run: the group of the expression in the '
         'last line of a process that matches; may be given several times',
-        Value('NAME=REGEX', read_metric, takes_dash=True),
+        OptionValue('NAME=REGEX', read_metric, takes_dash=True),
         'each',
     )
     require = value(
         'How many runs have to succeed, such as 95%%, for the exit code 0 '
         '(default: all)',
-        Value('SHARE', read_share),
+        OptionValue('SHARE', read_share),
     )
     results = value(
         'The folder for the results (default: one for just this sweep below '
         'the log folder of the workspace)',
-        Value('DIR', read_path, 'folders'),
+        OptionValue('DIR', read_path, 'folders'),
     )
 
 
@@ -809,13 +815,13 @@ class _Package(Options):
         'How the package is built (default: %(default)s). That of type cmake '
         'needs no ROS',
         'ament_cmake',
-        Value(
+        OptionValue(
             None, read_text, choices=('ament_cmake', 'ament_python', 'cmake')
         ),
     )
     dependencies = values(
         'The packages that it needs, such as rclpy std_msgs',
-        Value('PKG', read_text, 'packages'),
+        OptionValue('PKG', read_text, 'packages'),
         'some',
     )
     node = value(
@@ -829,15 +835,17 @@ class _Package(Options):
     license = value(
         'Its license, as SPDX calls it; for Apache-2.0, BSD-3-Clause and MIT '
         'the text comes with it',
-        Value('NAME', read_text, 'licenses'),
+        OptionValue('NAME', read_text, 'licenses'),
     )
-    description = value('What the package is for', Value('TEXT', read_text))
+    description = value(
+        'What the package is for', OptionValue('TEXT', read_text)
+    )
     maintainer_name = value(
         'Who looks after it (default: user.name of git)', _NAME
     )
     maintainer_email = value(
         'The address of this person (default: user.email of git)',
-        Value('ADDRESS', read_text),
+        OptionValue('ADDRESS', read_text),
     )
     destination = value(
         'The folder that the folder of the package is made in (default: src '

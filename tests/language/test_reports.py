@@ -6,7 +6,7 @@
 import json
 from typing import Any
 
-from colcon_yamllaunch.language.evaluation.findings import Checked
+from colcon_yamllaunch.language.evaluation.findings import CheckResult
 from colcon_yamllaunch.language.reports import (
     as_github,
     as_json,
@@ -29,12 +29,12 @@ WARNING = Diagnostic('warning', 'odd', Position('/else/ä.yaml', 1, 1))
 ARGUMENT = Diagnostic('warning', 'no such argument')
 
 
-def _checked(*diagnostics: Diagnostic) -> Checked:
+def _checked(*diagnostics: Diagnostic) -> CheckResult:
     files = tuple(
         Source(path, path, '')
         for path in ('/ws/top.yaml', '/ws/launch/a b,c.yaml')
     )
-    return Checked(diagnostics, files, {}, (), ())
+    return CheckResult(diagnostics, files, {}, (), ())
 
 
 def test_text() -> None:

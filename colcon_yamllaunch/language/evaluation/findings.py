@@ -131,7 +131,7 @@ class NamedNode:
 
 
 @dataclass(frozen=True, slots=True)
-class Checked:
+class CheckResult:
     """
     What was found in launch files, in the end.
 
@@ -154,7 +154,7 @@ class Checked:
         return tuple(d for d in self.diagnostics if d.severity == 'error')
 
 
-def together(checks: Iterable[Checked]) -> Checked:
+def together(checks: Iterable[CheckResult]) -> CheckResult:
     """Return what was found in several launch files as one, each but once."""
     diagnostics: dict[tuple[str, Position | None], Diagnostic] = {}
     files: dict[str, Source] = {}
@@ -171,7 +171,7 @@ def together(checks: Iterable[Checked]) -> Checked:
             packages.setdefault(name, position)
         executables.update(dict.fromkeys(checked.executables))
         plugins.update(dict.fromkeys(checked.plugins))
-    return Checked(
+    return CheckResult(
         tuple(diagnostics.values()),
         tuple(files.values()),
         packages,

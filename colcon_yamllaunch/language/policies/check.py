@@ -21,7 +21,7 @@ from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.actions.handlers import PASSIVE
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.findings import (
-    Checked,
+    CheckResult,
     DeclaredArgument,
 )
 from colcon_yamllaunch.language.evaluation.request import Request
@@ -111,7 +111,7 @@ def find_declarations(request: Request) -> Declarations:
 
 def check(
     request: Request, *, portable: bool, checks_programs: bool = True
-) -> Checked:
+) -> CheckResult:
     """
     Check a launch file with everything that it includes.
 
@@ -130,7 +130,7 @@ def check(
         warn_of_shell_variables(walk)
     warn_of_missing_containers(walk)
     warn_of_useless_sections(walk, in_full=True)
-    return Checked(
+    return CheckResult(
         tuple(dict.fromkeys(walk.diagnostics)),
         tuple(walk.sources),
         walk.packages_used,

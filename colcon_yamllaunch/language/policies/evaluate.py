@@ -14,7 +14,10 @@ from dataclasses import field, replace
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.language.evaluation.findings import Checked, ProgramUse
+from colcon_yamllaunch.language.evaluation.findings import (
+    CheckResult,
+    ProgramUse,
+)
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.plan.plan import Plan
@@ -26,7 +29,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class Evaluation(Checked):
+class Evaluation(CheckResult):
     """
     What a launch file comes to.
 

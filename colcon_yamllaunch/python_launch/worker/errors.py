@@ -50,7 +50,7 @@ _RENAMED = {
 }
 
 
-class Refused(BaseException):
+class VisitRefused(BaseException):
     """Only `ros2 launch` can run it, with the reason."""
 
 

@@ -37,7 +37,7 @@ _ROS_PACKAGES = (
 )
 
 
-class Place(NamedTuple):
+class CodePlace(NamedTuple):
     """A piece of a file; lines and columns from 1, its end behind it."""
 
     line: int
@@ -61,7 +61,9 @@ class Positions:
             sysconfig.get_path('stdlib') + os.sep,
             os.path.dirname(os.__file__) + os.sep,
         )
-        self._places: dict[tuple[int, int], tuple[CodeType, Place | None]] = {}
+        self._places: dict[
+            tuple[int, int], tuple[CodeType, CodePlace | None]
+        ] = {}
         #: The positions of all instructions, by the identity of their code.
         self._instructions: dict[int, tuple[CodeType, list[Any]]] = {}
         self._mapping_keys: dict[str, list[ast.Constant]] = {}
@@ -221,7 +223,7 @@ class Positions:
                     return [self.shown(path), line, column]
         return self.of(made)
 
-    def in_code(self, code: CodeType, lasti: int) -> Place | None:
+    def in_code(self, code: CodeType, lasti: int) -> CodePlace | None:
         """Return the place of an instruction, where Python knows it."""
         # code is compared by what it says, which takes long
         key = (id(code), lasti)
@@ -229,7 +231,7 @@ class Positions:
             self._places[key] = (code, self._in_code(code, lasti))
         return self._places[key][1]
 
-    def _in_code(self, code: CodeType, lasti: int) -> Place | None:
+    def _in_code(self, code: CodeType, lasti: int) -> CodePlace | None:
         known = self._instructions.get(id(code))
         if known is None:
             # from 3.11 on
@@ -240,7 +242,7 @@ class Positions:
             return None
         line, end_line, column, end_column = found[0]
         path = code.co_filename
-        return Place(
+        return CodePlace(
             line,
             _column(path, line, column),
             end_line,

@@ -24,7 +24,7 @@ from .errors import (
     no_action,
     note_entity,
     plainly_described,
-    Refused,
+    VisitRefused,
 )
 from .packages import Packages
 from .positions import Positions
@@ -124,11 +124,11 @@ class Visitor:
                 self.scopes.enter(request['scope'])
             self.requests[request['do']](request)
             if self._refusal is not None:
-                raise Refused(self._refusal)
+                raise VisitRefused(self._refusal)
             for call in self.before_done:
                 call()
             scope = self.scopes.current() if self.scopes else {}
-        except Refused as e:
+        except VisitRefused as e:
             undo()
             self.say('done', id=number, refused=str(e))
         except Failed:
@@ -180,7 +180,7 @@ class Visitor:
         Visit an entity and what comes of it, as `ros2 launch` does.
 
         :raises PlainError: when what comes of it is no action
-        :raises Refused: when it needs the loop of `ros2 launch`
+        :raises VisitRefused: when it needs the loop of `ros2 launch`
         """
         outer = self.entity
         self.entity = entity
@@ -232,7 +232,7 @@ class Visitor:
         Request that `ros2 launch` runs the file.
 
         :param why: What the entity that is visited does
-        :raises Refused: always, before the launch runs
+        :raises VisitRefused: always, before the launch runs
         :raises RuntimeError: when it runs, so that it is too late
         """
         name = type(self.entity).__name__
@@ -247,7 +247,7 @@ class Visitor:
             file = os.path.basename(str(position[0]))
             place = f' ({file}:{position[1]})'
         self._refusal = f"{name}{place} {why} of 'ros2 launch'"
-        raise Refused(self._refusal)
+        raise VisitRefused(self._refusal)
 
     def _start(self, request: Json) -> None:
         log: Any = importlib.import_module('launch.logging')

@@ -59,7 +59,7 @@ _AMENT_INDEX = 'share/ament_index/resource_index'
 _CIRCLE = re.compile(r'^Circular dependency between: (.*)$', re.M)
 #: What is done to a variable: `set`, `set-if-unset`, `append` or `prepend`
 #: (where it is not in there yet); its name; and the value.
-Change = tuple[str, str, str]
+VariableChange = tuple[str, str, str]
 
 
 class DamagedHooksError(Exception):
@@ -80,7 +80,7 @@ class Hooks:
     """
 
     paths: list[str] = field(default_factory=list)
-    changes: list[Change] = field(default_factory=list)
+    changes: list[VariableChange] = field(default_factory=list)
     scripts: list[str] = field(default_factory=list)
 
 
@@ -292,7 +292,7 @@ class Description:
         self.paths.append(str(folder))
         return sorted(n for n in names_in(folder) if not n.startswith('.'))
 
-    def _change(self, change: Change) -> None:
+    def _change(self, change: VariableChange) -> None:
         operation, name, value = change
         variables = self.variables
         old = variables.get(name, '')
@@ -374,7 +374,9 @@ def missing_packages(
 
 
 def _lack(
-    variables: Mapping[str, str], changes: Sequence[Change], install_base: Path
+    variables: Mapping[str, str],
+    changes: Sequence[VariableChange],
+    install_base: Path,
 ) -> str | None:
     """Return which entry that hooks add is missing in the variables."""
     own = ('prepend', 'COLCON_PREFIX_PATH', str(install_base))

@@ -53,7 +53,6 @@ from colcon_yamllaunch.workspace.freshness.build_record import (
     write_record,
 )
 from colcon_yamllaunch.workspace.freshness.source_changes import (
-    Change,
     changes,
     INTERFACE_SUFFIXES,
     Kind,
@@ -62,6 +61,7 @@ from colcon_yamllaunch.workspace.freshness.source_changes import (
     remove_dangling_links,
     snapshot,
     SOURCE_SUFFIXES,
+    SourceChange,
     with_changes,
     with_sources,
 )
@@ -318,8 +318,8 @@ class Freshness:
             yield from self._changed_products(package, record, bool(edits))
 
     def _without_documents(
-        self, package: Package, record: Record, found: tuple[Change, ...]
-    ) -> tuple[Record, tuple[Change, ...]]:
+        self, package: Package, record: Record, found: tuple[SourceChange, ...]
+    ) -> tuple[Record, tuple[SourceChange, ...]]:
         """Leave out changed documents that the build does not read."""
         # most launches find nothing changed
         from colcon_yamllaunch.workspace.packages.build_files import (
@@ -478,7 +478,10 @@ class Freshness:
 
 
 def _mode_for(
-    change: Change, package: Package, record: Record, inputs: 'BuildInputs'
+    change: SourceChange,
+    package: Package,
+    record: Record,
+    inputs: 'BuildInputs',
 ) -> BuildMode:
     if package.type.endswith('python'):
         return _mode_for_python(change, record)
@@ -503,7 +506,7 @@ def _mode_for(
     return BuildMode.COMPILE if is_code else BuildMode.BUILD
 
 
-def _mode_for_python(change: Change, record: Record) -> BuildMode:
+def _mode_for_python(change: SourceChange, record: Record) -> BuildMode:
     is_newer = change.kind is Kind.CHANGED and change.mtime > record.finished
     is_code = change.path not in ('setup.py', 'setup.cfg', 'pyproject.toml')
     # setuptools keeps deleted modules, and compares times

@@ -81,7 +81,7 @@ _TEXTS = {
 
 
 @dataclass(frozen=True, slots=True)
-class Change:
+class SourceChange:
     """
     A difference between a file then and now.
 
@@ -196,7 +196,7 @@ def _is_untouched(path: Path, then: Fingerprint, now: Fingerprint) -> bool:
 
 def changes(
     folder: Path, before: Mapping[str, Fingerprint], ignored: frozenset[str]
-) -> tuple[Change, ...]:
+) -> tuple[SourceChange, ...]:
     """
     Return the differences between a package's source then and now.
 
@@ -211,21 +211,23 @@ def changes(
     for relative, status in source_files(folder):
         missing.discard(relative)
         if relative not in before:
-            found.append(Change(Kind.NEW, relative, status.st_mtime_ns))
+            found.append(SourceChange(Kind.NEW, relative, status.st_mtime_ns))
         elif relative not in ignored:
             now = Fingerprint.of(status)
             found += _change(folder, relative, before[relative], now)
     for relative in missing:
         outside = fingerprint(relative) if os.path.isabs(relative) else None
         if outside is None:
-            found.append(Change(Kind.DELETED, relative))
+            found.append(SourceChange(Kind.DELETED, relative))
         else:
             found += _change(folder, relative, before[relative], outside)
     return tuple(sorted(found, key=lambda change: (change.kind, change.path)))
 
 
 def with_changes(
-    folder: Path, before: Mapping[str, Fingerprint], found: Iterable[Change]
+    folder: Path,
+    before: Mapping[str, Fingerprint],
+    found: Iterable[SourceChange],
 ) -> dict[str, Fingerprint]:
     """Return fingerprints that include changes which do not matter."""
     files = dict(before)
@@ -240,13 +242,13 @@ def with_changes(
 
 def _change(
     folder: Path, relative: str, before: Fingerprint, now: Fingerprint
-) -> list[Change]:
+) -> list[SourceChange]:
     if before == _ABSENT:
-        return [Change(Kind.NEW, relative, now.mtime)]
+        return [SourceChange(Kind.NEW, relative, now.mtime)]
     if not has_same_content(folder / relative, before, now):
-        return [Change(Kind.CHANGED, relative, now.mtime)]
+        return [SourceChange(Kind.CHANGED, relative, now.mtime)]
     if before.executable != now.executable:
-        return [Change(Kind.MODE, relative, now.mtime)]
+        return [SourceChange(Kind.MODE, relative, now.mtime)]
     return []
 
 

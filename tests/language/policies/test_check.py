@@ -5,7 +5,7 @@
 
 from pathlib import Path
 
-from colcon_yamllaunch.language.evaluation.findings import Checked
+from colcon_yamllaunch.language.evaluation.findings import CheckResult
 from colcon_yamllaunch.language.policies.check import check
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 import pytest
@@ -18,7 +18,7 @@ def checked(
     *,
     portable: bool = False,
     **given: str,
-) -> Checked:
+) -> CheckResult:
     return check(launcher.request(text, **given), portable=portable)
 
 

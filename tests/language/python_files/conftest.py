@@ -6,7 +6,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 
-from colcon_yamllaunch.language.evaluation.findings import Checked
+from colcon_yamllaunch.language.evaluation.findings import CheckResult
 from colcon_yamllaunch.language.policies.check import (
     check,
     Declarations,
@@ -72,13 +72,13 @@ class Played:
         assert evaluation.diagnostics == ()
         return evaluation
 
-    def check(self, text: str = INCLUDE) -> Checked:
+    def check(self, text: str = INCLUDE) -> CheckResult:
         """Check a launch file in YAML."""
         request = self.launcher.request(text)
         request = replace(request, open_worker=lambda: self.host)
         return check(request, portable=False)
 
-    def check_itself(self) -> Checked:
+    def check_itself(self) -> CheckResult:
         """Check the launch file in Python."""
         request = self.launcher.request('launch: []')
         request = replace(request, name=self.path, path=self.path)
