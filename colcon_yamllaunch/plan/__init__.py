@@ -5,8 +5,8 @@
 The plan of a launch: data, ready to be run, shown or stored.
 
 Start with :mod:`.plan`, which has the plan and its parts. :mod:`.labels` names
-its processes and components. :mod:`.plan_difference` compares two plans. A
-plan is written as text (:mod:`.plan_text`), JSON (:mod:`.plan_json`, which
-also reads it), a script for bash (:mod:`.plan_script`) or a drawing
-(:mod:`.plan_graph`).
+its processes and components, and :mod:`.position` says where they are written.
+:mod:`.plan_difference` compares two plans. A plan is written as text
+(:mod:`.plan_text`), JSON (:mod:`.plan_json`, which also reads it), a script
+for bash (:mod:`.plan_script`) or a drawing (:mod:`.plan_graph`).
 """

@@ -6,7 +6,8 @@
 
 - `watcher` is a process that watches files, and the launcher's side of it. It
   reports changes; `watched_files` compares the contents of files.
-- `dependencies` finds the files that the launch uses.
+- `dependencies` finds the files that the launch uses; `python_syntax` finds
+  syntax errors in those of Python.
 - `consequences` returns what follows from changes, as data.
 - `preparer` is a process that prepares the launch again: it builds and
   evaluates.
