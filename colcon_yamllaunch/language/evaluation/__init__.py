@@ -8,6 +8,6 @@ The walk through the actions, and what it knows on the way.
 - `attributes` reads the attributes of an action, `values` has texts that are
   known or left open, `scope` what earlier actions have set.
 - `findings` collects problems, packages, programs and nodes.
-- `worker_interface` is the worker for Python launch files, as the walk sees
+- `launch_worker` is the worker for Python launch files, as the walk sees
   it.
 """

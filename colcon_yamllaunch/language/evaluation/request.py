@@ -10,7 +10,7 @@ from typing import Protocol, TYPE_CHECKING
 from colcon_yamllaunch.common.frozen import dataclass
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.language.evaluation.worker_interface import (
+    from colcon_yamllaunch.language.evaluation.launch_worker import (
         LaunchWorker,
     )
     from colcon_yamllaunch.language.syntax.launch_tree import LaunchFile

@@ -19,15 +19,15 @@ import shutil
 from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.language.actions.process_actions import general_timeout
 from colcon_yamllaunch.language.evaluation.findings import DeclaredArgument
-from colcon_yamllaunch.language.evaluation.scope import environment_changes
-from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
-from colcon_yamllaunch.language.evaluation.walk import EndlessError, Walk
-from colcon_yamllaunch.language.evaluation.worker_interface import (
+from colcon_yamllaunch.language.evaluation.launch_worker import (
     NoWorkerError,
     WorkerError,
     WorkerMessage,
     WorkerTimeoutError,
 )
+from colcon_yamllaunch.language.evaluation.scope import environment_changes
+from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
+from colcon_yamllaunch.language.evaluation.walk import EndlessError, Walk
 from colcon_yamllaunch.language.python_files.worker_dialogue import (
     Intake,
     position_of,

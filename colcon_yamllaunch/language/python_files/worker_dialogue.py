@@ -22,6 +22,10 @@ from colcon_yamllaunch.language.evaluation.findings import (
     ExecutableUse,
     PluginUse,
 )
+from colcon_yamllaunch.language.evaluation.launch_worker import (
+    LaunchWorker,
+    WorkerMessage,
+)
 from colcon_yamllaunch.language.evaluation.scope import Names
 from colcon_yamllaunch.language.evaluation.values import (
     AlreadyReportedError,
@@ -30,10 +34,6 @@ from colcon_yamllaunch.language.evaluation.values import (
     Value,
 )
 from colcon_yamllaunch.language.evaluation.walk import EndlessError, Walk
-from colcon_yamllaunch.language.evaluation.worker_interface import (
-    LaunchWorker,
-    WorkerMessage,
-)
 from colcon_yamllaunch.language.syntax.diagnostics import error, LaunchError
 from colcon_yamllaunch.language.syntax.source_text import Source
 from colcon_yamllaunch.language.vocabulary.parameter import (
