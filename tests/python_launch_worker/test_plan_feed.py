@@ -10,7 +10,7 @@ from types import SimpleNamespace
 
 from colcon_yamllaunch.engine import commands, events, limits
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.language.evaluation.launch_worker import WorkerError
+from colcon_yamllaunch.language.evaluation.request import WorkerError
 from colcon_yamllaunch.plan.plan import (
     Block,
     Growth,

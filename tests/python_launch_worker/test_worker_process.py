@@ -15,7 +15,7 @@ import time
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.process_scan import read_process
 from colcon_yamllaunch.engine.launch_scan import new_identity
-from colcon_yamllaunch.language.evaluation.launch_worker import (
+from colcon_yamllaunch.language.evaluation.request import (
     NoWorkerError,
     WorkerError,
     WorkerTimeoutError,

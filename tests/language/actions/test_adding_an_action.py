@@ -7,7 +7,7 @@ from pathlib import Path
 import re
 from textwrap import dedent
 
-from colcon_yamllaunch.language.actions import scope_actions
+from colcon_yamllaunch.language.actions import handlers
 from colcon_yamllaunch.language.actions.handlers import HANDLERS
 from colcon_yamllaunch.language.policies.check import check, find_declarations
 from colcon_yamllaunch.language.vocabulary import actions
@@ -26,7 +26,7 @@ def name(monkeypatch: pytest.MonkeyPatch) -> str:
     blocks = re.findall(r'(?:^ {7}.*\n)+', section, re.MULTILINE)
     entry, function, example = map(dedent, blocks)
     action = eval(entry, vars(actions))
-    made = dict(vars(scope_actions))
+    made = dict(vars(handlers))
     exec(function, made)
     monkeypatch.setitem(actions.ACTIONS, action.name, action)
     monkeypatch.setitem(HANDLERS, action.name, made[f'_{action.name}'])  # type: ignore[misc]
