@@ -47,6 +47,14 @@ def begin(*entries):
     return h
 
 
+def loaded(*entries, ids=(1,), container='/box'):
+    """Begin a launch, and load its first components."""
+    h = begin(*entries)
+    h.ready(container)
+    h.loads(*ids)
+    return h
+
+
 def phases(h):
     return [task.phase for task in h.composition.tasks]
 
@@ -151,9 +159,7 @@ def test_missing_container_is_reported_ever_less_often(box):
     assert len(warnings(h)) == count
 
 
-def test_launch_ends_despite_a_missing_container(
-    process,
-):
+def test_launch_ends_despite_a_missing_container(process):
     h = begin(process('a'), component('lost', '/far'))
     h.ready()
     h.exit('a')
@@ -196,9 +202,7 @@ def test_ctrl_c_cancels_loads_silently(box):
 
 @pytest.mark.hostile
 def test_container_that_dies_fails_its_open_loads(box, process):
-    h = begin(process('other'), box(), component('a'), component('b'))
-    h.ready('/box')
-    h.loads(1)
+    h = loaded(process('other'), box(), component('a'), component('b'))
     h.exit('box-1', CRASH)
     ((label, reason),) = failed(h)
     assert label == 'b'
@@ -222,15 +226,8 @@ def test_a_container_that_cannot_be_started_fails_its_loads(box, process):
 
 
 def test_respawn_brings_the_components_back_in_order(box):
-    h = begin(
-        box(respawn=True, respawn_delay=1.0),
-        component('a'),
-        component('b'),
-        component('c'),
-        component('d'),
-    )
-    h.ready('/box')
-    h.loads(1, 2, 3)
+    box = box(respawn=True, respawn_delay=1.0)
+    h = loaded(box, *map(component, 'abcd'), ids=(1, 2, 3))
     h.composition.unload('b')
     h.answer('unload')
     h.exit('box-1', CRASH)
@@ -250,9 +247,7 @@ def test_respawn_brings_the_components_back_in_order(box):
 
 
 def test_unloaded_component_is_loaded_by_a_restart(box, process):
-    h = begin(process('other'), box(), component('a'))
-    h.ready('/box')
-    h.loads(1)
+    h = loaded(process('other'), box(), component('a'))
     h.stop('box-1')
     h.exit('box-1', Outcome(signal=signal.SIGINT))
     assert phases(h) == ['unloaded']
@@ -264,9 +259,7 @@ def test_unloaded_component_is_loaded_by_a_restart(box, process):
 
 
 def test_a_component_is_unloaded_and_loaded_anew(box):
-    h = begin(box(), component('a'))
-    h.ready('/box')
-    h.loads(5)
+    h = loaded(box(), component('a'), ids=(5,))
     h.composition.reload('a')
     assert phases(h) == ['unloading']
     assert h.answer('unload')['unique_id'] == 5
@@ -282,9 +275,7 @@ def test_a_component_is_unloaded_and_loaded_anew(box):
 
 
 def test_failed_unload_keeps_the_component(box):
-    h = begin(box(), component('a'))
-    h.ready('/box')
-    h.loads(5)
+    h = loaded(box(), component('a'), ids=(5,))
     h.composition.unload('a')
     h.answer('unload', 'no node found with that id')
     assert phases(h) == ['loaded']
@@ -320,9 +311,7 @@ def test_waiting_component_can_be_unloaded(box):
 
 @pytest.mark.hostile
 def test_new_client_lists_loaded_components(box):
-    h = begin(box(), component('a'), component('b'), component('c'))
-    h.ready('/box')
-    h.loads(1)
+    h = loaded(box(), *map(component, 'abc'))
     h.asked.clear()
     h.composition.client_died()
     h.ready()
@@ -350,9 +339,7 @@ def test_client_that_dies_early_loses_no_load(box):
 
 @pytest.mark.hostile
 def test_open_loads_fail_without_a_client(box):
-    h = begin(box(), component('a'), component('b'), Timer(9.0, ()))
-    h.ready('/box')
-    h.loads(1)
+    h = loaded(box(), component('a'), component('b'), Timer(9.0, ()))
     h.composition.client_given_up('it died')
     assert failed(h) == [('b', 'it died')]
     assert [e.reason for e in h.happened(RosLost)] == ['it died']
@@ -362,9 +349,8 @@ def test_open_loads_fail_without_a_client(box):
 
 
 def test_returning_container_gets_its_components(process):
-    h = begin(process('other'), component('a', '/far'))
-    h.ready('/far')
-    h.loads(1)
+    far = component('a', '/far')
+    h = loaded(process('other'), far, container='/far')
     h.there('/far', there=False)
     h.there('/far')
     h.answer('list', nodes=[['/a', 1]])
