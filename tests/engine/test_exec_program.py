@@ -9,6 +9,7 @@ from pathlib import Path
 import signal
 import subprocess
 import sys
+from typing import Any
 
 from colcon_yamllaunch.engine.spawn import exec_program, StartError
 import pytest
@@ -36,10 +37,12 @@ def script(tmp_path: Path) -> Script:
     return write
 
 
-def run(*argv: str, **settings: object) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, '-c', CODE, *argv]
+def run(
+    *argv: str, code: str = CODE, **settings: Any
+) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, '-c', code, *argv]
     settings = {'capture_output': True, 'text': True} | settings
-    return subprocess.run(command, check=False, timeout=60, **settings)  # type: ignore[call-overload,no-any-return]
+    return subprocess.run(command, check=False, timeout=60, **settings)
 
 
 def refusal(argv: list[str], path: str = '/usr/bin:/bin') -> str:
@@ -48,23 +51,21 @@ def refusal(argv: list[str], path: str = '/usr/bin:/bin') -> str:
     return str(caught.value)
 
 
-def test_exit_code_is_that_of_the_program() -> None:
-    assert run('sh', '-c', 'exit 7').returncode == 7
+@pytest.mark.parametrize(
+    ('script', 'code'), [('exit 7', 7), ('kill -INT $$', -signal.SIGINT)]
+)
+def test_its_end_is_that_of_the_program(script: str, code: int) -> None:
+    assert run('sh', '-c', script).returncode == code
 
 
-def test_end_by_a_signal_is_that_of_the_program() -> None:
-    done = run('sh', '-c', 'kill -INT $$')
-    assert done.returncode == -signal.SIGINT
+def ignored_signals(status: str) -> int:
+    """Return the mask of what a process ignores, from its status file."""
+    ignored = status.partition('SigIgn:')[2].split()[0]
+    return int(ignored, 16) & ~LIBRARY_SIGNALS
 
 
 def test_signals_are_as_a_shell_gives_them() -> None:
-    status = run('cat', '/proc/self/status').stdout
-    ignored = next(
-        line.split()[1]
-        for line in status.splitlines()
-        if line.startswith('SigIgn')
-    )
-    assert int(ignored, 16) & ~LIBRARY_SIGNALS == 0
+    assert ignored_signals(run('cat', '/proc/self/status').stdout) == 0
 
 
 def test_signals_that_the_user_ignores_stay_ignored() -> None:
@@ -74,9 +75,7 @@ def test_signals_that_the_user_ignores_stay_ignored() -> None:
     done = subprocess.run(
         ['sh', '-c', code, CODE], capture_output=True, text=True, check=True
     )
-    ignored = done.stdout.partition('SigIgn:')[2].split()[0]
-    masked = int(ignored, 16) & ~LIBRARY_SIGNALS
-    assert masked == 1 << signal.SIGHUP - 1
+    assert ignored_signals(done.stdout) == 1 << signal.SIGHUP - 1
 
 
 def test_descriptors_are_those_of_the_user(tmp_path: Path) -> None:
@@ -105,12 +104,7 @@ def test_first_line_that_names_nothing(script: Script) -> None:
 
 def test_environment_is_the_given_one() -> None:
     code = CODE.replace('os.environ', "{'PATH': os.environ['PATH'], 'A': 'b'}")
-    done = subprocess.run(
-        [sys.executable, '-c', code, 'env'],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert f'PATH={os.environ["PATH"]}' in done.stdout
-    assert 'A=b' in done.stdout
-    assert 'HOME=' not in done.stdout
+    lines = run('env', code=code).stdout.splitlines()
+    assert f'PATH={os.environ["PATH"]}' in lines
+    assert 'A=b' in lines
+    assert not any(line.startswith('HOME=') for line in lines)

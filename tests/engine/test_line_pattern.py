@@ -59,34 +59,6 @@ def test_many_lines_are_as_good_as_one(text, lines, ends):
     assert pattern.is_in(joined) == expected
 
 
-@pytest.mark.parametrize(
-    ('text', 'line'),
-    [
-        ('Received .* which double is', 'Received 4 which double is 8'),
-        ('^ready$', 'ready'),
-        ('(?i)READY', 'ready'),
-        (r'value: \d+', 'value: 12'),
-        (r'^[^ ]+\s+up', 'node   up'),
-        (r'\AStart(?!ed)', 'Starting'),
-    ],
-)
-def test_an_expression_is_found_in_its_line(text, line):
-    pattern = LinePattern(text)
-    assert pattern.is_in(f'one\n{line}\ntwo\n')
-    assert pattern.is_in(line)
-    assert not pattern.is_in('one\ntwo\n')
-
-
-def test_a_match_does_not_reach_over_a_line_end():
-    assert not LinePattern(r'one\s+two').is_in('one\ntwo\n')
-    assert not LinePattern('one[^x]two').is_in('one\ntwo\n')
-
-
-def test_no_expression_is_refused():
-    with pytest.raises(re.error):
-        LinePattern('a(')
-
-
 @pytest.mark.hostile
 @pytest.mark.parametrize('text', ['.*ready', '.*?ready$', '.*.*(r|t)eady'])
 def test_a_long_line_is_searched_at_once(text):

@@ -93,17 +93,6 @@ def test_two_signals_at_once_are_one(launch, python):
     assert b'SIGTERM' not in one.log('a/stdout.log')
 
 
-@pytest.mark.full
-def test_progress_names_what_still_runs(launch, sleep, python):
-    one = launch(
-        python('slow', STUBBORN, sigterm_timeout=2.5, sigkill_timeout=0.1),
-        sleep('fast'),
-    )
-    one.shows('ready').shows('fast: started').sends(signal.SIGINT)
-    assert one.ends() == 0
-    assert 'waiting for slow after SIGINT; SIGTERM in ' in one.screen
-
-
 def test_the_children_of_a_shell_are_stopped_with_it(launch, sh):
     one = launch(sh('a', 'sleep 99; true')).shows('started')
     while len(one.processes()) < 2:
@@ -230,14 +219,6 @@ def test_a_failure_before_the_stop_counts(launch, sleep, sh):
     one.shows('exited with code 3').sends(signal.SIGINT)
     assert one.ends() == 1
     assert 'failed: bad' in one.screen
-
-
-@pytest.mark.full
-def test_a_hundred_processes_stop_together(launch, sleep):
-    one = launch(*(sleep(f'p{n}') for n in range(100)))
-    one.shows('p99: started').sends(signal.SIGINT)
-    assert one.ends() == 0
-    assert one.processes() == []
 
 
 def test_nothing_survives_a_killed_launcher(launch, sh, python, wait_until):

@@ -16,7 +16,6 @@ from colcon_yamllaunch.engine.events import (
     Loaded,
     Planned,
     Started,
-    Verdict,
 )
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.observers.junit import JUnitReport
@@ -129,17 +128,6 @@ def test_each_process_is_a_case(report, process):
         'all of its output: /log/bad/stdout_stderr.log',
     ]
     assert third[0].tag == 'skipped'
-
-
-def test_each_exit_condition_is_a_case(report):
-    verdicts = (
-        Verdict('--until a', 1.0),
-        Verdict('--until b', 2.0, "'b' was not seen"),
-    )
-    suite = report(Ended(1, (), (), verdicts))
-    first, second = suite.iter('testcase')
-    assert (first.get('name'), len(first)) == ('--until a', 0)
-    assert second[0].get('message') == "'b' was not seen"
 
 
 def test_launch_that_never_ended_is_an_error(report, process):

@@ -206,14 +206,6 @@ def played(monkeypatch: pytest.MonkeyPatch) -> Played:
     return Played()
 
 
-def test_linked_script_is_restarted_at_once(played: Played) -> None:
-    assert played.save('talk.py') == ['restart talk']
-    assert not played.worker.ask.called
-    assert played.lines() == []
-    played.now += 0.25
-    assert played.lines(TALK) == ['talk.py changed: restarted talk (0.25 s)']
-
-
 def test_changed_program_is_restarted_after_the_build(
     played: Played,
 ) -> None:

@@ -109,12 +109,6 @@ def test_check_fails_at_its_timeout(replay):
     assert r.says('b', 'two') == ['green: all was seen (0.00 s)']
 
 
-def test_check_fails_when_a_process_fails(replay):
-    r = replay('one')
-    (line,) = r.ends('b', 3)
-    assert line == "red: b exited with code 3, 'one' was not seen (0.00 s)"
-
-
 def test_check_fails_when_all_processes_have_ended(replay):
     r = replay('one')
     assert r.ends('a', 0) == []
