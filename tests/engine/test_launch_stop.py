@@ -178,9 +178,8 @@ def test_what_survives_sigkill_is_named_and_left(history, process):
     h.stop('a')
     h.exit('a', INTERRUPTED)
     h.after(30.0)
-    assert [(e.process.label, e.pid) for e in h.happened(LeftBehind)] == [
-        ('a', 7)
-    ]
+    (left,) = h.happened(LeftBehind)
+    assert (left.process.label, left.pid) == ('a', 7)
     assert h.phases() == ['ended', 'running']
 
 

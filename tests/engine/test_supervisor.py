@@ -50,12 +50,8 @@ def test_many_starts_leave_turns_for_others(history, process):
 def test_a_required_process_that_cannot_be_started_ends_the_launch(
     history, process
 ):
-    h = history(
-        process('good'),
-        process('bad', on_exit_shutdown=True),
-        process('never'),
-        refused=['bad'],
-    )
+    bad = process('bad', on_exit_shutdown=True)
+    h = history(process('good'), bad, process('never'), refused=['bad'])
     assert h.started() == ['good']
     assert h.sent('good') == [INT]
 
@@ -74,14 +70,8 @@ def test_a_process_is_respawned_after_its_delay(history, process):
 
 @pytest.mark.parametrize(('retries', 'starts'), [(0, 1), (2, 3), (-1, 6)])
 def test_respawns_are_limited(history, process, retries, starts):
-    h = history(
-        process(
-            'a',
-            respawn=True,
-            respawn_delay=1.0,
-            respawn_max_retries=retries,
-        )
-    )
+    respawn = {'respawn': True, 'respawn_delay': 1.0}
+    h = history(process('a', respawn_max_retries=retries, **respawn))
     for _ in range(5):
         if not h.supervisor.done:
             h.exit('a')
@@ -250,26 +240,16 @@ def test_a_request_takes_over_what_the_former_one_left(history, process, way):
     assert h.started() == ['a', 'b', *(['a'] if way == 'restart' else [])]
 
 
-def test_the_end_of_the_launch_takes_over_what_a_former_one_left(
-    history, process
-):
+@pytest.mark.parametrize('left', [(), (7,)])
+def test_stopping_wins_over_a_respawn_that_is_due(history, process, left):
     h = history(process('a', respawn=True, respawn_delay=2.0))
-    h.host.left = [Orphan(pid=7, birth=1, group=7, number=0)]
+    h.host.left = [Orphan(pid, birth=1, group=7, number=0) for pid in left]
     h.exit('a')
     h.supervisor.stop('enough')
     h.host.left = []
     h.after(9.0)
     assert h.supervisor.done
     assert h.started() == ['a']
-
-
-def test_stopping_wins_over_a_respawn_that_is_due(history, process):
-    h = history(process('a', respawn=True, respawn_delay=2.0))
-    h.exit('a')
-    h.supervisor.stop('enough')
-    h.after(5.0)
-    assert h.started() == ['a']
-    assert h.supervisor.done
 
 
 def test_a_slow_stop_is_told_with_its_next_step(history, process):
@@ -301,9 +281,8 @@ def test_escalating_is_reported_at_once(history, process):
     h = history(process('a'))
     h.supervisor.stop('enough')
     h.supervisor.escalate()
-    assert h.happened(StillRunning) == [
-        StillRunning(('a',), 0, TERM, KILL, 5.0)
-    ]
+    (told,) = h.happened(StillRunning)
+    assert told == StillRunning(('a',), 0, TERM, KILL, 5.0)
 
 
 def test_what_a_running_process_left_its_group_is_stopped_with_it(
@@ -420,7 +399,6 @@ def test_a_process_is_killed_at_once_and_did_not_fail(history, process):
 
 def test_a_stop_that_takes_long_ends_by_a_kill(history, process):
     h = history(process('a'), process('b'))
-    h.turn()
     h.restart('a')
     h.supervisor.kill_process('a')
     assert h.sent('a') == [INT, KILL]

@@ -42,26 +42,6 @@ def typed(keys, text):
 
 
 @pytest.mark.parametrize(
-    ('key', 'action'),
-    [
-        ('s', 'stop'),
-        ('r', 'restart'),
-        ('k', 'kill'),
-        ('a', 'attach'),
-        ('d', 'debug'),
-        ('l', 'log'),
-        ('i', 'describe'),
-    ],
-)
-def test_key_after_choice_presses_for_that_process(keys, key, action):
-    assert typed(keys, '2') == []
-    assert keys.view().chosen == 'bath'
-    assert 's stop' in keys.view().hint
-    assert typed(keys, key) == [Press(action, 'bath')]
-    assert keys.view().chosen is None
-
-
-@pytest.mark.parametrize(
     ('key', 'command'),
     [('w', 'watch'), ('?', 'help'), ('q', 'quit'), ('\r', 'break')],
 )
@@ -79,15 +59,12 @@ def test_help_lists_all_keys_and_fits_the_width():
 
 
 def test_overlay_closes_with_the_next_key(keys):
-    for key in ('?', ' ', '\r', 'q', 'E'):
+    for key in ('?', ' ', '\r', 'q', 'E', '2'):
         keys.show(['one', 'two', 'three'], 5)
         assert keys.view().overlay == ('one', 'two', 'three')
         assert keys.view().hint == '  Esc goes back'
         assert typed(keys, key) == []
         assert keys.view().overlay == ()
-    keys.show(['one'], 5)
-    assert typed(keys, '2') == []
-    assert keys.view().overlay == ()
     assert keys.view().chosen == 'bath'
     # what is told meanwhile is more urgent, and so is who is typed at
     keys.show(['one'], 5)
@@ -164,15 +141,6 @@ def test_mute_keys_change_the_filter(keys):
     typed(keys, '2m')
     assert keys.filtering.muted == {'kitchen', 'bathroom'}
     typed(keys, 'MM')
-    assert keys.filtering == Filtering()
-
-
-def test_only_key_shows_one_process_or_all(keys):
-    typed(keys, '1o')
-    assert keys.filtering.only == {'kitchen'}
-    typed(keys, '2o')
-    assert keys.filtering.only == {'bath'}
-    typed(keys, '2o')
     assert keys.filtering == Filtering()
 
 
@@ -260,13 +228,6 @@ def test_hint_omits_keys_without_effect(process):
     assert hint.startswith('s stop  r restart  k kill  m mute  o only')
     typed(keys, '2')
     assert keys.view().hint.startswith('s stop  r restart  l log  i info')
-
-
-def test_times_key_switches_time_stamps(keys):
-    typed(keys, 't')
-    assert keys.filtering.times
-    typed(keys, 't')
-    assert not keys.filtering.times
 
 
 def test_search_filters_with_each_key(keys):
@@ -380,20 +341,12 @@ def test_secret_input_is_masked_and_not_remembered(keys):
     assert keys.view().typed == ''
 
 
-def test_raw_process_gets_each_key(keys):
-    keys.attach('bath', is_raw=True)
-    assert keys.view().prompt is None
-    assert 'Ctrl-] goes back' in keys.view().hint
-    assert typed(keys, 'q\x1b[A\r\x1d1s') == [
-        Typed(b'q\x1b[A\r'),
-        Press('detach', 'bath'),
-        Press('stop', 'kitchen'),
-    ]
-
-
 def test_keys_after_attach_go_to_the_process(keys):
     done = []
-    for command in keys.feed(b'2aq\r\x1d1s'):
+    assert typed(keys, '2') == []
+    assert keys.view().chosen == 'bath'
+    assert 's stop' in keys.view().hint
+    for command in keys.feed(b'aq\r\x1d1s'):
         done.append(command)
         if command == Press('attach', 'bath'):
             keys.attach('bath', is_raw=True)
