@@ -77,38 +77,34 @@ def test_components_are_loaded_in_the_order_of_the_file(box):
     assert phases(h) == ['loading', 'loading']
     h.loads(1, 2)
     assert phases(h) == ['loaded', 'loaded']
-    assert [e.lines() for e in h.happened(Loaded)] == [
-        ('a: loaded into /box',),
-        ('b: loaded into /box',),
-    ]
+    lines = [line for e in h.happened(Loaded) for line in e.lines()]
+    assert lines == ['a: loaded into /box', 'b: loaded into /box']
     h.exit('box-1')
     assert h.supervisor.done
     assert not failed(h)
 
 
+def parameters(**values):
+    """Return parameters, as an action sets them."""
+    return tuple(SetParameter(*item, POSITION) for item in values.items())
+
+
 def test_load_request_has_all_fields():
+    values = {'n': '1', 'x': '1.0', 'list': '[.inf, -.inf, .nan, 1.5]'}
+    values['text'] = '".inf \\" .nan"'
     asked = load_request(
         component(
             'a',
             namespace='/ns',
             remaps=('x:=y',),
-            parameters=tuple(
-                SetParameter(name, value, POSITION)
-                for name, value in (
-                    ('n', '1'),
-                    ('x', '1.0'),
-                    ('list', '[.inf, -.inf, .nan, 1.5]'),
-                    ('text', '".inf \\" .nan"'),
-                    ('n', '2'),
-                )
-            ),
-            extra_arguments=(
-                SetParameter('use_intra_process_comms', 'true', POSITION),
-            ),
+            parameters=(*parameters(**values), *parameters(n='2')),
+            extra_arguments=parameters(use_intra_process_comms='true'),
         )
     )
     (_, _, (_, doubles), _) = asked['parameters']
     assert math.isnan(doubles.pop(2))
+    given = {'n': 2, 'x': 1.0, 'list': [math.inf, -math.inf, 1.5]}
+    given['text'] = '.inf " .nan'
     assert asked == {
         'container': '/box',
         'package': 'demo',
@@ -116,19 +112,13 @@ def test_load_request_has_all_fields():
         'name': 'a',
         'namespace': '/ns',
         'remaps': ['x:=y'],
-        'parameters': [
-            ['n', 2],
-            ['x', 1.0],
-            ['list', [math.inf, -math.inf, 1.5]],
-            ['text', '.inf " .nan'],
-        ],
+        'parameters': [[*item] for item in given.items()],
         'extra_arguments': [['use_intra_process_comms', True]],
     }
 
 
 def test_invalid_parameter_value_fails_the_load(box):
-    bad = SetParameter('n', '0x1', POSITION)
-    h = begin(box(), component('a', parameters=(bad,)))
+    h = begin(box(), component('a', parameters=parameters(n='0x1')))
     h.ready()
     ((label, reason),) = failed(h)
     assert label == 'a'
@@ -363,12 +353,8 @@ def test_returning_container_gets_its_components(process):
 
 
 def test_containers_do_not_wait_for_one_another(box):
-    h = begin(
-        box(),
-        box('other-2', '/other'),
-        component('a'),
-        component('b', '/other'),
-    )
+    parts = component('a'), component('b', '/other')
+    h = begin(box(), box('other-2', '/other'), *parts)
     h.ready('/other')
     assert [r['name'] for r in h.open('load')] == ['a', 'b']
     assert phases(h) == ['waiting', 'loading']
@@ -376,9 +362,8 @@ def test_containers_do_not_wait_for_one_another(box):
 
 def test_node_with_the_name_of_a_container_is_it(process):
     h = begin(process('plain', node_name='/box'), component('a'))
-    assert h.composition.container_process(h.composition.task('a')).label == (
-        'plain'
-    )
+    task = h.composition.task('a')
+    assert h.composition.container_process(task).label == 'plain'
     h.exit('plain', CRASH)
     assert [label for label, _ in failed(h)] == ['a']
 

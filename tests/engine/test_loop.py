@@ -34,15 +34,6 @@ def start():
         child.wait()
 
 
-def test_children_of_others_are_left_alone(start, wait_until):
-    foreign, ours = start(), start()
-    for child in (foreign, ours):
-        child.kill()
-    ended = wait_until(lambda: list(ended_children({ours.pid})))
-    assert ended == [(ours.pid, signal.SIGKILL)]
-    assert foreign.wait() == -signal.SIGKILL
-
-
 def test_each_child_is_told_once(start, wait_until):
     ours = [start(), start()]
     for child in ours:

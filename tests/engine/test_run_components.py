@@ -51,16 +51,13 @@ def box(ros, sh):
     return describe
 
 
+MISSING = {'FAKE_MISSING': 'composition_interfaces'}
+
+
 def component(label, plugin='It', **more):
-    return {
-        'kind': 'component',
-        'label': label,
-        'package': 'demo',
-        'plugin': plugin,
-        'container': '/box',
-        'name': label,
-        **more,
-    }
+    known = {'kind': 'component', 'package': 'demo', 'container': '/box'}
+    names = {'label': label, 'name': label, 'plugin': plugin}
+    return {**known, **names, **more}
 
 
 def client(ros, wait_until):
@@ -107,21 +104,13 @@ def test_a_failed_load_is_a_failure_and_the_rest_goes_on(start, box, ros):
 
 
 def test_what_the_environment_lacks_is_said_before_anything_starts(start, box):
-    running = start(
-        box(),
-        component('a'),
-        environment={
-            'FAKE_MISSING': 'composition_interfaces',
-            'ROS_DISTRO': 'jazzy',
-        },
-    )
+    environment = {**MISSING, 'ROS_DISTRO': 'jazzy'}
+    running = start(box(), component('a'), environment=environment)
     assert running.ends() == 1
-    assert 'sudo apt install ros-jazzy-composition-interfaces' in (
-        running.screen
-    )
-    assert '<exec_depend>composition_interfaces</exec_depend>' in (
-        running.screen
-    )
+    package = 'composition-interfaces'
+    assert f'sudo apt install ros-jazzy-{package}' in running.screen
+    depend = f'<exec_depend>{package.replace("-", "_")}</exec_depend>'
+    assert depend in running.screen
     assert running.events('started') == []
     assert running.screen.count('\n') == 1
 
@@ -131,14 +120,9 @@ def test_what_only_seemed_to_be_there_is_a_failure_later(start, box, tmp_path):
     for name in ('rclpy', 'rcl_interfaces', 'composition_interfaces'):
         (tmp_path / 'seeming' / name).mkdir(parents=True)
         (tmp_path / 'seeming' / name / '__init__.py').touch()
-    running = start(
-        box(),
-        component('a'),
-        environment={
-            'FAKE_MISSING': 'composition_interfaces',
-            'PYTHONPATH': f'{PACKAGE.parent}:{tmp_path / "seeming"}',
-        },
-    )
+    path = f'{PACKAGE.parent}:{tmp_path / "seeming"}'
+    environment = {**MISSING, 'PYTHONPATH': path}
+    running = start(box(), component('a'), environment=environment)
     running.shows('a: could not be loaded into /box: for components')
     running.sends(signal.SIGINT)
     assert running.ends() == 1
@@ -195,13 +179,9 @@ def test_nothing_is_left_of_a_killed_launcher(start, box, ros, wait_until):
 
 
 def test_lifecycle_nodes_are_activated_or_that_is_a_failure(start, sh, ros):
-    node = sh(
-        'lc-1',
-        f'echo $$ > {ros}/lc.there; exec sleep 99',
-        node_name='/lc',
-        is_lifecycle=True,
-        autostart=True,
-    )
+    script = f'echo $$ > {ros}/lc.there; exec sleep 99'
+    lifecycle = {'is_lifecycle': True, 'autostart': True}
+    node = sh('lc-1', script, node_name='/lc', **lifecycle)
     running = start(node)
     running.shows('lc-1: active')
     running.sends(signal.SIGINT)
@@ -218,13 +198,9 @@ def test_lifecycle_nodes_are_activated_or_that_is_a_failure(start, sh, ros):
 def test_the_client_starts_when_the_plan_first_needs_it(start, ros, box, sh):
     """A plan that grows may need nothing of ROS at its start."""
     entries = [box(), component('a'), component('b', container='/far')]
-    started = start(
-        sh('first', ':'),
-        source=[
-            {'when': 'exited first', 'entries': entries},
-            {'when': 'loaded a', 'entries': [component('c')]},
-        ],
-    )
+    first = {'when': 'exited first', 'entries': entries}
+    then = {'when': 'loaded a', 'entries': [component('c')]}
+    started = start(sh('first', ':'), source=[first, then])
     started.shows('c: loaded into /box')
     assert started.sends(signal.SIGINT).ends() == 0
     assert [e['label'] for e in started.events('loaded')] == ['a', 'c']

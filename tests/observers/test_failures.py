@@ -135,17 +135,6 @@ def test_huge_line_is_cut_in_the_summary(process):
     assert sum(map(len, failures.summary())) < 10_000
 
 
-def test_start_failure_is_reported(process):
-    failed = StartFailed(process('bad'), 'there is no such thing')
-    other = Output(process('other'), 'stdout', b'something else\n')
-    failures = heard(failed, other)
-    assert exit_code(failures) == 1
-    assert failures.summary() == (
-        'failed: bad could not be started: there is no such thing '
-        '(from /ws/demo.yaml:14:5)',
-    )
-
-
 def test_output_right_above_is_not_repeated(process):
     first, second = process('first'), process('second')
     told = [Output(first, 'stderr', b'one\n'), exited(first, code=3)]
