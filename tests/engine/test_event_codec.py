@@ -28,25 +28,13 @@ READER = EventReader(PARTS.get)
 
 _TEXTS = st.text(st.characters(min_codepoint=0x20, max_codepoint=0x7E))
 _OUTCOMES = st.one_of(
-    st.integers(0, 255).map(lambda code: Outcome(code)),
-    st.builds(
-        lambda number, core: Outcome(None, number, core),
-        st.integers(1, 64),
-        st.booleans(),
-    ),
+    st.builds(Outcome, st.integers(0, 255)),
+    st.builds(Outcome, st.none(), st.integers(1, 64), st.booleans()),
 )
+_SCALARS = st.none() | st.booleans() | st.integers() | st.floats() | st.text()
 _JSON = st.recursive(
-    st.one_of(
-        st.none(),
-        st.booleans(),
-        st.integers(),
-        st.floats(),
-        st.text(),
-        st.sampled_from([*PARTS, *FROM_MACHINES]),
-    ),
-    lambda inner: st.one_of(
-        st.lists(inner), st.dictionaries(st.text(), inner)
-    ),
+    _SCALARS | st.sampled_from([*PARTS, *FROM_MACHINES]),
+    lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner),
     max_leaves=10,
 )
 

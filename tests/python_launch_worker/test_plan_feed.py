@@ -156,15 +156,14 @@ def test_starts_and_ends_of_its_processes_are_told(launch):
     ]
     for outcome, delay, returncode, respawns in ended:
         event = events.Exited(TALKER, 12, outcome, 1.0, False, True, delay)
-        assert launch.told(event) == [
-            {
-                'type': 'exit',
-                'process': 17,
-                'returncode': returncode,
-                'respawns': respawns,
-                'asked': False,
-            }
-        ]
+        (told,) = launch.told(event)
+        assert told == {
+            'type': 'exit',
+            'process': 17,
+            'asked': False,
+            'returncode': returncode,
+            'respawns': respawns,
+        }
     assert launch.told(events.Started(OTHER, 13)) == []
     assert launch.told(events.Warned('trouble')) == []
 
@@ -192,27 +191,18 @@ def test_a_restart_after_a_change_is_no_end(launch):
 
 
 def test_only_output_that_a_handler_wants_is_told(launch):
-    assert launch.told(events.Output(TALKER, 'stderr', b'one\xff\n')) == [
-        {
-            'type': 'output',
-            'process': 17,
-            'stream': 'stderr',
-            'text': 'one\N{REPLACEMENT CHARACTER}\n',
-        }
-    ]
+    (told,) = launch.told(events.Output(TALKER, 'stderr', b'one\xff\n'))
+    text = 'one\N{REPLACEMENT CHARACTER}\n'
+    where = {'process': 17, 'stream': 'stderr'}
+    assert told == {'type': 'output', **where, 'text': text}
     assert launch.told(events.Output(OTHER, 'stderr', b'two\n')) == []
 
 
 def test_states_are_told_while_there_are_handlers(launch):
     event = events.StateChanged(OTHER, '/lc', 'inactive', 'configuring')
-    assert launch.told(event) == [
-        {
-            'type': 'state',
-            'node': '/lc',
-            'from': 'configuring',
-            'to': 'inactive',
-        }
-    ]
+    (told,) = launch.told(event)
+    change = {'from': 'configuring', 'to': 'inactive'}
+    assert told == {'type': 'state', 'node': '/lc', **change}
     launch.growing.has_handlers = False
     assert launch.told(event) == []
 
