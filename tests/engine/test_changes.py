@@ -7,10 +7,9 @@ import signal
 
 from colcon_yamllaunch.engine.events import Requested, Said, ShuttingDown
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.plan.plan import Component, Message, Shutdown, Timer
-from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.plan.plan import Message, Shutdown, Timer
 import pytest
-from support.history import History
+from support.history import component, History
 
 STOPPED = Outcome(signal=signal.SIGINT)
 
@@ -169,12 +168,6 @@ def box(history, process):
     made.ready('/box')
     made.loads(1, 2)
     return made
-
-
-def component(label, **more):
-    position = Position('/ws/demo.yaml', 7, 9)
-    kind = ('demo', 'demo::A', '/box')
-    return Component(label, *kind, position, name=label, **more)
 
 
 def reloads(h, labels, processes=()):

@@ -23,7 +23,6 @@ from colcon_yamllaunch.engine.events import (
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.plan.plan import (
     ChangeState,
-    Component,
     Message,
     Plan,
     Shutdown,
@@ -31,11 +30,9 @@ from colcon_yamllaunch.plan.plan import (
     Timer,
     WorkerCall,
 )
-from colcon_yamllaunch.plan.position import Position
 import pytest
-from support.history import History
+from support.history import component, History, POSITION
 
-POSITION = Position('/ws/demo.yaml', 7, 9)
 STOPPED = Outcome(signal=signal.SIGINT)
 
 
@@ -55,25 +52,16 @@ def box(process):
     return process('box-1', node_name='/box', is_container=True)
 
 
-def component(label='a', **more):
-    more = {'name': label, 'container': '/box', **more}
-    return Component(label, 'demo', 'demo::A', position=POSITION, **more)
-
-
 def arguments(history, label):
     """Return the first argument of each start of a process."""
-    return [
-        e.process.argv[0]
-        for e in history.happened(Started)
-        if e.process.label == label
-    ]
+    started = [e.process for e in history.happened(Started)]
+    return [one.argv[0] for one in started if one.label == label]
 
 
 def test_added_entries_follow_those_of_the_plan(history, process):
     h = history(process('a'))
-    h.extend(
-        process('b'), Message('INFO', 'hello'), Timer(2.0, (process('c'),))
-    )
+    later = Timer(2.0, (process('c'),))
+    h.extend(process('b'), Message('INFO', 'hello'), later)
     assert h.started() == ['a', 'b']
     assert [t.process.label for t in h.supervisor.tasks] == ['a', 'b', 'c']
     kinds = [type(e) for e in h.host.events]
@@ -123,12 +111,9 @@ def test_launch_waits_while_its_plan_may_grow(history, process):
 def test_added_entries_do_not_start_during_a_shutdown(history, process):
     h = history(process('a'))
     h.supervisor.stop('enough')
-    h.extend(
-        process('b'),
-        Message('INFO', 'bye'),
-        Timer(1.0, (Message('INFO', 'late'),), cancel_on_shutdown=False),
-        Shutdown('more'),
-    )
+    bye, late = Message('INFO', 'bye'), Message('INFO', 'late')
+    timer = Timer(1.0, (late,), cancel_on_shutdown=False)
+    h.extend(process('b'), bye, timer, Shutdown('more'))
     h.exit('a', STOPPED)
     h.after(1.0)
     assert h.started() == ['a']
@@ -184,9 +169,8 @@ def test_dropped_process_is_stopped_and_forgotten(history, process):
 
 
 def test_process_that_does_not_run_is_dropped(history, process):
-    h = history(
-        process('a'), process('b'), Timer(1.0, (process('c'), process('d')))
-    )
+    later = Timer(1.0, (process('c'), process('d')))
+    h = history(process('a'), process('b'), later)
     h.exit('b')
     h.supervisor.drop('b')
     h.supervisor.drop('c')
@@ -262,16 +246,14 @@ def test_component_moves_to_another_container(history, box, process):
     h.loads(1)
     replace_component(h, component('a', container='/crate', is_lifecycle=True))
     assert h.answer('unload')['container'] == '/box'
-    assert (
-        h.answer('load', full_name='/a', unique_id=1)['container'] == '/crate'
-    )
+    load = h.answer('load', full_name='/a', unique_id=1)
+    assert load['container'] == '/crate'
     assert h.launch.by_label['a'].lifecycle is not None
 
 
 def test_dropped_component_is_unloaded(history, box):
-    h = history(
-        box, component('a'), component('b'), Timer(1.0, (component('c'),))
-    )
+    later = Timer(1.0, (component('c'),))
+    h = history(box, component('a'), component('b'), later)
     h.ready('/box')
     h.loads(1)
     for label in 'abc':
@@ -352,9 +334,8 @@ def test_transition_waits_for_a_node_of_another_launch(history, process):
 
 
 def test_plan_decides_the_state_of_an_autostarted_node(history, process):
-    h = history(
-        process('lc', node_name='/lc', is_lifecycle=True, autostart=True)
-    )
+    node = {'node_name': '/lc', 'is_lifecycle': True}
+    h = history(process('lc', autostart=True, **node))
     h.ready()
     h.says(event='state', node='/lc', state='inactive')
     h.extend(*changes('configure', 'cleanup'))
@@ -414,11 +395,10 @@ def test_undelivered_signal_is_reported(history, process):
     h = history(process('a'), process('b'))
     h.exit('a')
     h.extend(signalled('a', 2), signalled('c', 0))
+    place = '(from /ws/demo.yaml:7:9)'
     texts = [e.text for e in h.happened(Warned)]
-    assert texts == [
-        'SIGINT: a does not run (from /ws/demo.yaml:7:9)',
-        "stop: there is no process 'c' (from /ws/demo.yaml:7:9)",
-    ]
+    unknown = f"stop: there is no process 'c' {place}"
+    assert texts == [f'SIGINT: a does not run {place}', unknown]
 
 
 def test_signal_waits_for_the_start(history, process):

@@ -17,18 +17,11 @@ from colcon_yamllaunch.engine.events import (
     Warned,
 )
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.plan.plan import Component, SetParameter, Timer
-from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.plan.plan import SetParameter, Timer
 import pytest
-from support.history import History
+from support.history import component, History, POSITION
 
-POSITION = Position('/ws/demo.yaml', 7, 9)
 CRASH = Outcome(signal=signal.SIGSEGV)
-
-
-def component(label, container='/box', **more):
-    more.setdefault('name', label)
-    return Component(label, 'demo', 'demo::It', container, POSITION, **more)
 
 
 @pytest.fixture

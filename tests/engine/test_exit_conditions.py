@@ -18,9 +18,8 @@ from colcon_yamllaunch.engine.events import (
 from colcon_yamllaunch.engine.exit_conditions import ExitConditions
 from colcon_yamllaunch.engine.line_pattern import LinePattern
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.position import Position
 import pytest
+from support.history import component
 
 
 class Replay:
@@ -174,15 +173,12 @@ def test_a_line_that_takes_too_long_is_passed_over(says):
     assert replay.ends() == ()
 
 
-COMPONENT = Component('a', 'd', 'd::A', '/box', Position('/ws/d.yaml', 7, 9))
-
-
 @pytest.mark.parametrize(
     ('event', 'reason'),
     [
         (lambda p: StartFailed(p, 'no such file'), 'lc-1 failed'),
-        (lambda _: LoadFailed(COMPONENT, 'reason'), 'a failed'),
-        (lambda _: LoadFailed(COMPONENT, 'reason', again=True), None),
+        (lambda _: LoadFailed(component(), 'reason'), 'a failed'),
+        (lambda _: LoadFailed(component(), 'reason', again=True), None),
         (lambda p: TransitionFailed(p, '/lc', 'configure', ''), 'lc-1 failed'),
         (lambda _: RosLost('reason'), 'the ROS client failed'),
     ],

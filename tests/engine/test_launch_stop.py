@@ -37,9 +37,8 @@ def test_a_single_stop_leaves_the_others_alone(history, process):
 def test_a_single_stop_takes_the_steps_with_the_processs_timeouts(
     history, process
 ):
-    h = history(
-        process('a', sigterm_timeout=1.0, sigkill_timeout=2.0), process('b')
-    )
+    timeouts = {'sigterm_timeout': 1.0, 'sigkill_timeout': 2.0}
+    h = history(process('a', **timeouts), process('b'))
     h.stop('a')
     h.after(0.9)
     assert h.sent('a') == [INT]
@@ -65,11 +64,8 @@ def test_to_ask_again_takes_the_next_step(history, process):
 def test_what_follows_from_an_end_does_not_follow_from_a_single_stop(
     history, process
 ):
-    h = history(
-        process('a', respawn=True),
-        process('b', on_exit_shutdown=True),
-        process('c'),
-    )
+    required = process('b', on_exit_shutdown=True)
+    h = history(process('a', respawn=True), required, process('c'))
     for label in ('a', 'b'):
         h.stop(label)
         h.exit(label, Outcome(code=1))
@@ -195,9 +191,8 @@ def test_a_shutdown_takes_over_a_single_stop(history, process):
 
 
 def test_a_restart_that_fails_may_end_the_launch(history, process):
-    h = history(
-        process('a', on_exit_shutdown=True), process('b'), process('c')
-    )
+    required = process('a', on_exit_shutdown=True)
+    h = history(required, process('b'), process('c'))
     for label in ('a', 'b'):
         h.supervisor.restart_process(label)
     h.host.refused.add('a')

@@ -12,10 +12,8 @@ from colcon_yamllaunch.engine.events import (
     Warned,
 )
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.position import Position
 import pytest
-from support.history import History
+from support.history import component, History
 
 CRASH = Outcome(signal=signal.SIGSEGV)
 
@@ -43,12 +41,8 @@ def loaded(process):
     """Return a function that loads a lifecycle node into a container."""
 
     def begin_loaded(**more):
-        position = Position('/ws/demo.yaml', 7, 9)
-        node = {'name': 'a', 'is_lifecycle': True, 'autostart': True}
-        h = begin(
-            process('box-1', node_name='/box', **more),
-            Component('a', 'demo', 'demo::It', '/box', position, **node),
-        )
+        box = process('box-1', node_name='/box', **more)
+        h = begin(box, component('a', is_lifecycle=True, autostart=True))
         assert h.open('follow') == []
         h.there('/box')
         h.loads(1)

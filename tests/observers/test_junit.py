@@ -19,9 +19,8 @@ from colcon_yamllaunch.engine.events import (
 )
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.observers.junit import JUnitReport
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.position import Position
 import pytest
+from support.history import component
 from support.launch_states import planned_state
 
 # what both schemas ask for, see the module's docstring
@@ -136,10 +135,7 @@ def test_characters_invalid_in_xml_are_removed(report, process):
 
 
 def test_each_component_is_a_case(report):
-    good, bad, late = (
-        Component(label, 'demo', 'It', '/box', Position('/ws/a.yaml', 1, 1))
-        for label in ('good', 'bad', 'late')
-    )
+    good, bad, late = map(component, ('good', 'bad', 'late'))
     failures = (
         FailureReport(bad, 'bad could not be loaded'),
         FailureReport(None, 'ROS is lost'),
@@ -152,7 +148,7 @@ def test_each_component_is_a_case(report):
     assert list(cases) == ['good', 'bad', 'late', 'launch']
     assert cases['good'].get('time') == '0.250'
     assert cases['bad'][0].tag == 'failure'
-    assert '/ws/a.yaml:1:1' in cases['bad'][0].text
+    assert '/ws/demo.yaml:7:9' in cases['bad'][0].text
     assert cases['late'][0].get('message') == 'it was never loaded'
     assert cases['launch'][0].get('message') == 'ROS is lost'
 

@@ -58,13 +58,9 @@ class FakeWorkspace:
     """A workspace whose builds are written down by hand."""
 
     def __init__(self, root: Path) -> None:
-        self.root: Path | None = root
-        base = SimpleNamespace(
-            root=root,
-            build_base=root / 'build',
-            install_base=root / 'install',
-        )
-        self.colcon: Any = base
+        self.root: Any = root
+        bases = {f'{name}_base': root / name for name in ('build', 'install')}
+        self.colcon: Any = SimpleNamespace(root=root, **bases)
         self.packages: list[Package] = []
         self.records: dict[str, Record] = {}
 
@@ -74,7 +70,7 @@ class FakeWorkspace:
         return PackageLocator(self.packages, install, False, {})
 
     def file(self, path: str, text: str = '', mode: int = 0o644) -> str:
-        assert self.root is not None
+
         file = self.root / path
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(text)
@@ -82,7 +78,7 @@ class FakeWorkspace:
         return str(file)
 
     def link(self, path: str, target: str) -> str:
-        assert self.root is not None
+
         link = self.root / path
         link.parent.mkdir(parents=True, exist_ok=True)
         link.symlink_to(target)
@@ -90,7 +86,7 @@ class FakeWorkspace:
 
     def add(self, name: str, *needs: str) -> None:
         """Add a package that was never built."""
-        assert self.root is not None
+
         source = self.root / 'src' / name
         source.mkdir(parents=True, exist_ok=True)
         package = Package(name, source, 'ros.ament_cmake', frozenset(needs))
@@ -150,9 +146,7 @@ def test_linked_script_is_known_by_its_target(
 ) -> None:
     workspace.build('arm', 'maths')
     workspace.build('maths')
-    script = workspace.file(
-        'src/arm/scripts/a.py', '#!/usr/bin/python3', 0o755
-    )
+    script = workspace.file('src/arm/scripts/a.py', PYTHON, 0o755)
     program = workspace.link('install/arm/lib/arm/a.py', script)
     one = only(learn(workspace, process(program)))
     assert one.program == script
@@ -308,11 +302,7 @@ def test_changed_products_are_those_of_a_build(
     workspace: FakeWorkspace,
 ) -> None:
     build, install = f'{workspace.root}/build', f'{workspace.root}/install'
-    products = {
-        'motor': found('1'),
-        'libarm.so': found('1'),
-        'x.o': found('1'),
-    }
+    products = dict.fromkeys(('motor', 'libarm.so', 'x.o'), found('1'))
     installed = {'arm/share/arm/a.yaml': found('1')}
     workspace.build('arm', installed=installed, products=products)
     before = build_products(workspace.colcon, ['arm'])

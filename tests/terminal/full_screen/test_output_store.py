@@ -39,11 +39,8 @@ def test_lines_of_all_processes_are_in_order() -> None:
 def test_store_keeps_at_most_its_limits() -> None:
     store = OutputStore(limit=10, characters=1000)
     made = store.add(wrote('a', *map(str, range(100))))
-    assert (
-        texts(made)
-        == texts(store.lines(None))
-        == list(map(str, range(90, 100)))
-    )
+    latest = list(map(str, range(90, 100)))
+    assert texts(made) == texts(store.lines(None)) == latest
     store.add(wrote('b', 'x' * 2 * LONGEST_LINE))
     assert store.size <= 1000
     for label in 'abcdef':
@@ -94,12 +91,8 @@ def test_line_without_level_has_the_level_before() -> None:
     store = OutputStore()
     data = b'plain\n[ERROR] [1.2] [a]: hot\n  trace\n'
     lines = store.add(raw(data)) + store.add(raw(b'other\n', 'stderr'))
-    assert [line.level for line in lines] == [
-        Level.INFO,
-        Level.ERROR,
-        Level.ERROR,
-        Level.ERROR,
-    ]
+    levels = [line.level for line in lines]
+    assert levels == [Level.INFO, *[Level.ERROR] * 3]
     assert [line.is_leveled for line in lines] == [False, True, False, False]
     (line,) = OutputStore(form='{severity}, ').add(raw(b'WARN, hm\n'))
     assert line.level == Level.WARN
@@ -141,14 +134,8 @@ def test_row_index_finds_lines_of_several_rows() -> None:
     index = RowIndex()
     for rows in (1, 3, 2):
         index.add(rows)
-    assert [index.at(row) for row in range(index.rows)] == [
-        (0, 0),
-        (1, 0),
-        (1, 1),
-        (1, 2),
-        (2, 0),
-        (2, 1),
-    ]
+    rows = [index.at(row) for row in range(index.rows)]
+    assert rows == [(0, 0), (1, 0), (1, 1), (1, 2), (2, 0), (2, 1)]
     index.alter(1, 1)
     assert [index.first_row(line) for line in range(3)] == [0, 1, 2]
     assert index.drop(2) == 2
