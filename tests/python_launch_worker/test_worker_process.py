@@ -23,6 +23,7 @@ from colcon_yamllaunch.language.evaluation.request import (
 from colcon_yamllaunch.python_launch import worker_process
 from colcon_yamllaunch.python_launch.worker_process import WorkerProcess
 import pytest
+from support.waiting import wait_until
 
 #: Seconds.
 DEADLINE = 60
@@ -96,10 +97,7 @@ def has_ended(pid: int) -> bool:
 
 
 def wait_for_end(*pids: int) -> None:
-    deadline = time.monotonic() + DEADLINE
-    while not all(map(has_ended, pids)):
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
+    wait_until(lambda: all(map(has_ended, pids)))
 
 
 def test_messages_go_both_ways(link: MakeLink) -> None:
