@@ -23,6 +23,7 @@ import pytest
 from support.history import History
 
 POSITION = Position('/ws/demo.yaml', 14, 5)
+LOG = '/log/box-1'
 BLOCKS = (
     Block('file', '/ws/more.yaml', POSITION, None),
     Block('group', '/ns', Position('/ws/more.yaml', 2, 3), 0),
@@ -42,7 +43,7 @@ class Controlled:
         self.history = History(*entries)
         self.loop = self.history.loop
         self.sent = []
-        logs = {'box-1': Path('/log/box-1')}
+        logs = {'box-1': Path(LOG)}
         about = About('demo', None, '/demo.yaml', '/')
         state = LaunchState(about, clock=self.clock, log_files=logs)
         state.expect(entries)
@@ -150,19 +151,15 @@ def test_the_status_has_components_and_lifecycles(controlled, process):
     assert [p.lifecycle for p in state.processes] == [None, 'unknown']
     a, b = state.components
     assert (a.phase, a.node, a.plugin) == ('waiting', '/ns/a', 'demo::T')
-    assert (a.process, a.log, a.lifecycle) == (
-        *('box-1', '/log/box-1', 'unknown'),
-    )
+    assert (a.process, a.log, a.lifecycle) == ('box-1', LOG, 'unknown')
     assert (b.container, b.process, b.log) == ('/elsewhere', None, None)
     assert (b.node, b.lifecycle) == (None, None)
     (load, _) = c.asked('load')
-    c.composition.handle(
-        {'id': load['id'], 'ok': True, 'full_name': '/ns/a', 'unique_id': 1}
-    )
+    loaded = {'ok': True, 'full_name': '/ns/a', 'unique_id': 1}
+    c.composition.handle({'id': load['id'], **loaded})
     for node in ('/ns/a', '/cam'):
-        c.composition.handle(
-            {'event': 'state', 'node': node, 'state': 'active'}
-        )
+        active = {'event': 'state', 'node': node, 'state': 'active'}
+        c.composition.handle(active)
     c.history.now += 7
     state = c.state()
     assert [p.lifecycle for p in state.processes] == [None, 'active']
@@ -275,7 +272,7 @@ def test_component_is_described_with_its_container(controlled):
         'parameters': [
             {'name': 'rate', 'value': '2', **here, 'origins': ['/ws/a:1:1']}
         ],
-        'log': '/log/box-1',
+        'log': LOG,
         'argv': [],
         'cwd': None,
         'environment': {},
@@ -292,19 +289,17 @@ def test_component_is_described_with_its_container(controlled):
 
 def test_component_cannot_be_killed_or_debugged(controlled):
     c = controlled(component('talker'), component('far', container='/else'))
-    c.ask(
-        ('kill', {'process': 'talker'}),
-        ('debug', {'process': '/ns/talker'}),
-        ('kill', {'process': 'far'}),
-    )
-    assert [answer['error'] for answer in c.answers()] == [
-        'talker is a component, which cannot be killed alone; its container '
-        'is box-1',
-        'talker is a component, which cannot be debugged alone; its '
-        'container is box-1',
-        'far is a component, which cannot be killed alone; its container is '
-        '/else',
-    ]
+    for do, process, done, container in (
+        ('kill', 'talker', 'killed', 'box-1'),
+        ('debug', '/ns/talker', 'debugged', 'box-1'),
+        ('kill', 'far', 'killed', '/else'),
+    ):
+        c.ask((do, {'process': process}))
+        (answer,) = c.answers()
+        assert answer['error'] == (
+            f'{process.removeprefix("/ns/")} is a component, which cannot be '
+            f'{done} alone; its container is {container}'
+        )
 
 
 def test_number_of_unanswered_requests_is_limited(loaded, monkeypatch):

@@ -7,6 +7,7 @@ import sys
 from types import SimpleNamespace
 from typing import Any
 
+from colcon_yamllaunch.engine import ros_client
 from colcon_yamllaunch.engine.ros_client import (
     ANSWER_TIMEOUT,
     Container,
@@ -70,8 +71,7 @@ class Played:
 def played(monkeypatch: pytest.MonkeyPatch) -> Played:
     made = Played()
     clock = SimpleNamespace(monotonic=lambda: made.now)
-    name = 'colcon_yamllaunch.engine.ros_client.time'
-    monkeypatch.setattr(name, clock)
+    monkeypatch.setattr(ros_client, 'time', clock)
     kinds = SimpleNamespace(**dict.fromkeys(SERVICES, KIND))
     for module in MODULES:
         monkeypatch.setitem(sys.modules, module, kinds)
@@ -82,16 +82,14 @@ def played(monkeypatch: pytest.MonkeyPatch) -> Played:
 
 @pytest.fixture
 def node(played: Played) -> LifecycleNode:
-    ros: Any = played
-    made = LifecycleNode(ros, '/lc')
+    made = LifecycleNode(played, '/lc')
     made.look(played.now)
     return made
 
 
 @pytest.fixture
 def box(played: Played) -> Container:
-    ros: Any = played
-    made = Container(ros, '/box')
+    made = Container(played, '/box')
     made.look(played.now)
     return made
 
@@ -190,10 +188,8 @@ def test_load_without_effect_is_given_up_not_repeated(
     assert played.answers == {1: {'ok': False, 'reason': reason}}
     assert played.sent.count('load_node') == 2
     # nobody waits for it any more: what comes of it is unloaded
-    first = played.node.sent[0]
-    first.respond(
-        SimpleNamespace(success=True, full_node_name='/a', unique_id=1)
-    )
+    late = SimpleNamespace(success=True, full_node_name='/a', unique_id=1)
+    played.node.sent[0].respond(late)
     assert played.sent[-1] == 'unload_node'
     assert list(played.answers) == [1]
 

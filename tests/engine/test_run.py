@@ -165,22 +165,6 @@ def test_a_parameter_file_lives_as_long_as_the_launch(launch, sh):
     assert not path.parent.exists()
 
 
-def test_a_process_that_ends_with_0_is_respawned(launch, sh):
-    respawn = {'respawn': True, 'respawn_delay': 0.05}
-    one = launch(sh('a', 'echo run', respawn_max_retries=2, **respawn))
-    assert one.ends() == 0
-    assert one.screen.count('[a]      run') == 3
-    assert [e['attempt'] for e in one.events('respawned')] == [1, 2]
-    assert one.log('a/stdout.log') == b'run\n' * 3
-
-
-def test_a_process_that_fails_to_the_last_retry_failed(launch, sh):
-    one = launch(sh('a', 'exit 3', respawn=True, respawn_max_retries=1))
-    assert one.ends() == 1
-    assert len(one.events('exited')) == 2
-    assert 'failed: a exited with code 3' in one.screen
-
-
 @pytest.mark.hostile
 def test_a_program_that_is_missing_for_a_while_is_respawned(
     launch, tmp_path, wait_until

@@ -34,6 +34,7 @@ from support.shown_launch import (
 )
 
 SIGNAL = 'died by SIGSEGV (segmentation fault), core dumped'
+DOWN: dict[str, Any] = {'phase': 'failed', 'pid': None}
 
 
 class Clock:
@@ -64,9 +65,7 @@ def test_rows_show_state_restarts_and_cpu() -> None:
         process('b', lifecycle='inactive'),
         process('c', phase='respawn', ending='exited with code 1', pid=None),
         process('d', phase='waiting', pid=None),
-        process(
-            'e', phase='failed', pid=None, condition='failed', ending=SIGNAL
-        ),
+        process('e', **DOWN, condition='failed', ending=SIGNAL),
         component('talker', 'box', lifecycle='active'),
         component('lost', 'box', phase='failed', ending='no such class'),
         component('remote', None, phase='waiting'),
@@ -139,12 +138,8 @@ def test_end_marks_processes_ended_and_stops_the_clock() -> None:
     clock.now += 50
     assert model.state.seconds == 10.0
     assert model.state.exit_code == 1
-    assert rows_of(model) == [
-        '✓ a finished',
-        '✓ talker unloaded',
-        '■ b ended',
-        '■ c ended',
-    ]
+    ended = ['✓ a finished', '✓ talker unloaded', '■ b ended', '■ c ended']
+    assert rows_of(model) == ended
 
 
 def test_usage_history_is_limited() -> None:
@@ -162,6 +157,10 @@ def test_usage_history_is_limited() -> None:
     assert curve([0.0, 0.0]) == '▁▁'
 
 
+CHECK = {'passed': False, 'missing': ['ok'], 'failures': ['a failed']}
+CHECKED = happened('checked', **CHECK)
+
+
 @pytest.mark.parametrize(
     ('event', 'text', 'level'),
     [
@@ -173,13 +172,7 @@ def test_usage_history_is_limited() -> None:
             Level.ERROR,
         ),
         (happened('message', level='WARNING', text='hm'), 'hm', Level.WARN),
-        (
-            happened(
-                'checked', passed=False, missing=['ok'], failures=['a failed']
-            ),
-            "red: a failed, 'ok' was not seen",
-            Level.ERROR,
-        ),
+        (CHECKED, "red: a failed, 'ok' was not seen", Level.ERROR),
         (happened('requested', 'a', action='change'), '', Level.INFO),
         (happened('changed', files=['x']), '', Level.INFO),
         (happened('started', 'a'), 'started', Level.INFO),
