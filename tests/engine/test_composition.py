@@ -7,15 +7,8 @@ import math
 import signal
 
 from colcon_yamllaunch.common.errors import RefusedError
-from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine import events, limits
 from colcon_yamllaunch.engine.composition import load_request
-from colcon_yamllaunch.engine.events import (
-    Loaded,
-    LoadFailed,
-    RosLost,
-    Unloaded,
-    Warned,
-)
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.plan.plan import SetParameter, Timer
 import pytest
@@ -53,11 +46,13 @@ def phases(h):
 
 
 def failed(h):
-    return [(e.component.label, e.reason) for e in h.happened(LoadFailed)]
+    return [
+        (e.component.label, e.reason) for e in h.happened(events.LoadFailed)
+    ]
 
 
 def warnings(h):
-    return [e.text for e in h.happened(Warned)]
+    return [e.text for e in h.happened(events.Warned)]
 
 
 def test_components_are_loaded_in_the_order_of_the_file(box):
@@ -70,7 +65,7 @@ def test_components_are_loaded_in_the_order_of_the_file(box):
     assert phases(h) == ['loading', 'loading']
     h.loads(1, 2)
     assert phases(h) == ['loaded', 'loaded']
-    lines = [line for e in h.happened(Loaded) for line in e.lines()]
+    lines = [line for e in h.happened(events.Loaded) for line in e.lines()]
     assert lines == ['a: loaded into /box', 'b: loaded into /box']
     h.exit('box-1')
     assert h.supervisor.done
@@ -180,7 +175,7 @@ def test_ctrl_c_cancels_loads_silently(box):
     h.exit('box-1', Outcome(signal=signal.SIGINT))
     assert h.supervisor.done
     assert not failed(h)
-    assert not h.happened(Unloaded)
+    assert not h.happened(events.Unloaded)
 
 
 @pytest.mark.hostile
@@ -216,7 +211,7 @@ def test_respawn_brings_the_components_back_in_order(box):
     h.exit('box-1', CRASH)
     ((label, _),) = failed(h)
     assert label == 'd'
-    assert h.happened(LoadFailed)[0].again
+    assert h.happened(events.LoadFailed)[0].again
     assert phases(h) == ['waiting', 'unloaded', 'waiting', 'waiting']
     assert h.open('load') == []
     h.after(1.1)
@@ -250,7 +245,7 @@ def test_a_component_is_unloaded_and_loaded_anew(box):
     h.composition.unload('a')
     h.answer('unload')
     assert phases(h) == ['unloaded']
-    assert [e.reason for e in h.happened(Unloaded)] == ['requested'] * 2
+    assert [e.reason for e in h.happened(events.Unloaded)] == ['requested'] * 2
     with pytest.raises(RefusedError, match='a is not loaded'):
         h.composition.unload('a')
     with pytest.raises(RefusedError, match="no component 'b'"):
@@ -305,8 +300,8 @@ def test_new_client_lists_loaded_components(box):
     h.answer('list', nodes=[['/a', 1], ['/b', 2]])
     assert phases(h)[:2] == ['loaded', 'loaded']
     assert h.loads(3) == ['/c']
-    assert len(h.happened(Loaded)) == 3
-    assert not h.happened(Unloaded)
+    assert len(h.happened(events.Loaded)) == 3
+    assert not h.happened(events.Unloaded)
 
 
 @pytest.mark.hostile
@@ -325,7 +320,7 @@ def test_open_loads_fail_without_a_client(box):
     h = loaded(box(), component('a'), component('b'), Timer(9.0, ()))
     h.composition.client_given_up('it died')
     assert failed(h) == [('b', 'it died')]
-    assert [e.reason for e in h.happened(RosLost)] == ['it died']
+    assert [e.reason for e in h.happened(events.RosLost)] == ['it died']
     h.exit('box-1')
     h.after(10.0)
     assert h.supervisor.done
@@ -342,7 +337,7 @@ def test_returning_container_gets_its_components(process):
     h.there('/far')
     h.answer('list', nodes=[['/z', 1]])
     assert h.loads(2) == ['/a']
-    assert len(h.happened(Unloaded)) == 1
+    assert len(h.happened(events.Unloaded)) == 1
 
 
 def test_containers_do_not_wait_for_one_another(box):

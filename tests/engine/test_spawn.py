@@ -71,9 +71,8 @@ def test_signals_have_their_default_effect(start):
 
 def test_a_program_is_looked_up_in_the_path_of_the_process(start, script):
     path = script(b'#!/bin/sh\necho found\n', name='remote_only')
-    assert start([path.name], {'PATH': f'/nowhere:{path.parent}:/bin'}) == (
-        'found\n'
-    )
+    folders = {'PATH': f'/nowhere:{path.parent}:/bin'}
+    assert start([path.name], folders) == 'found\n'
 
 
 def test_a_relative_program_is_relative_to_the_working_directory(
@@ -188,8 +187,7 @@ def test_other_errors_are_named_as_the_system_does(tmp_path):
 def test_a_closed_standard_stream_does_not_confuse_anything(tmp_path):
     code = (
         'import os\n'
-        'from colcon_yamllaunch.engine.spawn import '
-        'close_on_exec_all\n'
+        'from colcon_yamllaunch.engine.spawn import close_on_exec_all\n'
         'os.close(0); os.close(1)\n'
         'close_on_exec_all()\n'
         'assert min(os.pipe()) > 2\n'

@@ -62,10 +62,8 @@ def test_columns_are_aligned(process):
 
 
 def test_empty_column_is_left_out():
-    assert start_table_lines([Row('a', 'sh', '', '1', 'a')], size()) == [
-        'NAME  PACKAGE  PID',
-        'a     sh       1',
-    ]
+    lines = start_table_lines([Row('a', 'sh', '', '1', 'a')], size())
+    assert lines == ['NAME  PACKAGE  PID', 'a     sh       1']
 
 
 @pytest.mark.parametrize('columns', [40, 41, 60, 79])
@@ -158,6 +156,5 @@ def test_who_will_not_start_is_not_waited_for(table, process, happens, text):
 
 def test_narrow_terminal_gets_lines(table, process):
     a = process('a')
-    assert table([a], Started(a, 1), columns=20) == [
-        '[launch] a: started, pid 1'
-    ]
+    (line,) = table([a], Started(a, 1), columns=20)
+    assert line == '[launch] a: started, pid 1'

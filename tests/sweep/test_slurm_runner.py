@@ -13,7 +13,7 @@ from unittest.mock import Mock
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.sweep import slurm_runner
+from colcon_yamllaunch.sweep import slurm_runner, slurm_task
 from colcon_yamllaunch.sweep.progress import Progress
 from colcon_yamllaunch.sweep.results import (
     ResultsFolder,
@@ -30,11 +30,6 @@ from colcon_yamllaunch.sweep.slurm_runner import (
     SlurmError,
     SlurmRunner,
 )
-from colcon_yamllaunch.sweep.slurm_task import (
-    Common,
-    environment_here,
-    SlurmFiles,
-)
 from colcon_yamllaunch.sweep.table import run_table
 import pytest
 
@@ -48,7 +43,7 @@ class PlayedSlurm(SlurmClient):
     :ivar fates: How the tasks of some runs end, which have no result then
     """
 
-    def __init__(self, files: SlurmFiles, size: int = 1001) -> None:
+    def __init__(self, files: slurm_task.SlurmFiles, size: int = 1001) -> None:
         self.files = files
         self.size = size
         self.submitted: list[list[int]] = []
@@ -95,7 +90,7 @@ class Case:
         definition = SweepDefinition('', ('a.yaml',), table, {}, {})
         self.folder = ResultsFolder(folder, definition, print)
         self.runs = table.runs
-        self.files = SlurmFiles(folder)
+        self.files = slurm_task.SlurmFiles(folder)
         self.files.make()
         self.slurm = PlayedSlurm(self.files, size)
         self.progress = Mock(spec=Progress)
@@ -259,14 +254,14 @@ def test_task_environment_has_variables_of_slurm() -> None:
     of_slurm = {'CUDA_VISIBLE_DEVICES': '1', 'SLURM_JOB_ID': '7'}
     here = {**user, 'PATH': '/usr/bin', 'LANG': 'de', **of_slurm}
     expected = {**sourced, 'LANG': 'de', **of_slurm}
-    assert environment_here(sourced, user, here) == expected
+    assert slurm_task.environment_here(sourced, user, here) == expected
 
 
 def test_common_file_is_private_and_complete(tmp_path: Path) -> None:
-    files = SlurmFiles(tmp_path)
+    files = slurm_task.SlurmFiles(tmp_path)
     files.make()
     goal = Goal(timeout=3.0, metrics=(read_metric('--metric', 'a=(b)'),))
-    common = Common(goal, {'TOKEN': 'secret'}, share_network=True)
+    common = slurm_task.Common(goal, {'TOKEN': 'secret'}, share_network=True)
     files.write_common(common)
     (path,) = files.folder.glob('*.json')
     assert stat.S_IMODE(path.stat().st_mode) == 0o600

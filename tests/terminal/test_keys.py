@@ -3,13 +3,7 @@
 
 """What keys mean."""
 
-from colcon_yamllaunch.engine.events import (
-    Dropped,
-    Exited,
-    ShuttingDown,
-    Started,
-    Watched,
-)
+from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.observers.log_levels import Level
 from colcon_yamllaunch.plan.plan import Component, Process
@@ -95,11 +89,11 @@ def test_errors_key_needs_errors_of_a_build():
     assert typed(keys, 'E') == []
     assert keys.view().note == 'no build has failed'
     model.state.apply(
-        Watched('a.cpp changed: the build failed', True, 'a.cpp:1\n')
+        events.Watched('a.cpp changed: the build failed', True, 'a.cpp:1\n')
     )
     # which neither another change nor one that fails without a word is
-    model.state.apply(Watched('b.py changed: restarted b'))
-    model.state.apply(Watched('c.py changed: could not start c', True))
+    model.state.apply(events.Watched('b.py changed: restarted b'))
+    model.state.apply(events.Watched('c.py changed: could not start c', True))
     assert model.state.errors == ('a.cpp changed: the build failed', 'a.cpp:1')
     assert typed(keys, 'E') == [Press('errors')]
     assert 'E errors' in keys.view().hint
@@ -209,13 +203,13 @@ def test_hint_follows_the_state_of_the_process(process):
     typed(keys, 'm1')
     assert 'm unmute  o all' in keys.view().hint
     assert 's stop  r restart  k kill  a attach' in keys.view().hint
-    model.state.apply(Started(process('b'), 7))
+    model.state.apply(events.Started(process('b'), 7))
     model.state.apply(
-        Exited(process('b'), 7, Outcome(code=3), 1.0, False, True)
+        events.Exited(process('b'), 7, Outcome(code=3), 1.0, False, True)
     )
     typed(keys, '2')
     assert keys.view().hint.startswith('r start  m mute  o only  d debug')
-    model.state.apply(ShuttingDown('interrupted'))
+    model.state.apply(events.ShuttingDown('interrupted'))
     assert keys.view().hint.startswith('m mute  o only  l log')
 
 
@@ -361,7 +355,7 @@ def test_key_for_a_dropped_process_does_nothing(process):
     model = StatusModel(planned_state(process('kitchen')))
     keys = Keys(model)
     typed(keys, '1')
-    model.state.apply(Dropped(process('kitchen')))
+    model.state.apply(events.Dropped(process('kitchen')))
     assert typed(keys, 's') == []
 
 

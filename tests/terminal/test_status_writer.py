@@ -7,11 +7,6 @@ import math
 
 from colcon_yamllaunch.terminal import status_writer
 from colcon_yamllaunch.terminal.status_block import Block
-from colcon_yamllaunch.terminal.status_writer import (
-    INTERVAL,
-    SLOW_INTERVAL,
-    StatusWriter,
-)
 import pytest
 from support.virtual_screen import VirtualScreen
 
@@ -25,7 +20,9 @@ class Shown:
         self.block = Block((' one', ' two'))
         self.next = None
         self.composed = 0
-        self.writer = StatusWriter(self.screen.theirs, lambda: self.now)
+        self.writer = status_writer.StatusWriter(
+            self.screen.theirs, lambda: self.now
+        )
 
     def begin(self):
         self.writer.begin(self._compose)
@@ -50,7 +47,7 @@ class Shown:
         self.writer.touch(at_once=at_once)
         return self
 
-    def later(self, seconds=INTERVAL):
+    def later(self, seconds=status_writer.INTERVAL):
         self.now += seconds
         return self.flush()
 
@@ -132,21 +129,13 @@ def test_output_waits_for_the_next_drawing(shown):
     one = shown().begin().write('first\r\n').flush()
     assert one.lines == [' one', ' two']
     assert not one.writer.waits()
-    assert one.writer.due() - one.now == pytest.approx(INTERVAL)
+    assert one.writer.due() - one.now == pytest.approx(status_writer.INTERVAL)
     one.later()
     assert one.lines == ['first', ' one', ' two']
     # after a pause it is shown at once
     one.now += 1.0
     one.write('second\r\n').flush()
     assert one.lines == ['first', 'second', ' one', ' two']
-
-
-def test_much_output_does_not_wait(shown, monkeypatch):
-    monkeypatch.setattr(status_writer, 'HELD', 100)
-    one = shown().begin().write('a line\r\n').flush()
-    assert one.lines == [' one', ' two']
-    one.write('x' * 90 + '\r\n').flush()
-    assert one.lines[:2] == ['a line', 'x' * 40]
 
 
 def test_changed_block_is_drawn_in_place(shown):
@@ -273,13 +262,13 @@ def test_blocked_terminal_gets_no_more_blocks(shown, monkeypatch):
         composed = one.composed
         for number in range(9):
             one.draws(f' {number}').write('more\r\n')
-            one.later(2 * SLOW_INTERVAL)
+            one.later(2 * status_writer.SLOW_INTERVAL)
         assert one.composed == composed
         # that it goes on is waited for
         assert one.writer.waits()
         assert one.writer.due() == math.inf
     one.later()
-    one.later(SLOW_INTERVAL)
+    one.later(status_writer.SLOW_INTERVAL)
     assert one.lines == ['more'] * 7 + [' 8']
 
 

@@ -16,7 +16,7 @@ from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.state import About, LaunchState
 from colcon_yamllaunch.plan.plan import Plan, Process
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.watch import change_loop
+from colcon_yamllaunch.watch import change_loop, worker
 from colcon_yamllaunch.watch.change_loop import ChangeLoop
 from colcon_yamllaunch.watch.dependencies import (
     Dependencies,
@@ -24,13 +24,6 @@ from colcon_yamllaunch.watch.dependencies import (
     ProcessDependencies,
 )
 from colcon_yamllaunch.watch.watched_files import Batch, Change
-from colcon_yamllaunch.watch.worker import (
-    Announced,
-    Begun,
-    Failed,
-    Prepared,
-    Worker,
-)
 import pytest
 
 ARM = '/ws/src/arm'
@@ -62,7 +55,7 @@ class Played:
 
     def __init__(self, grown_from: Any = None, why: bool = False) -> None:
         self.now = 10.0
-        self.worker = Mock(spec=Worker, pid=WORKER, written=b'')
+        self.worker = Mock(spec=worker.Worker, pid=WORKER, written=b'')
         self.worker.ended.side_effect = lambda: setattr(self.worker, 'pid', 0)
         self.loop = SimpleNamespace(wake=self.wake)
         self.turns = 0
@@ -82,7 +75,7 @@ class Played:
         )
         self.state.expect(self.plan.entries)
         self.watching = ChangeLoop(
-            Prepared(self.plan, {}, KNOWN, {}, (), 0, grown_from),
+            worker.Prepared(self.plan, {}, KNOWN, {}, (), 0, grown_from),
             self.worker,
             None,
             clock=lambda: self.now,
@@ -173,7 +166,7 @@ class Played:
             before = self.built.get(package, {})
             digest = before.get(path, '') + '+'
             self.built[package] = {**before, path: digest}
-        answer = Prepared(plan, {}, KNOWN, dict(self.built), (), 0)
+        answer = worker.Prepared(plan, {}, KNOWN, dict(self.built), (), 0)
         return self.answer(replace(answer, **more))
 
     def was_asked(self) -> list[Any]:
@@ -206,7 +199,7 @@ def played(monkeypatch: pytest.MonkeyPatch) -> Played:
 
 def test_program_is_restarted_after_its_build(played: Played) -> None:
     assert played.save('loop.c') == []
-    assert played.answer(Announced('building 1 package')) == []
+    assert played.answer(worker.Announced('building 1 package')) == []
     assert played.lines() == ['loop.c changed: building 1 package']
     played.worker.written = b'loop.c:1: warning: unused\n'
     asked = played.prepared(changed=BUILT, packages=('arm',))
@@ -296,7 +289,7 @@ def test_file_that_does_not_compile_restarts_nothing(
     played.lines(LOOP)
     # a build that fails forgets nothing
     played.save('loop.c', 'talk.py')
-    played.answer(Failed('build'))
+    played.answer(worker.Failed('build'))
     played.lines()
     played.save('loop.c')
     assert played.prepared(broken={talk: error}) == []
@@ -370,7 +363,7 @@ def test_failure_before_the_report_is_in_it(played: Played) -> None:
 def test_restart_waits_for_a_build_that_succeeds(played: Played) -> None:
     played.save('loop.c', 'talk.py')
     played.worker.written = b'loop.c:1: error'
-    assert played.answer(Failed('build')) == []
+    assert played.answer(worker.Failed('build')) == []
     played.worker.written = b''
     (event,) = played.watched()
     assert (event.failed, event.details) == (True, 'loop.c:1: error')
@@ -425,7 +418,7 @@ def test_job_of_a_killed_worker_is_interrupted(
     killed: list[tuple[int, int]] = []
     monkeypatch.setattr('os.killpg', lambda *args: killed.append(args))
     played.save('loop.c')
-    played.answer(Begun(JOB))
+    played.answer(worker.Begun(JOB))
     assert played.guarded == {WORKER, JOB}
     played.helpers[WORKER](signal.SIGKILL)
     assert killed == [(JOB, signal.SIGINT)]
@@ -474,7 +467,7 @@ def test_launch_with_event_handlers_restarts_once() -> None:
 
 def test_killed_job_is_repeated_at_a_change(played: Played) -> None:
     played.save('loop.c')
-    played.answer(Failed('job'))
+    played.answer(worker.Failed('job'))
     assert played.lines() == [
         'loop.c changed: what prepares it was killed, '
         'everything runs on as before (0.00 s)'

@@ -22,20 +22,13 @@ from colcon_yamllaunch.plan.plan import (
     SetParameter,
 )
 from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.watch import dependencies
 from colcon_yamllaunch.watch.consequences import (
     affected_by_build,
     changed_products,
     consequences,
     Steps,
     steps,
-)
-from colcon_yamllaunch.watch.dependencies import (
-    build_products,
-    Dependencies,
-    find_dependencies,
-    mapped_files,
-    ProcessDependencies,
-    RemoteDependencies,
 )
 from colcon_yamllaunch.watch.watched_files import Change
 from colcon_yamllaunch.workspace.freshness.build_record import (
@@ -125,8 +118,8 @@ def learn(
     workspace: FakeWorkspace,
     *entries: Process | Component,
     **more: Any,
-) -> Dependencies:
-    return find_dependencies(
+) -> dependencies.Dependencies:
+    return dependencies.find_dependencies(
         Plan(entries),
         evaluation(**more),
         None if workspace.root is None else workspace.colcon,
@@ -136,7 +129,7 @@ def learn(
     )
 
 
-def only(known: Dependencies) -> ProcessDependencies:
+def only(known: dependencies.Dependencies) -> dependencies.ProcessDependencies:
     (one,) = known.processes
     return one
 
@@ -305,22 +298,20 @@ def test_changed_products_are_those_of_a_build(
     products = dict.fromkeys(('motor', 'libarm.so', 'x.o'), found('1'))
     installed = {'arm/share/arm/a.yaml': found('1')}
     workspace.build('arm', installed=installed, products=products)
-    before = build_products(workspace.colcon, ['arm'])
+    before = dependencies.build_products(workspace.colcon, ['arm'])
     assert changed_products(before, before) == {}
     products = {**products, 'libarm.so': found('2'), 'new': found('1')}
     workspace.rebuild('arm', installed={}, products=products)
-    after = build_products(workspace.colcon, ['arm'])
+    after = dependencies.build_products(workspace.colcon, ['arm'])
     changed = changed_products(before, after)
-    assert changed == {
-        f'{build}/arm/libarm.so': 'arm',
-        f'{build}/arm/new': 'arm',
-        f'{install}/arm/share/arm/a.yaml': 'arm',
-    }
+    names = f'{build}/arm/libarm.so', f'{build}/arm/new'
+    files = (*names, f'{install}/arm/share/arm/a.yaml')
+    assert changed == dict.fromkeys(files, 'arm')
     # one that was never built
     assert changed_products({}, after).keys() == after['arm'].keys()
     # times tell nothing
     workspace.rebuild('arm', built_at=9)
-    again = build_products(workspace.colcon, ['arm'])
+    again = dependencies.build_products(workspace.colcon, ['arm'])
     assert changed_products(after, again) == {}
 
 
@@ -358,7 +349,9 @@ def test_build_affects_the_processes_that_use_its_products(
 ) -> None:
     use = dict(use)
     mapped = {'x': use.pop('libraries')} if 'libraries' in use else {}
-    known = Dependencies((ProcessDependencies('x', **use),))
+    known = dependencies.Dependencies(
+        (dependencies.ProcessDependencies('x', **use),)
+    )
     assert bool(affected_by_build({path: 'arm'}, known, mapped)) == is_affected
     assert affected_by_build({}, known, mapped) == {}
 
@@ -373,13 +366,13 @@ def test_files_mapped_into_a_process_are_found() -> None:
     ) as shell:
         assert shell.stdout is not None
         shell.stdout.readline()
-        found = mapped_files(shell.pid)
+        found = dependencies.mapped_files(shell.pid)
         os.killpg(shell.pid, 9)
     python = os.path.realpath(sys.executable)
     assert found is not None
     assert python.startswith('/usr/') or python in found
     # what has ended maps nothing
-    assert mapped_files(shell.pid) is None
+    assert dependencies.mapped_files(shell.pid) is None
 
 
 class Kind(NamedTuple):
@@ -440,12 +433,12 @@ def test_only_changes_on_the_machine_restart_its_processes(
         live = frozenset({kind.source} if kind.is_live else ())
         workspace.rebuild('arm', live=live, installed=links)
     files = (f'{install}/{kind.program}', f'{install}/share/arm/config/c.yaml')
-    known = find_dependencies(
+    known = dependencies.find_dependencies(
         Plan((process(*files, label=label, package='arm'),)),
         evaluation(f'{workspace.root}/src/arm/{LAUNCH}'),
         *(workspace.colcon, workspace.locator),
         *(['arm'] if is_installed else [], {}),
-        RemoteDependencies(
+        dependencies.RemoteDependencies(
             {label: 'arm'},
             {label: frozenset(files)},
             {'arm': ARM},
@@ -473,7 +466,9 @@ def test_only_changes_on_the_machine_restart_its_processes(
 def test_file_of_no_package_is_compared_on_the_machine() -> None:
     path = '/home/me/a.yaml'
     files = {'arm│talk': frozenset((path,))}
-    known = Dependencies(remote=RemoteDependencies(files=files))
+    known = dependencies.Dependencies(
+        remote=dependencies.RemoteDependencies(files=files)
+    )
     assert known.files() == (path,)
     change = Change('changed', path, path)
     assert steps(consequences([change], known), known) == Steps(replan=True)
