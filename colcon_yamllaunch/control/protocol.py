@@ -15,9 +15,9 @@ which is :data:`VERSION`, and `request`:
   or loaded anew;
 - `kill`, with such a name of a process: SIGKILL for all of it, at once; it
   counts as stopped on request;
-- `debug`, likewise: it is started anew under a debugger, in a terminal that
-  `attach` types at; it runs as ever after the next `restart`, respawn or
-  change;
+- `debug`, likewise: it is restarted under a debugger, in a terminal that
+  `attach` types at; with a TCP port as `port`, under one that waits for an
+  editor there. Its next start is without the debugger;
 - `describe`, with the name of a process or component: the answer has it as
   `description`, see `description.Description`;
 - `tree`: the answer has the launch files, groups and timers of the plan, with

@@ -15,7 +15,7 @@ from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.loop import TimerHandle
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.participants import Execute, Participant, Reply
-from colcon_yamllaunch.language.evaluation.launch_worker import (
+from colcon_yamllaunch.language.evaluation.request import (
     WorkerError,
     WorkerMessage,
 )

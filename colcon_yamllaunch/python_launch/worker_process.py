@@ -40,7 +40,7 @@ from colcon_yamllaunch.engine.launch_scan import (
 )
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.spawn import spawn_process, StartError
-from colcon_yamllaunch.language.evaluation.launch_worker import (
+from colcon_yamllaunch.language.evaluation.request import (
     NoWorkerError,
     WorkerError,
     WorkerMessage,

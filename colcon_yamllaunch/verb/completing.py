@@ -352,9 +352,7 @@ def launch_arguments(
     :raises LaunchError: when a launch file has mistakes
     """
     # reading launch files takes longer to import than all else
-    from colcon_yamllaunch.language.actions.scope_actions import (
-        BOOLEAN_CHOICES,
-    )
+    from colcon_yamllaunch.language.actions.handlers import BOOLEAN_CHOICES
     from colcon_yamllaunch.language.evaluation.request import Request
     from colcon_yamllaunch.language.policies.check import find_declarations
     from colcon_yamllaunch.verb.workspace_session import (

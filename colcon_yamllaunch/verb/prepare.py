@@ -20,7 +20,7 @@ from colcon_yamllaunch.language.evaluation.findings import (
     PluginUse,
     ProgramUse,
 )
-from colcon_yamllaunch.language.evaluation.values import LeftOpen, Place
+from colcon_yamllaunch.language.evaluation.scope import LeftOpen, Place
 from colcon_yamllaunch.language.policies.evaluate import evaluate, Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic, Severity
 from colcon_yamllaunch.plan.plan import Plan, Process

@@ -46,11 +46,16 @@ class FakeTargets(Targets):
         return sent
 
 
+def begin(targets, *timeouts, now=0.0):
+    """Begin to stop targets, whose process numbers count from 0."""
+    escalation = Escalation(targets, dict(enumerate(timeouts)), now)
+    escalation.advance(now)
+    return escalation
+
+
 def test_each_group_gets_each_signal_once_at_its_time():
     targets = FakeTargets({10: 0, 11: 1})
-    timeouts = {0: Timeouts(5, 5), 1: Timeouts(1, 2)}
-    escalation = Escalation(targets, timeouts, 100.0)
-    escalation.advance(100.0)
+    escalation = begin(targets, Timeouts(5, 5), Timeouts(1, 2), now=100.0)
     assert targets.taken() == [(10, INT), (11, INT)]
     escalation.advance(100.5)
     assert targets.taken() == []
@@ -65,21 +70,29 @@ def test_each_group_gets_each_signal_once_at_its_time():
     assert not escalation.is_over
 
 
-def test_an_orphan_takes_the_steps_of_the_process_that_it_comes_from():
-    orphan = Orphan(pid=50, birth=1, group=50, number=1)
+@pytest.mark.parametrize(
+    ('number', 'timeouts', 'times'),
+    [
+        # the steps are those of the process that it comes from
+        (1, (Timeouts(5, 5), Timeouts(1, 2)), (0.0, 1.0, 3.0)),
+        # without time-outs, it has the longest
+        (7, (Timeouts(5, 1), Timeouts(1, 7)), (0.0, 5.0, 12.0)),
+    ],
+)
+def test_an_orphan_has_the_time_of_its_process(number, timeouts, times):
+    orphan = Orphan(pid=50, birth=1, group=50, number=number)
     targets = FakeTargets({}, orphan)
-    timeouts = {0: Timeouts(5, 5), 1: Timeouts(1, 2)}
-    escalation = Escalation(targets, timeouts, 0.0)
-    escalation.advance(0.0)
-    assert targets.taken() == [(orphan, INT)]
-    escalation.advance(1.0)
-    assert targets.taken() == [(orphan, TERM)]
+    escalation = begin(targets, *timeouts)
+    for now, step in zip(times, (INT, TERM, KILL), strict=True):
+        escalation.advance(now - 0.1)
+        assert targets.taken() == ([(orphan, INT)] if step == INT else [])
+        escalation.advance(now)
+        assert targets.taken() == ([] if step == INT else [(orphan, step)])
 
 
 def test_what_a_group_was_sent_its_processes_are_not_sent_again():
     targets = FakeTargets({10: 0})
-    escalation = Escalation(targets, {0: Timeouts(5, 5)}, 0.0)
-    escalation.advance(0.0)
+    escalation = begin(targets, Timeouts(5, 5))
     left = Orphan(pid=51, birth=1, group=10, number=0)
     targets.led, targets.left = {}, [left]
     escalation.advance(1.0)
@@ -92,8 +105,7 @@ def test_a_reused_process_id_is_another_process():
     first = Orphan(pid=50, birth=1, group=50, number=0)
     second = Orphan(pid=50, birth=2, group=51, number=0)
     targets = FakeTargets({}, first)
-    escalation = Escalation(targets, {0: Timeouts(5, 5)}, 0.0)
-    escalation.advance(0.0)
+    escalation = begin(targets, Timeouts(5, 5))
     targets.left = [second]
     escalation.advance(1.0)
     assert targets.taken() == [(first, INT), (second, INT)]
@@ -101,8 +113,7 @@ def test_a_reused_process_id_is_another_process():
 
 def test_escalating_takes_one_step_and_moves_the_next():
     targets = FakeTargets({10: 0})
-    escalation = Escalation(targets, {0: Timeouts(5, 3)}, 0.0)
-    escalation.advance(0.0)
+    escalation = begin(targets, Timeouts(5, 3))
     escalation.escalate(1.0)
     assert targets.taken() == [(10, INT), (10, TERM)]
     assert escalation.due() == 4.0
@@ -113,30 +124,11 @@ def test_escalating_takes_one_step_and_moves_the_next():
     assert escalation.latest_signal() == KILL
 
 
-def test_what_has_no_time_outs_has_the_longest():
-    orphan = Orphan(pid=50, birth=1, group=50, number=7)
-    targets = FakeTargets({}, orphan)
-    timeouts = {0: Timeouts(5, 1), 1: Timeouts(1, 7)}
-    escalation = Escalation(targets, timeouts, 0.0)
-    escalation.advance(0.0)
-    escalation.advance(4.9)
-    assert targets.taken() == [(orphan, INT)]
-    escalation.advance(5.0)
-    assert targets.taken() == [(orphan, TERM)]
-    escalation.advance(11.9)
-    assert targets.taken() == []
-    escalation.advance(12.0)
-    assert targets.taken() == [(orphan, KILL)]
-
-
 def test_it_is_over_when_a_search_finds_nothing():
-    orphan = Orphan(pid=50, birth=1, group=50, number=0)
-    child = Orphan(pid=51, birth=2, group=51, number=0)
-    targets = FakeTargets({}, orphan)
-    escalation = Escalation(targets, {0: Timeouts(5, 5)}, 0.0)
-    escalation.advance(0.0)
+    targets = FakeTargets({}, Orphan(pid=50, birth=1, group=50, number=0))
+    escalation = begin(targets, Timeouts(5, 5))
     assert escalation.due() == CHECK_INTERVAL
-    targets.left = [child]
+    targets.left = [Orphan(pid=51, birth=2, group=51, number=0)]
     escalation.advance(1.0)
     assert not escalation.is_over
     assert targets.searches == 2
@@ -148,8 +140,8 @@ def test_it_is_over_when_a_search_finds_nothing():
 
 def test_what_survives_sigkill_is_given_up():
     targets = FakeTargets({10: 0})
-    escalation = Escalation(targets, {0: Timeouts(1, 1)}, 0.0)
-    for now in (0.0, 1.0, 2.0, 1.9 + KILL_TIMEOUT):
+    escalation = begin(targets, Timeouts(1, 1))
+    for now in (1.0, 2.0, 1.9 + KILL_TIMEOUT):
         escalation.advance(now)
         assert not escalation.is_over
     escalation.advance(2.0 + KILL_TIMEOUT)

@@ -113,33 +113,33 @@ def test_the_same_content_written_anew(file: Path) -> None:
     assert not has_same_content(file, before, taken(file))
 
 
-def test_a_large_file_is_told_by_its_times(
-    file: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.fixture
+def large(file: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return a file that is not read, as it is large."""
     monkeypatch.setattr(module, 'READ_SIZE', 1)
-    before = with_content(file, taken(file), None)
+    return file
+
+
+def test_a_large_file_is_told_by_its_times(large: Path) -> None:
+    before = with_content(large, taken(large), None)
     assert not before.digest
-    assert has_same_content(file, before, taken(file))
-    write_at(file, 'first', before.mtime + 1)
-    assert not has_same_content(file, before, taken(file))
+    assert has_same_content(large, before, taken(large))
+    write_at(large, 'first', before.mtime + 1)
+    assert not has_same_content(large, before, taken(large))
 
 
 @pytest.mark.hostile
-def test_a_large_file_of_the_same_size_and_time_is_another_one(
-    file: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(module, 'READ_SIZE', 1)
-    before = with_content(file, taken(file), None)
-    write_at(file, 'other', before.mtime)
-    assert not has_same_content(file, before, taken(file))
+def test_a_large_file_of_the_same_size_and_time_differs(large: Path) -> None:
+    before = with_content(large, taken(large), None)
+    write_at(large, 'other', before.mtime)
+    assert not has_same_content(large, before, taken(large))
 
 
 def test_a_large_file_is_read_where_its_content_is_asked_for(
-    file: Path, monkeypatch: pytest.MonkeyPatch
+    large: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(module, 'READ_SIZE', 1)
     monkeypatch.setattr(module, '_CHUNK', 2)
-    before = with_content(file, taken(file), None, limit=99)
+    before = with_content(large, taken(large), None, limit=99)
     assert before.digest == module.digest(b'first')
-    write_at(file, 'first', before.mtime + 1)
-    assert has_same_content(file, before, taken(file), limit=99)
+    write_at(large, 'first', before.mtime + 1)
+    assert has_same_content(large, before, taken(large), limit=99)

@@ -4,12 +4,7 @@
 import os
 import subprocess
 
-from colcon_yamllaunch.common.process_scan import (
-    is_alive,
-    read_process,
-    running_processes,
-    variable_of,
-)
+from colcon_yamllaunch.common import process_scan
 import pytest
 
 
@@ -31,27 +26,27 @@ def cat():
 
 
 def test_a_process_is_read(cat):
-    process = read_process(cat.pid)
+    process = process_scan.read_process(cat.pid)
     assert (process.pid, process.parent) == (cat.pid, os.getpid())
     assert (process.group, process.session) == (cat.pid, cat.pid)
     assert process.pages > 0
-    assert process.pid in {p.pid for p in running_processes()}
+    assert process.pid in {p.pid for p in process_scan.running_processes()}
 
 
 def test_a_variable_is_read(cat):
-    assert variable_of(cat.pid, 'WHO') == 'a=b'
-    assert variable_of(cat.pid, 'EMPTY') == ''
-    assert variable_of(cat.pid, 'HO') is None
+    assert process_scan.variable_of(cat.pid, 'WHO') == 'a=b'
+    assert process_scan.variable_of(cat.pid, 'EMPTY') == ''
+    assert process_scan.variable_of(cat.pid, 'HO') is None
 
 
 def test_a_process_that_ended_is_not_alive(cat):
-    birth = read_process(cat.pid).birth
-    assert is_alive(cat.pid, birth)
-    assert not is_alive(cat.pid, birth + 1)
+    birth = process_scan.read_process(cat.pid).birth
+    assert process_scan.is_alive(cat.pid, birth)
+    assert not process_scan.is_alive(cat.pid, birth + 1)
     cat.stdin.close()
     os.waitid(os.P_PID, cat.pid, os.WEXITED | os.WNOWAIT)
     # it is a zombie now
-    assert read_process(cat.pid) is None
-    assert not is_alive(cat.pid, birth)
+    assert process_scan.read_process(cat.pid) is None
+    assert not process_scan.is_alive(cat.pid, birth)
     cat.wait()
-    assert variable_of(cat.pid, 'WHO') is None
+    assert process_scan.variable_of(cat.pid, 'WHO') is None

@@ -23,6 +23,7 @@ import pytest
 from support.history import History
 
 POSITION = Position('/ws/demo.yaml', 14, 5)
+LOG = '/log/box-1'
 BLOCKS = (
     Block('file', '/ws/more.yaml', POSITION, None),
     Block('group', '/ns', Position('/ws/more.yaml', 2, 3), 0),
@@ -42,7 +43,7 @@ class Controlled:
         self.history = History(*entries)
         self.loop = self.history.loop
         self.sent = []
-        logs = {'box-1': Path('/log/box-1')}
+        logs = {'box-1': Path(LOG)}
         about = About('demo', None, '/demo.yaml', '/')
         state = LaunchState(about, clock=self.clock, log_files=logs)
         state.expect(entries)
@@ -150,19 +151,15 @@ def test_the_status_has_components_and_lifecycles(controlled, process):
     assert [p.lifecycle for p in state.processes] == [None, 'unknown']
     a, b = state.components
     assert (a.phase, a.node, a.plugin) == ('waiting', '/ns/a', 'demo::T')
-    assert (a.process, a.log, a.lifecycle) == (
-        *('box-1', '/log/box-1', 'unknown'),
-    )
+    assert (a.process, a.log, a.lifecycle) == ('box-1', LOG, 'unknown')
     assert (b.container, b.process, b.log) == ('/elsewhere', None, None)
     assert (b.node, b.lifecycle) == (None, None)
     (load, _) = c.asked('load')
-    c.composition.handle(
-        {'id': load['id'], 'ok': True, 'full_name': '/ns/a', 'unique_id': 1}
-    )
+    loaded = {'ok': True, 'full_name': '/ns/a', 'unique_id': 1}
+    c.composition.handle({'id': load['id'], **loaded})
     for node in ('/ns/a', '/cam'):
-        c.composition.handle(
-            {'event': 'state', 'node': node, 'state': 'active'}
-        )
+        active = {'event': 'state', 'node': node, 'state': 'active'}
+        c.composition.handle(active)
     c.history.now += 7
     state = c.state()
     assert [p.lifecycle for p in state.processes] == [None, 'active']
@@ -187,16 +184,24 @@ def test_component_is_unloaded_and_loaded_again(controlled):
     assert (a.phase, a.ending) == ('failed', 'no such class')
 
 
-def test_transition_is_answered_when_done(controlled):
+CHANGE = {'process': 'a', 'transition': 'configure'}
+
+
+@pytest.fixture
+def loaded(controlled):
+    """Return a launch of a lifecycle node that is loaded."""
     c = controlled(component('a', is_lifecycle=True))
     c.answered('load', full_name='/ns/a', unique_id=1)
-    change = {'process': 'a', 'transition': 'configure'}
+    return c
+
+
+def test_transition_is_answered_when_done(loaded):
     # what is asked meanwhile is answered behind it
-    c.ask(('change_state', change), ('status', {}), ('shutdown', {}))
-    assert c.answers() == []
-    c.answered('change_state')
-    c.turn()
-    done, status, _ = c.answers()
+    loaded.ask(('change_state', CHANGE), ('status', {}), ('shutdown', {}))
+    assert loaded.answers() == []
+    loaded.answered('change_state')
+    loaded.turn()
+    done, status, _ = loaded.answers()
     assert done == protocol.success()
     (a,) = from_json(status['launch']).components
     assert a.lifecycle == 'inactive'
@@ -204,54 +209,46 @@ def test_transition_is_answered_when_done(controlled):
 
 
 def test_failed_transition_has_its_reason(controlled):
-    c = controlled(component('a', is_lifecycle=True), component('b'))
-    c.answered('load', full_name='/ns/b', unique_id=2)
-    change = {'process': 'a', 'transition': 'configure'}
-    c.ask(('change_state', change))
+    c = controlled(component('b'), component('a', is_lifecycle=True))
+    c.ask(('change_state', CHANGE))
     (refused,) = c.answers()
     assert refused['error'] == 'a does not run'
-    load, _ = c.asked('load')
-    c.composition.handle(
-        {'id': load['id'], 'ok': True, 'full_name': '/ns/a', 'unique_id': 1}
-    )
-    c.ask(('change_state', change))
+    c.answered('load', full_name='/ns/a', unique_id=1)
+    c.ask(('change_state', CHANGE))
     c.answered('change_state', ok=False, reason='no map')
-    c.ask(('change_state', {**change, 'process': 'b'}))
+    c.ask(('change_state', {**CHANGE, 'process': 'b'}))
     failed, none = c.answers()
     assert failed == protocol.failure('no map')
     assert none['error'] == "there is no lifecycle node 'b'"
     # a mistake of form ends the connection, as all others do
-    c.ask(('change_state', {**change, 'transition': 'destroy'}))
+    c.ask(('change_state', {**CHANGE, 'transition': 'destroy'}))
     (wrong,) = c.answers()
     assert "the 'transition' is not 'configure' or " in wrong['error']
     assert c.left
 
 
-def test_client_that_leaves_is_forgotten(controlled):
-    c = controlled(component('a', is_lifecycle=True))
-    c.answered('load', full_name='/ns/a', unique_id=1)
-    change = {'process': 'a', 'transition': 'configure'}
-    c.ask(('change_state', change), ('status', {}))
-    assert not c.left
-    c.near.close()
-    c.turn()
-    assert c.left
-    c.answered('change_state')
+def test_client_that_leaves_is_forgotten(loaded):
+    loaded.ask(('change_state', CHANGE), ('status', {}))
+    assert not loaded.left
+    loaded.near.close()
+    loaded.turn()
+    assert loaded.left
+    loaded.answered('change_state')
 
 
-def test_half_closed_client_gets_the_answer(controlled):
-    c = controlled(component('a', is_lifecycle=True))
-    c.answered('load', full_name='/ns/a', unique_id=1)
-    change = {'process': 'a', 'transition': 'configure'}
-    c.ask(('change_state', change))
-    c.near.shutdown(socket.SHUT_WR)
+@pytest.mark.parametrize('number', [{}, {'id': 'x'}])
+def test_half_closed_client_gets_the_answer(loaded, number):
+    loaded.ask(('change_state', CHANGE | number), ('status', {'id': 2}))
+    # requests with an id do not wait for one another
+    assert len(loaded.answers()) == len(number)
+    loaded.near.shutdown(socket.SHUT_WR)
     # it is not asked again and again whether there is more
-    c.turn()
-    assert not c.left
-    c.answered('change_state')
-    c.turn()
-    assert c.answers() == [protocol.success()]
-    assert c.left
+    loaded.turn()
+    assert not loaded.left
+    loaded.answered('change_state')
+    loaded.turn()
+    assert loaded.answers()[0] == protocol.success() | number
+    assert loaded.left
 
 
 def test_component_is_described_with_its_container(controlled):
@@ -262,39 +259,27 @@ def test_component_is_described_with_its_container(controlled):
     )
     c.ask(('describe', {'process': '/ns/talker'}), ('tree', {}))
     description, tree = c.answers()
+    here, inner = {'position': '/ws/demo.yaml:14:5'}, '/ws/more.yaml:2:3'
     assert description['description'] == {
         'label': 'talker',
         'name': 'talker',
         'node': '/ns/talker',
         'package': 'demo',
-        'position': '/ws/demo.yaml:14:5',
         'within': [
-            {
-                'kind': 'file',
-                'title': '/ws/more.yaml',
-                'position': '/ws/demo.yaml:14:5',
-            },
-            {
-                'kind': 'group',
-                'title': '/ns',
-                'position': '/ws/more.yaml:2:3',
-            },
+            {'kind': 'file', 'title': '/ws/more.yaml', **here},
+            {'kind': 'group', 'title': '/ns', 'position': inner},
         ],
         'parameters': [
-            {
-                'name': 'rate',
-                'value': '2',
-                'position': '/ws/demo.yaml:14:5',
-                'origins': ['/ws/a:1:1'],
-            }
+            {'name': 'rate', 'value': '2', **here, 'origins': ['/ws/a:1:1']}
         ],
-        'log': '/log/box-1',
+        'log': LOG,
         'argv': [],
         'cwd': None,
         'environment': {},
         'plugin': 'demo::T',
         'container': '/box',
         'remaps': ['a:=b'],
+        **here,
     }
     box, file = tree['tree']
     assert (box['title'], file['title']) == ('box-1', '/ws/more.yaml')
@@ -304,47 +289,29 @@ def test_component_is_described_with_its_container(controlled):
 
 def test_component_cannot_be_killed_or_debugged(controlled):
     c = controlled(component('talker'), component('far', container='/else'))
-    c.ask(
-        ('kill', {'process': 'talker'}),
-        ('debug', {'process': '/ns/talker'}),
-        ('kill', {'process': 'far'}),
-    )
-    assert [answer['error'] for answer in c.answers()] == [
-        'talker is a component, which cannot be killed alone; its container '
-        'is box-1',
-        'talker is a component, which cannot be debugged alone; its '
-        'container is box-1',
-        'far is a component, which cannot be killed alone; its container is '
-        '/else',
-    ]
+    for do, process, done, container in (
+        ('kill', 'talker', 'killed', 'box-1'),
+        ('debug', '/ns/talker', 'debugged', 'box-1'),
+        ('kill', 'far', 'killed', '/else'),
+    ):
+        c.ask((do, {'process': process}))
+        (answer,) = c.answers()
+        assert answer['error'] == (
+            f'{process.removeprefix("/ns/")} is a component, which cannot be '
+            f'{done} alone; its container is {container}'
+        )
 
 
-def test_requests_with_an_id_do_not_wait_for_one_another(controlled):
-    c = controlled(component('a', is_lifecycle=True))
-    c.answered('load', full_name='/ns/a', unique_id=1)
-    change = {'process': 'a', 'transition': 'configure'}
-    c.ask(('change_state', {**change, 'id': 'x'}), ('status', {'id': 2}))
-    assert [answer['id'] for answer in c.answers()] == [2]
-    c.near.shutdown(socket.SHUT_WR)
-    c.turn()
-    c.answered('change_state')
-    c.turn()
-    assert c.answers() == [{**protocol.success(), 'id': 'x'}]
-    assert c.left
-
-
-def test_number_of_unanswered_requests_is_limited(controlled, monkeypatch):
+def test_number_of_unanswered_requests_is_limited(loaded, monkeypatch):
     monkeypatch.setattr(protocol, 'MAXIMUM_UNANSWERED', 1)
-    c = controlled(component('a', is_lifecycle=True))
-    c.answered('load', full_name='/ns/a', unique_id=1)
-    change = {'process': 'a', 'transition': 'configure', 'id': 1}
-    c.ask(('change_state', change), ('status', {'id': 2}))
-    assert c.answers() == []
-    c.answered('change_state')
-    c.turn()
-    assert [answer['id'] for answer in c.answers()] == [1, 2]
+    requests = ('change_state', {**CHANGE, 'id': 1}), ('status', {'id': 2})
+    loaded.ask(*requests)
+    assert loaded.answers() == []
+    loaded.answered('change_state')
+    loaded.turn()
+    assert [answer['id'] for answer in loaded.answers()] == [1, 2]
     # who leaves while that many wait is not waited for
-    c.ask(('change_state', change), ('status', {'id': 2}))
-    c.near.close()
-    c.turn()
-    assert c.left
+    loaded.ask(*requests)
+    loaded.near.close()
+    loaded.turn()
+    assert loaded.left

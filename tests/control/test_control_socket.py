@@ -95,14 +95,6 @@ def test_refused_command_has_a_reason(idle):
     assert idle.process('a').phase == 'running'
 
 
-def test_a_shutdown_ends_the_launch(controlled, sleep):
-    c = controlled(sleep('a'))
-    c.client.do(commands.Shutdown())
-    c.client.wait_for_end(c.one.popen.pid)
-    assert c.one.ends() == 0
-    assert running_launches(c.place, pytest.fail) == []
-
-
 def test_oldest_client_is_closed_above_the_limit(controlled, sleep):
     c = controlled(sleep('a'))
     for _ in range(protocol.MAXIMUM_CLIENTS):
@@ -218,15 +210,6 @@ def test_a_launcher_without_a_guard_leaves_a_socket_for_the_next_look(
     # that finds nothing of it, and so removes what is left
     orphaned_launches(c.place)
     assert list(c.folder.iterdir()) == []
-
-
-def test_suspended_launch_does_not_answer(controlled, sleep, monkeypatch):
-    c = controlled(sleep('a'))
-    c.one.sends(signal.SIGSTOP)
-    c.client.connection.settimeout(0.2)
-    with pytest.raises(ControlError, match=r'pid \d+ does not answer'):
-        c.client.status()
-    c.one.sends(signal.SIGCONT)
 
 
 def test_launch_without_socket_runs(launch, sleep, tmp_path):

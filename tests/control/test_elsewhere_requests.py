@@ -108,27 +108,19 @@ def test_state_has_processes_of_machines_in_order(asked: Asked) -> None:
     assert (last.machine, last.pid, last.log) == ('arm', 77, '/log/last')
     assert (last.cpu, last.memory) == (0.5, 4096)
     assert (last.local_pid, state.processes[1].machine) == (None, None)
-    assert [(m.name, m.link) for m in state.machines.values()] == [
-        ('arm', 'up')
-    ]
+    (arm,) = state.machines.values()
+    assert (arm.name, arm.link) == ('arm', 'up')
 
 
 def test_machine_describes_its_process(asked: Asked) -> None:
     asked.asks('describe', process='arm│last')
-    asked.link.answers(
-        'describe',
-        description={
-            'argv': ['there', 1],
-            'cwd': '/home/robot',
-            'environment': {'A': 'b', 'C': None},
-            'log': '/there/log',
-        },
-    )
+    same = {'cwd': '/home/robot', 'environment': {'A': 'b', 'C': None}}
+    description = {'argv': ['there', 1], 'log': '/there/log', **same}
+    asked.link.answers('describe', description=description)
     (answer,) = asked.answers
     told = answer['description']
     assert told['argv'] == ('there', '1')
-    assert told['cwd'] == '/home/robot'
-    assert told['environment'] == {'A': 'b', 'C': None}
+    assert {name: told[name] for name in same} == same
     assert told['log'] == '/log/last'
     asked.asks('describe', process='arm│last')
     asked.link.answers('describe', description='odd')
@@ -146,7 +138,5 @@ def test_attaching_shows_a_process_on_a_machine(asked: Asked) -> None:
     asked.service.detach('arm│first', asked.client)
     sent = [(m['request'], m['is_shown']) for m in asked.link.sent[-2:]]
     assert sent == [('show', True), ('show', False)]
-    assert asked.launch.told[-2:] == [
-        events.Attached(FIRST),
-        events.Detached(FIRST),
-    ]
+    told = [events.Attached(FIRST), events.Detached(FIRST)]
+    assert asked.launch.told[-2:] == told

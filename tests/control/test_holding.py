@@ -10,16 +10,11 @@ import time
 from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.common.process_scan import read_process
 from colcon_yamllaunch.control import journal as journal_module
+from colcon_yamllaunch.control import subscription
 from colcon_yamllaunch.control.client import ControlError, LaunchEndedError
 from colcon_yamllaunch.control.journal import Journal
 from colcon_yamllaunch.control.protocol import MessageReader, ProtocolError
 from colcon_yamllaunch.control.service import Subscribers
-from colcon_yamllaunch.control.subscription import (
-    BEGINNING,
-    Happened,
-    Missed,
-    Wrote,
-)
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.events import Output, Warned
 import pytest
@@ -45,7 +40,7 @@ def test_holder_receives_everything_once_over_many_connections(
     talker['argv'].append(str(ready))
     c = controlled(talker)
     c.becomes('a', 'running')
-    point, written, events = BEGINNING, b'', []
+    point, written, events = subscription.BEGINNING, b'', []
     connections = 0
     while not written.endswith(b'done\n'):
         connections += 1
@@ -53,10 +48,10 @@ def test_holder_receives_everything_once_over_many_connections(
         client.subscribe(point, holder='test')
         for number, one in enumerate(client.events()):
             ready.touch()
-            assert not isinstance(one, Missed)
-            if isinstance(one, Wrote):
+            assert not isinstance(one, subscription.Missed)
+            if isinstance(one, subscription.Wrote):
                 written += one.data
-            if isinstance(one, Happened):
+            if isinstance(one, subscription.Happened):
                 events.append(one.name)
             if number == connections or written.endswith(b'done\n'):
                 break

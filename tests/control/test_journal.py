@@ -77,22 +77,12 @@ def test_events_and_output_are_read_in_order(told):
 def test_messages_have_all_fields(told):
     told.says('first')
     told.writes(b'one\n')
-    event, output = map(
-        json.loads, told.journal.read(told.cursor(), 999).splitlines()
-    )
-    time = 1732000000.5
-    assert event['event'] == {
-        'time': time,
-        'event': 'warning',
-        'text': 'first',
-    }
-    assert output['output'] == {
-        'process': 'a',
-        'stream': 'stdout',
-        'data': 'one\n',
-        'time': time,
-        'at': 0,
-    }
+    lines = told.journal.read(told.cursor(), 999).splitlines()
+    event, output = map(json.loads, lines)
+    time = {'time': 1732000000.5}
+    assert event['event'] == {**time, 'event': 'warning', 'text': 'first'}
+    where = {'process': 'a', 'stream': 'stdout', 'at': 0}
+    assert output['output'] == {**where, **time, 'data': 'one\n'}
 
 
 def test_unrecorded_event_is_not_kept(told):
@@ -150,13 +140,9 @@ def test_lost_output_is_counted_exactly(told, monkeypatch):
     told.says('second')
     told.writes(b'three\n')
     told.says('third')
-    assert told.read(cursor) == [
-        {'events': 0, 'bytes': 4},
-        'first',
-        'second',
-        b'three\n',
-        'third',
-    ]
+    missed, *rest = told.read(cursor)
+    assert missed == {'events': 0, 'bytes': 4}
+    assert rest == ['first', 'second', b'three\n', 'third']
     assert told.read(deaf) == ['first', 'second', 'third']
     # longer than there is room
     told.writes(b'four, five\n')
@@ -209,11 +195,8 @@ def test_cursor_too_far_behind_continues_with_latest_output(told, monkeypatch):
     for number in range(4, 7):
         told.writes(b'line %d\n' % number)
     told.says('first')
-    assert told.read(cursor) == [
-        {'events': 0, 'bytes': 35},
-        b'line 6\n',
-        'first',
-    ]
+    missed = {'events': 0, 'bytes': 35}
+    assert told.read(cursor) == [missed, b'line 6\n', 'first']
     assert told.read(other, room=1) == [b'line 0\n']
     told.writes(b'one line that is longer than the client may be behind\n')
     told.writes(b'more\n')
@@ -253,23 +236,16 @@ def test_output_does_not_displace_events(told, monkeypatch):
     told.says('first', 'second', 'third')
     monkeypatch.setattr(limits, 'OUTPUT_PIECES', 1)
     told.writes(b'one\n', b'two\n')
-    assert told.read(told.cursor()) == [
-        {'events': 1, 'bytes': 4},
-        'second',
-        'third',
-        b'two\n',
-    ]
+    missed, *rest = told.read(told.cursor())
+    assert missed == {'events': 1, 'bytes': 4}
+    assert rest == ['second', 'third', b'two\n']
 
 
 def test_long_output_is_split_at_line_ends(told, monkeypatch):
     monkeypatch.setattr(protocol, 'MAXIMUM_OUTPUT', 8)
     told.writes(b'one\ntwo\nthree\n', b'0123456789')
-    assert told.read(told.cursor()) == [
-        b'one\ntwo\n',
-        b'three\n',
-        b'01234567',
-        b'89',
-    ]
+    pieces = [b'one\ntwo\n', b'three\n', b'01234567', b'89']
+    assert told.read(told.cursor()) == pieces
 
 
 def test_callback_is_called_once(told):

@@ -62,11 +62,8 @@ def test_orphans_are_found_and_stopped_by_name_and_all_together(
     orphaned, sleep, sh, wait_until
 ):
     ignoring = 'trap "" INT TERM; echo "ready $0"; while :; do sleep 1; done'
-    parameters = {
-        'label': 'c',
-        'argv': ['sh', '-c', ignoring, {'content': 'x'}],
-        **QUICK,
-    }
+    parameters = sh('c', ignoring, **QUICK)
+    parameters['argv'].append({'content': 'x'})
     o = orphaned(
         '[c]      ready',
         sleep('a', node_name='/demo/a', name='sleep-1'),
@@ -111,11 +108,9 @@ def test_what_loses_its_parent_by_the_stop_is_stopped_too(
 ):
     # as a job in the background, it ignores SIGINT
     lost = "env -i setsid sh -c 'echo lost $$; exec sleep 99' & wait"
-    one = launch(
-        sh('a', lost, **QUICK),
-        about=ABOUT,
-        environment={'COLCON_LAUNCH_CGROUP': '0'},
-    ).shows('lost ')
+    environment = {'COLCON_LAUNCH_CGROUP': '0'}
+    one = launch(sh('a', lost, **QUICK), about=ABOUT, environment=environment)
+    one.shows('lost ')
     pid = int(one.screen.partition('lost ')[2].split()[0])
     o = Orphaned(one, wait_until)
     assert is_running(pid)

@@ -22,56 +22,48 @@ def test_pattern_matches_the_names_of_a_process():
         assert meant_by(pattern, [names]) == [], pattern
 
 
-@pytest.mark.parametrize(
-    ('pattern', 'meant'),
-    [
-        ('camera', [0]),
-        ('driver-2', [1]),
-        ('left/camera', [1]),
-        ('/left/camera', [1]),
-        ('/left', [1]),
-        ('driver', [0, 1]),
-        ('*camera', [0, 1]),
-    ],
-)
-def test_label_matches_one_process_only(pattern, meant):
-    known = [
-        ProcessNames('camera', 'driver-1', 'driver', '/camera'),
-        ProcessNames('left/camera', 'driver-2', 'driver', '/left/camera'),
-    ]
-    assert meant_by(pattern, known) == meant
+BOTH = [
+    ProcessNames('camera', 'driver-1', 'driver', '/camera'),
+    ProcessNames('left/camera', 'driver-2', 'driver', '/left/camera'),
+]
+ON_MACHINES = [
+    ProcessNames('arm│driver', 'cam.py-1', 'cam.py', None),
+    ProcessNames('gpu│planner', 'planner-2', 'planner', None),
+    ProcessNames('gpu│driver', 'cam.py-3', 'cam.py', None),
+]
 
 
 @pytest.mark.parametrize(
-    ('pattern', 'meant'),
+    ('known', 'pattern', 'meant'),
     [
-        ('driver', [0, 2]),
-        ('arm│driver', [0]),
-        ('arm/driver', [0]),
-        ('gpu/driver', [2]),
-        ('gpu/*', [1, 2]),
-        ('arm│*', [0]),
-        ('d*r', [0, 2]),
-        ('planner', [1]),
+        # a label means one process only
+        (BOTH, 'camera', [0]),
+        (BOTH, 'driver-2', [1]),
+        (BOTH, 'left/camera', [1]),
+        (BOTH, '/left/camera', [1]),
+        (BOTH, '/left', [1]),
+        (BOTH, 'driver', [0, 1]),
+        (BOTH, '*camera', [0, 1]),
+        # names match with and without their machine
+        (ON_MACHINES, 'driver', [0, 2]),
+        (ON_MACHINES, 'arm│driver', [0]),
+        (ON_MACHINES, 'arm/driver', [0]),
+        (ON_MACHINES, 'gpu/driver', [2]),
+        (ON_MACHINES, 'gpu/*', [1, 2]),
+        (ON_MACHINES, 'arm│*', [0]),
+        (ON_MACHINES, 'd*r', [0, 2]),
+        (ON_MACHINES, 'planner', [1]),
     ],
 )
-def test_names_match_with_and_without_machine(pattern, meant):
-    known = [
-        ProcessNames('arm│driver', 'cam.py-1', 'cam.py', None),
-        ProcessNames('gpu│planner', 'planner-2', 'planner', None),
-        ProcessNames('gpu│driver', 'cam.py-3', 'cam.py', None),
-    ]
+def test_pattern_means_processes(known, pattern, meant):
     assert meant_by(pattern, known) == meant
 
 
 def test_state_has_the_names_of_its_part():
-    process = process_state(
-        'driver', name='cam.py-2', executable='cam', node='/a/cam'
-    )
-    assert {'driver', 'cam.py-2', '/a/cam', '/a'} <= set(
-        ProcessNames.of_state(process)
-    )
+    names = {'name': 'cam.py-2', 'executable': 'cam', 'node': '/a/cam'}
+    process = process_state('driver', **names)
+    found = set(ProcessNames.of_state(process))
+    assert {'driver', 'cam.py-2', '/a/cam', '/a'} <= found
     component = component_state('talker', node='/b/talker')
-    assert {'talker', 'demo::Talker', 'b/talker'} <= set(
-        ProcessNames.of_state(component)
-    )
+    found = set(ProcessNames.of_state(component))
+    assert {'talker', 'demo::Talker', 'b/talker'} <= found

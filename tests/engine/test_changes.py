@@ -7,10 +7,9 @@ import signal
 
 from colcon_yamllaunch.engine.events import Requested, Said, ShuttingDown
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.plan.plan import Component, Message, Shutdown, Timer
-from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.plan.plan import Message, Shutdown, Timer
 import pytest
-from support.history import History
+from support.history import component, History
 
 STOPPED = Outcome(signal=signal.SIGINT)
 
@@ -56,22 +55,15 @@ def test_changed_processes_start_in_plan_order(history, process):
     assert h.started() == ['a', 'b', 'c', 'a', 'b', 'c']
 
 
-def test_process_stopped_during_a_restart_delays_no_other(history, process):
+@pytest.mark.parametrize('way', ['stop_process', 'drop'])
+def test_process_that_leaves_a_restart_delays_no_other(history, process, way):
     h = history(process('a'), process('b'))
     restarts(h, 'a', 'b')
     h.exit('b', STOPPED)
-    h.stop('a')
+    getattr(h.supervisor, way)('a')
+    h.turn()
     assert h.started() == ['a', 'b', 'b']
     h.exit('a', STOPPED)
-    assert h.phases() == ['ended', 'running']
-
-
-def test_process_dropped_during_a_restart_delays_no_other(history, process):
-    h = history(process('a'), process('b'))
-    restarts(h, 'a', 'b')
-    h.exit('b', STOPPED)
-    h.supervisor.drop('a')
-    h.turn()
     assert h.started() == ['a', 'b', 'b']
 
 
@@ -121,13 +113,17 @@ def test_failure_does_not_end_a_watched_launch(history, process):
     assert len(h.happened(ShuttingDown)) == 1
 
 
-def test_revision_applies_from_the_next_start(history, process):
+@pytest.mark.parametrize('revisions', [(True,), (True, False)])
+def test_last_revision_applies_from_the_next_start(
+    history, process, revisions
+):
     h = history(process('a'))
-    h.supervisor.revise(process('a', respawn=True), at_once=False)
+    for respawn in revisions:
+        h.supervisor.revise(process('a', respawn=respawn), at_once=False)
     assert not h.supervisor.task('a').process.respawn
     restarts(h, 'a')
     h.exit('a', STOPPED)
-    assert h.supervisor.task('a').process.respawn
+    assert h.supervisor.task('a').process.respawn == revisions[-1]
 
 
 def test_revised_respawn_applies_at_once(history, process):
@@ -139,15 +135,6 @@ def test_revised_respawn_applies_at_once(history, process):
     h.supervisor.revise(process('a'), at_once=True)
     h.exit('a', Outcome(code=1))
     assert h.started() == ['a', 'a']
-
-
-def test_revision_can_be_reverted(history, process):
-    h = history(process('a'))
-    h.supervisor.revise(process('a', respawn=True), at_once=False)
-    h.supervisor.revise(process('a'), at_once=False)
-    restarts(h, 'a')
-    h.exit('a', STOPPED)
-    assert not h.supervisor.task('a').process.respawn
 
 
 def test_forgotten_entries_are_not_executed(history, process):
@@ -181,12 +168,6 @@ def box(history, process):
     made.ready('/box')
     made.loads(1, 2)
     return made
-
-
-def component(label, **more):
-    position = Position('/ws/demo.yaml', 7, 9)
-    kind = ('demo', 'demo::A', '/box')
-    return Component(label, *kind, position, name=label, **more)
 
 
 def reloads(h, labels, processes=()):

@@ -21,21 +21,10 @@ from colcon_yamllaunch.engine.events import (
     Warned,
 )
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.plan.plan import (
-    ChangeState,
-    Component,
-    Message,
-    Plan,
-    Shutdown,
-    SignalProcess,
-    Timer,
-    WorkerCall,
-)
-from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.plan import plan
 import pytest
-from support.history import History
+from support.history import component, History, POSITION
 
-POSITION = Position('/ws/demo.yaml', 7, 9)
 STOPPED = Outcome(signal=signal.SIGINT)
 
 
@@ -55,25 +44,16 @@ def box(process):
     return process('box-1', node_name='/box', is_container=True)
 
 
-def component(label='a', **more):
-    more = {'name': label, 'container': '/box', **more}
-    return Component(label, 'demo', 'demo::A', position=POSITION, **more)
-
-
 def arguments(history, label):
     """Return the first argument of each start of a process."""
-    return [
-        e.process.argv[0]
-        for e in history.happened(Started)
-        if e.process.label == label
-    ]
+    started = [e.process for e in history.happened(Started)]
+    return [one.argv[0] for one in started if one.label == label]
 
 
 def test_added_entries_follow_those_of_the_plan(history, process):
     h = history(process('a'))
-    h.extend(
-        process('b'), Message('INFO', 'hello'), Timer(2.0, (process('c'),))
-    )
+    later = plan.Timer(2.0, (process('c'),))
+    h.extend(process('b'), plan.Message('INFO', 'hello'), later)
     assert h.started() == ['a', 'b']
     assert [t.process.label for t in h.supervisor.tasks] == ['a', 'b', 'c']
     kinds = [type(e) for e in h.host.events]
@@ -123,12 +103,9 @@ def test_launch_waits_while_its_plan_may_grow(history, process):
 def test_added_entries_do_not_start_during_a_shutdown(history, process):
     h = history(process('a'))
     h.supervisor.stop('enough')
-    h.extend(
-        process('b'),
-        Message('INFO', 'bye'),
-        Timer(1.0, (Message('INFO', 'late'),), cancel_on_shutdown=False),
-        Shutdown('more'),
-    )
+    bye, late = plan.Message('INFO', 'bye'), plan.Message('INFO', 'late')
+    timer = plan.Timer(1.0, (late,), cancel_on_shutdown=False)
+    h.extend(process('b'), bye, timer, plan.Shutdown('more'))
     h.exit('a', STOPPED)
     h.after(1.0)
     assert h.started() == ['a']
@@ -163,7 +140,7 @@ def test_replaced_process_that_has_ended_is_started(history, process):
 
 
 def test_replaced_process_behind_a_timer_waits_for_it(history, process):
-    h = history(process('a'), Timer(2.0, (process('b', 'old'),)))
+    h = history(process('a'), plan.Timer(2.0, (process('b', 'old'),)))
     replace_process(h, process('b', 'new'))
     assert h.started() == ['a']
     h.after(2.0)
@@ -184,9 +161,8 @@ def test_dropped_process_is_stopped_and_forgotten(history, process):
 
 
 def test_process_that_does_not_run_is_dropped(history, process):
-    h = history(
-        process('a'), process('b'), Timer(1.0, (process('c'), process('d')))
-    )
+    later = plan.Timer(1.0, (process('c'), process('d')))
+    h = history(process('a'), process('b'), later)
     h.exit('b')
     h.supervisor.drop('b')
     h.supervisor.drop('c')
@@ -211,7 +187,7 @@ def test_process_dropped_during_its_restart_does_not_start(history, process):
 
 def test_component_is_added_to_a_running_container(history, box):
     h = history(box)
-    composition = h.compose(Plan((box,)))
+    composition = h.compose(plan.Plan((box,)))
     h.composition = composition
     h.supervisor.compose(composition)
     h.extend(component())
@@ -226,7 +202,7 @@ def test_component_is_added_to_a_running_container(history, box):
 def test_component_is_added_to_an_ended_container(history, box, process):
     h = history(box, process('other'))
     h.exit('box-1')
-    h.supervisor.compose(h.compose(Plan((box,))))
+    h.supervisor.compose(h.compose(plan.Plan((box,))))
     h.extend(component())
     (failed,) = h.happened(LoadFailed)
     assert 'box-1' in failed.reason
@@ -262,16 +238,14 @@ def test_component_moves_to_another_container(history, box, process):
     h.loads(1)
     replace_component(h, component('a', container='/crate', is_lifecycle=True))
     assert h.answer('unload')['container'] == '/box'
-    assert (
-        h.answer('load', full_name='/a', unique_id=1)['container'] == '/crate'
-    )
+    load = h.answer('load', full_name='/a', unique_id=1)
+    assert load['container'] == '/crate'
     assert h.launch.by_label['a'].lifecycle is not None
 
 
 def test_dropped_component_is_unloaded(history, box):
-    h = history(
-        box, component('a'), component('b'), Timer(1.0, (component('c'),))
-    )
+    later = plan.Timer(1.0, (component('c'),))
+    h = history(box, component('a'), component('b'), later)
     h.ready('/box')
     h.loads(1)
     for label in 'abc':
@@ -301,7 +275,7 @@ def test_replaced_lifecycle_node_gets_its_state(history, process):
 
 
 def changes(*transitions, node='/lc'):
-    return [ChangeState(node, t, POSITION) for t in transitions]
+    return [plan.ChangeState(node, t, POSITION) for t in transitions]
 
 
 @pytest.fixture
@@ -352,9 +326,8 @@ def test_transition_waits_for_a_node_of_another_launch(history, process):
 
 
 def test_plan_decides_the_state_of_an_autostarted_node(history, process):
-    h = history(
-        process('lc', node_name='/lc', is_lifecycle=True, autostart=True)
-    )
+    node = {'node_name': '/lc', 'is_lifecycle': True}
+    h = history(process('lc', autostart=True, **node))
     h.ready()
     h.says(event='state', node='/lc', state='inactive')
     h.extend(*changes('configure', 'cleanup'))
@@ -386,7 +359,7 @@ def test_transitions_of_an_ended_node_are_cancelled(history, lifecycle):
 
 
 def signalled(name, number):
-    return SignalProcess(name, number, POSITION)
+    return plan.SignalProcess(name, number, POSITION)
 
 
 def test_signal_entry_sends_a_signal(history, process):
@@ -414,15 +387,14 @@ def test_undelivered_signal_is_reported(history, process):
     h = history(process('a'), process('b'))
     h.exit('a')
     h.extend(signalled('a', 2), signalled('c', 0))
+    place = '(from /ws/demo.yaml:7:9)'
     texts = [e.text for e in h.happened(Warned)]
-    assert texts == [
-        'SIGINT: a does not run (from /ws/demo.yaml:7:9)',
-        "stop: there is no process 'c' (from /ws/demo.yaml:7:9)",
-    ]
+    unknown = f"stop: there is no process 'c' {place}"
+    assert texts == [f'SIGINT: a does not run {place}', unknown]
 
 
 def test_signal_waits_for_the_start(history, process):
-    h = history(signalled('b', 10), Timer(2.0, (process('b'),)))
+    h = history(signalled('b', 10), plan.Timer(2.0, (process('b'),)))
     h.extend(signalled('b', 0))
     assert h.host.signalled == []
     h.after(2.0)
@@ -431,8 +403,8 @@ def test_signal_waits_for_the_start(history, process):
 
 
 def test_host_call_is_made_in_its_turn(history, process):
-    call = WorkerCall(3, 'OpaqueFunction spawn', POSITION)
-    h = history(process('a'), Timer(2.0, (call,)))
+    call = plan.WorkerCall(3, 'OpaqueFunction spawn', POSITION)
+    h = history(process('a'), plan.Timer(2.0, (call,)))
     assert h.host.calls == []
     h.after(2.0)
     assert h.host.calls == [3]
@@ -444,7 +416,7 @@ def test_launch_waits_for_the_last_answer_of_the_host(history, process):
     h.host.waits = True
     h.exit('a', STOPPED)
     assert not h.supervisor.done
-    h.extend(Message('INFO', 'bye'))
+    h.extend(plan.Message('INFO', 'bye'))
     h.host.waits = False
     h.turn()
     assert h.supervisor.done

@@ -7,28 +7,14 @@ import math
 import signal
 
 from colcon_yamllaunch.common.errors import RefusedError
-from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine import events, limits
 from colcon_yamllaunch.engine.composition import load_request
-from colcon_yamllaunch.engine.events import (
-    Loaded,
-    LoadFailed,
-    RosLost,
-    Unloaded,
-    Warned,
-)
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.plan.plan import Component, SetParameter, Timer
-from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.plan.plan import SetParameter, Timer
 import pytest
-from support.history import History
+from support.history import component, History, POSITION
 
-POSITION = Position('/ws/demo.yaml', 7, 9)
 CRASH = Outcome(signal=signal.SIGSEGV)
-
-
-def component(label, container='/box', **more):
-    more.setdefault('name', label)
-    return Component(label, 'demo', 'demo::It', container, POSITION, **more)
 
 
 @pytest.fixture
@@ -47,16 +33,26 @@ def begin(*entries):
     return h
 
 
+def loaded(*entries, ids=(1,), container='/box'):
+    """Begin a launch, and load its first components."""
+    h = begin(*entries)
+    h.ready(container)
+    h.loads(*ids)
+    return h
+
+
 def phases(h):
     return [task.phase for task in h.composition.tasks]
 
 
 def failed(h):
-    return [(e.component.label, e.reason) for e in h.happened(LoadFailed)]
+    return [
+        (e.component.label, e.reason) for e in h.happened(events.LoadFailed)
+    ]
 
 
 def warnings(h):
-    return [e.text for e in h.happened(Warned)]
+    return [e.text for e in h.happened(events.Warned)]
 
 
 def test_components_are_loaded_in_the_order_of_the_file(box):
@@ -69,38 +65,34 @@ def test_components_are_loaded_in_the_order_of_the_file(box):
     assert phases(h) == ['loading', 'loading']
     h.loads(1, 2)
     assert phases(h) == ['loaded', 'loaded']
-    assert [e.lines() for e in h.happened(Loaded)] == [
-        ('a: loaded into /box',),
-        ('b: loaded into /box',),
-    ]
+    lines = [line for e in h.happened(events.Loaded) for line in e.lines()]
+    assert lines == ['a: loaded into /box', 'b: loaded into /box']
     h.exit('box-1')
     assert h.supervisor.done
     assert not failed(h)
 
 
+def parameters(**values):
+    """Return parameters, as an action sets them."""
+    return tuple(SetParameter(*item, POSITION) for item in values.items())
+
+
 def test_load_request_has_all_fields():
+    values = {'n': '1', 'x': '1.0', 'list': '[.inf, -.inf, .nan, 1.5]'}
+    values['text'] = '".inf \\" .nan"'
     asked = load_request(
         component(
             'a',
             namespace='/ns',
             remaps=('x:=y',),
-            parameters=tuple(
-                SetParameter(name, value, POSITION)
-                for name, value in (
-                    ('n', '1'),
-                    ('x', '1.0'),
-                    ('list', '[.inf, -.inf, .nan, 1.5]'),
-                    ('text', '".inf \\" .nan"'),
-                    ('n', '2'),
-                )
-            ),
-            extra_arguments=(
-                SetParameter('use_intra_process_comms', 'true', POSITION),
-            ),
+            parameters=(*parameters(**values), *parameters(n='2')),
+            extra_arguments=parameters(use_intra_process_comms='true'),
         )
     )
     (_, _, (_, doubles), _) = asked['parameters']
     assert math.isnan(doubles.pop(2))
+    given = {'n': 2, 'x': 1.0, 'list': [math.inf, -math.inf, 1.5]}
+    given['text'] = '.inf " .nan'
     assert asked == {
         'container': '/box',
         'package': 'demo',
@@ -108,19 +100,13 @@ def test_load_request_has_all_fields():
         'name': 'a',
         'namespace': '/ns',
         'remaps': ['x:=y'],
-        'parameters': [
-            ['n', 2],
-            ['x', 1.0],
-            ['list', [math.inf, -math.inf, 1.5]],
-            ['text', '.inf " .nan'],
-        ],
+        'parameters': [[*item] for item in given.items()],
         'extra_arguments': [['use_intra_process_comms', True]],
     }
 
 
 def test_invalid_parameter_value_fails_the_load(box):
-    bad = SetParameter('n', '0x1', POSITION)
-    h = begin(box(), component('a', parameters=(bad,)))
+    h = begin(box(), component('a', parameters=parameters(n='0x1')))
     h.ready()
     ((label, reason),) = failed(h)
     assert label == 'a'
@@ -151,9 +137,7 @@ def test_missing_container_is_reported_ever_less_often(box):
     assert len(warnings(h)) == count
 
 
-def test_launch_ends_despite_a_missing_container(
-    process,
-):
+def test_launch_ends_despite_a_missing_container(process):
     h = begin(process('a'), component('lost', '/far'))
     h.ready()
     h.exit('a')
@@ -191,14 +175,12 @@ def test_ctrl_c_cancels_loads_silently(box):
     h.exit('box-1', Outcome(signal=signal.SIGINT))
     assert h.supervisor.done
     assert not failed(h)
-    assert not h.happened(Unloaded)
+    assert not h.happened(events.Unloaded)
 
 
 @pytest.mark.hostile
 def test_container_that_dies_fails_its_open_loads(box, process):
-    h = begin(process('other'), box(), component('a'), component('b'))
-    h.ready('/box')
-    h.loads(1)
+    h = loaded(process('other'), box(), component('a'), component('b'))
     h.exit('box-1', CRASH)
     ((label, reason),) = failed(h)
     assert label == 'b'
@@ -222,21 +204,14 @@ def test_a_container_that_cannot_be_started_fails_its_loads(box, process):
 
 
 def test_respawn_brings_the_components_back_in_order(box):
-    h = begin(
-        box(respawn=True, respawn_delay=1.0),
-        component('a'),
-        component('b'),
-        component('c'),
-        component('d'),
-    )
-    h.ready('/box')
-    h.loads(1, 2, 3)
+    box = box(respawn=True, respawn_delay=1.0)
+    h = loaded(box, *map(component, 'abcd'), ids=(1, 2, 3))
     h.composition.unload('b')
     h.answer('unload')
     h.exit('box-1', CRASH)
     ((label, _),) = failed(h)
     assert label == 'd'
-    assert h.happened(LoadFailed)[0].again
+    assert h.happened(events.LoadFailed)[0].again
     assert phases(h) == ['waiting', 'unloaded', 'waiting', 'waiting']
     assert h.open('load') == []
     h.after(1.1)
@@ -250,9 +225,7 @@ def test_respawn_brings_the_components_back_in_order(box):
 
 
 def test_unloaded_component_is_loaded_by_a_restart(box, process):
-    h = begin(process('other'), box(), component('a'))
-    h.ready('/box')
-    h.loads(1)
+    h = loaded(process('other'), box(), component('a'))
     h.stop('box-1')
     h.exit('box-1', Outcome(signal=signal.SIGINT))
     assert phases(h) == ['unloaded']
@@ -264,9 +237,7 @@ def test_unloaded_component_is_loaded_by_a_restart(box, process):
 
 
 def test_a_component_is_unloaded_and_loaded_anew(box):
-    h = begin(box(), component('a'))
-    h.ready('/box')
-    h.loads(5)
+    h = loaded(box(), component('a'), ids=(5,))
     h.composition.reload('a')
     assert phases(h) == ['unloading']
     assert h.answer('unload')['unique_id'] == 5
@@ -274,7 +245,7 @@ def test_a_component_is_unloaded_and_loaded_anew(box):
     h.composition.unload('a')
     h.answer('unload')
     assert phases(h) == ['unloaded']
-    assert [e.reason for e in h.happened(Unloaded)] == ['requested'] * 2
+    assert [e.reason for e in h.happened(events.Unloaded)] == ['requested'] * 2
     with pytest.raises(RefusedError, match='a is not loaded'):
         h.composition.unload('a')
     with pytest.raises(RefusedError, match="no component 'b'"):
@@ -282,9 +253,7 @@ def test_a_component_is_unloaded_and_loaded_anew(box):
 
 
 def test_failed_unload_keeps_the_component(box):
-    h = begin(box(), component('a'))
-    h.ready('/box')
-    h.loads(5)
+    h = loaded(box(), component('a'), ids=(5,))
     h.composition.unload('a')
     h.answer('unload', 'no node found with that id')
     assert phases(h) == ['loaded']
@@ -320,9 +289,7 @@ def test_waiting_component_can_be_unloaded(box):
 
 @pytest.mark.hostile
 def test_new_client_lists_loaded_components(box):
-    h = begin(box(), component('a'), component('b'), component('c'))
-    h.ready('/box')
-    h.loads(1)
+    h = loaded(box(), *map(component, 'abc'))
     h.asked.clear()
     h.composition.client_died()
     h.ready()
@@ -333,8 +300,8 @@ def test_new_client_lists_loaded_components(box):
     h.answer('list', nodes=[['/a', 1], ['/b', 2]])
     assert phases(h)[:2] == ['loaded', 'loaded']
     assert h.loads(3) == ['/c']
-    assert len(h.happened(Loaded)) == 3
-    assert not h.happened(Unloaded)
+    assert len(h.happened(events.Loaded)) == 3
+    assert not h.happened(events.Unloaded)
 
 
 @pytest.mark.hostile
@@ -350,21 +317,18 @@ def test_client_that_dies_early_loses_no_load(box):
 
 @pytest.mark.hostile
 def test_open_loads_fail_without_a_client(box):
-    h = begin(box(), component('a'), component('b'), Timer(9.0, ()))
-    h.ready('/box')
-    h.loads(1)
+    h = loaded(box(), component('a'), component('b'), Timer(9.0, ()))
     h.composition.client_given_up('it died')
     assert failed(h) == [('b', 'it died')]
-    assert [e.reason for e in h.happened(RosLost)] == ['it died']
+    assert [e.reason for e in h.happened(events.RosLost)] == ['it died']
     h.exit('box-1')
     h.after(10.0)
     assert h.supervisor.done
 
 
 def test_returning_container_gets_its_components(process):
-    h = begin(process('other'), component('a', '/far'))
-    h.ready('/far')
-    h.loads(1)
+    far = component('a', '/far')
+    h = loaded(process('other'), far, container='/far')
     h.there('/far', there=False)
     h.there('/far')
     h.answer('list', nodes=[['/a', 1]])
@@ -373,16 +337,12 @@ def test_returning_container_gets_its_components(process):
     h.there('/far')
     h.answer('list', nodes=[['/z', 1]])
     assert h.loads(2) == ['/a']
-    assert len(h.happened(Unloaded)) == 1
+    assert len(h.happened(events.Unloaded)) == 1
 
 
 def test_containers_do_not_wait_for_one_another(box):
-    h = begin(
-        box(),
-        box('other-2', '/other'),
-        component('a'),
-        component('b', '/other'),
-    )
+    parts = component('a'), component('b', '/other')
+    h = begin(box(), box('other-2', '/other'), *parts)
     h.ready('/other')
     assert [r['name'] for r in h.open('load')] == ['a', 'b']
     assert phases(h) == ['waiting', 'loading']
@@ -390,9 +350,8 @@ def test_containers_do_not_wait_for_one_another(box):
 
 def test_node_with_the_name_of_a_container_is_it(process):
     h = begin(process('plain', node_name='/box'), component('a'))
-    assert h.composition.container_process(h.composition.task('a')).label == (
-        'plain'
-    )
+    task = h.composition.task('a')
+    assert h.composition.container_process(task).label == 'plain'
     h.exit('plain', CRASH)
     assert [label for label, _ in failed(h)] == ['a']
 

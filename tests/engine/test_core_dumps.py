@@ -56,9 +56,8 @@ def test_a_program_may_take_it(find, tmp_path):
     command = '|/lib/systemd/systemd-coredump %P %u'
     assert find(command) == 'coredumpctl debug 12'
     (tmp_path / 'core_pattern').write_text('|/usr/share/apport/apport -p%p')
-    assert find_core_dump(12, '/', 1.0, tmp_path) == (
-        'passed to /usr/share/apport/apport'
-    )
+    found = find_core_dump(12, '/', 1.0, tmp_path)
+    assert found == 'passed to /usr/share/apport/apport'
 
 
 @pytest.mark.skipif(

@@ -7,12 +7,7 @@ import signal
 import types
 import typing
 
-from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine.event_codec import (
-    EventError,
-    EventReader,
-    FROM_MACHINES,
-)
+from colcon_yamllaunch.engine import event_codec, events
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.plan.plan import Component, Process
 from colcon_yamllaunch.plan.position import Position
@@ -24,29 +19,17 @@ _POSITION = Position('/ws/demo.yaml', 3, 5)
 DRIVER = Process('arm│driver', ('driver',), '/', _POSITION, 'driver-3')
 TALKER = Component('arm│talker', 'demo', 'demo::Talker', '/box', _POSITION)
 PARTS = {part.label: part for part in (DRIVER, TALKER)}
-READER = EventReader(PARTS.get)
+READER = event_codec.EventReader(PARTS.get)
 
 _TEXTS = st.text(st.characters(min_codepoint=0x20, max_codepoint=0x7E))
 _OUTCOMES = st.one_of(
-    st.integers(0, 255).map(lambda code: Outcome(code)),
-    st.builds(
-        lambda number, core: Outcome(None, number, core),
-        st.integers(1, 64),
-        st.booleans(),
-    ),
+    st.builds(Outcome, st.integers(0, 255)),
+    st.builds(Outcome, st.none(), st.integers(1, 64), st.booleans()),
 )
+_SCALARS = st.none() | st.booleans() | st.integers() | st.floats() | st.text()
 _JSON = st.recursive(
-    st.one_of(
-        st.none(),
-        st.booleans(),
-        st.integers(),
-        st.floats(),
-        st.text(),
-        st.sampled_from([*PARTS, *FROM_MACHINES]),
-    ),
-    lambda inner: st.one_of(
-        st.lists(inner), st.dictionaries(st.text(), inner)
-    ),
+    _SCALARS | st.sampled_from([*PARTS, *event_codec.FROM_MACHINES]),
+    lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner),
     max_leaves=10,
 )
 
@@ -79,7 +62,7 @@ def values(hint, name):
 @st.composite
 def told(draw):
     """Draw an event that a machine tells."""
-    kind = draw(st.sampled_from([*FROM_MACHINES.values()]))
+    kind = draw(st.sampled_from([*event_codec.FROM_MACHINES.values()]))
     hints = typing.get_type_hints(kind)
     names = (field.name for field in dataclasses.fields(kind))
     fields = [name for name in names if name not in kind.unrecorded]
@@ -99,7 +82,7 @@ def test_what_a_machine_makes_up_is_refused_or_can_be_shown(event, data):
     made_up[key] = data.draw(_JSON)
     try:
         result = READER.read(made_up)
-    except EventError as error:
+    except event_codec.EventError as error:
         assert '\n' not in str(error)
     else:
         json.dumps(result.to_json())
@@ -108,13 +91,13 @@ def test_what_a_machine_makes_up_is_refused_or_can_be_shown(event, data):
 
 @given(_JSON)
 def test_other_json_is_refused(data):
-    with pytest.raises(EventError):
+    with pytest.raises(event_codec.EventError):
         READER.read(data)
 
 
 def test_an_event_of_the_launcher_itself_is_refused():
     for kind in ('ended', '', 'machine_gone', 'Event', '__class__'):
-        with pytest.raises(EventError):
+        with pytest.raises(event_codec.EventError):
             READER.read({'event': kind})
 
 
@@ -143,5 +126,5 @@ def test_what_steers_a_terminal_is_taken_out():
     ],
 )
 def test_malformed_events_are_refused(data):
-    with pytest.raises(EventError):
+    with pytest.raises(event_codec.EventError):
         READER.read(data)

@@ -18,9 +18,8 @@ from colcon_yamllaunch.engine.events import (
 from colcon_yamllaunch.engine.exit_conditions import ExitConditions
 from colcon_yamllaunch.engine.line_pattern import LinePattern
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.position import Position
 import pytest
+from support.history import component
 
 
 class Replay:
@@ -112,52 +111,11 @@ def test_the_time_is_over_and_what_is_missing_is_named(says):
     assert replay.ends() == ("'two' was not seen in 5 s (--until)",)
 
 
-def test_a_launch_that_ends_before_all_was_seen_fails(says):
-    replay = Replay('one', 'two')
-    replay.hears(says('one\n'), ShuttingDown('interrupted'))
-    replay.after(2.0)
-    assert replay.ends() == (
-        "'two' was not seen before the launch ended after 2.0 s (--until)",
-    )
-
-
-def test_last_lines_count_while_the_launch_stops(says):
-    replay = Replay('bye')
-    assert replay.hears(ShuttingDown('a ended'), says('bye\n')) is None
-    assert replay.ends() == ()
-
-
-def test_a_time_out_without_patterns_is_about_the_end():
-    replay = Replay(timeout=5)
-    assert replay.after(5.0).reason == '5 s are over'
-    assert replay.ends() == ('the launch did not end in 5 s (--timeout)',)
-    replay = Replay(timeout=5)
-    replay.after(4.0)
-    assert replay.ends() == ()
-
-
 def test_a_time_out_leaves_a_launch_alone_that_stops_already():
     replay = Replay(timeout=5)
     replay.hears(ShuttingDown('a ended'))
     assert replay.conditions.due() is None
     assert replay.after(9.0).reason is None
-    assert replay.ends() == ()
-
-
-def test_it_runs_for_a_time():
-    replay = Replay(duration=10)
-    assert replay.conditions.due() == 210.0
-    assert replay.reason is None
-    assert replay.after(10.0).reason == 'it ran for 10 s'
-    assert replay.ends() == ()
-
-
-def test_the_time_starts_when_all_was_seen(says):
-    replay = Replay('ready', timeout=5, duration=10)
-    replay.after(4.0).hears(says('ready\n'))
-    assert replay.conditions.due() == 214.0
-    assert replay.after(9.9).reason is None
-    assert replay.after(0.2).reason == 'it ran for 10 s'
     assert replay.ends() == ()
 
 
@@ -215,15 +173,12 @@ def test_a_line_that_takes_too_long_is_passed_over(says):
     assert replay.ends() == ()
 
 
-COMPONENT = Component('a', 'd', 'd::A', '/box', Position('/ws/d.yaml', 7, 9))
-
-
 @pytest.mark.parametrize(
     ('event', 'reason'),
     [
         (lambda p: StartFailed(p, 'no such file'), 'lc-1 failed'),
-        (lambda _: LoadFailed(COMPONENT, 'reason'), 'a failed'),
-        (lambda _: LoadFailed(COMPONENT, 'reason', again=True), None),
+        (lambda _: LoadFailed(component(), 'reason'), 'a failed'),
+        (lambda _: LoadFailed(component(), 'reason', again=True), None),
         (lambda p: TransitionFailed(p, '/lc', 'configure', ''), 'lc-1 failed'),
         (lambda _: RosLost('reason'), 'the ROS client failed'),
     ],

@@ -5,7 +5,6 @@
 
 import os
 import sys
-import time
 
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.helper_process import HelperProcess
@@ -13,8 +12,8 @@ from colcon_yamllaunch.engine.loop import ended_children
 from colcon_yamllaunch.engine.spawn import spawn_process, StartError
 import pytest
 from support.test_loop import TestLoop
+from support.waiting import wait_until
 
-DEADLINE = 60.0
 #: Answers each request with its double; ends at the end of its input.
 DOUBLE = """
 import json, sys
@@ -56,13 +55,13 @@ class Served:
         return spawn_process(argv, os.environ, '/', streams)
 
     def wait(self, is_so):
-        deadline = time.monotonic() + DEADLINE
-        while not is_so():
-            assert time.monotonic() < deadline
+        def seen():
             self.loop.run_once()
             for pid, status in ended_children({*self.loop.children}):
                 self.loop.children.pop(pid)[0](status)
-            time.sleep(0.001)
+            return is_so()
+
+        wait_until(seen)
 
 
 @pytest.fixture
@@ -125,12 +124,9 @@ def test_each_pause_is_twice_as_long_as_the_one_before(served):
         pauses.append(served.loop.next_due())
         served.loop.pass_time(pauses[-1])
         assert served.loop.next_due() is None
-    assert pauses == pytest.approx(
-        [
-            limits.SHORTEST_PAUSE * 2.0**number
-            for number in range(limits.HELPER_RESTARTS)
-        ]
-    )
+    factors = [2.0**number for number in range(limits.HELPER_RESTARTS)]
+    expected = [limits.SHORTEST_PAUSE * factor for factor in factors]
+    assert pauses == pytest.approx(expected)
     assert served.process.ends == limits.HELPER_RESTARTS + 1
     reason = 'could not be started: there is no program', False
     assert served.lost == [reason] * (limits.HELPER_RESTARTS + 1)

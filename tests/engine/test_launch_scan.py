@@ -6,7 +6,6 @@ from pathlib import Path
 import signal
 import subprocess
 import sys
-import time
 
 from colcon_yamllaunch.common.escalation import WHOLE
 from colcon_yamllaunch.common.process_scan import read_process
@@ -19,10 +18,9 @@ from colcon_yamllaunch.engine.launch_scan import (
     new_identity,
 )
 import pytest
+from support.waiting import wait_until
 
 NO_SESSION = -1
-#: Seconds; a loaded machine needs some.
-DEADLINE = 60
 
 
 @pytest.fixture
@@ -40,9 +38,7 @@ def start():
         )
         started.append(process)
         # Popen returns just before the kernel has put the environment there
-        deadline = time.monotonic() + DEADLINE
-        while not Path(f'/proc/{process.pid}/environ').read_bytes():
-            assert time.monotonic() < deadline
+        wait_until(Path(f'/proc/{process.pid}/environ').read_bytes)
         return process
 
     yield run

@@ -7,12 +7,7 @@ import signal
 
 from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.common.escalation import Orphan, WHOLE
-from colcon_yamllaunch.engine.events import (
-    Exited,
-    LeftBehind,
-    Requested,
-    Started,
-)
+from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.plan.plan import Timer
 import pytest
@@ -25,7 +20,9 @@ def test_a_single_stop_leaves_the_others_alone(history, process):
     h = history(process('a'), process('b'))
     h.stop('a')
     assert h.phases() == ['stopping', 'running']
-    assert h.happened(Requested) == [Requested(process('a'), 'stop')]
+    assert h.happened(events.Requested) == [
+        events.Requested(process('a'), 'stop')
+    ]
     h.exit('a', INTERRUPTED)
     assert h.sent('a') == [INT]
     assert h.sent('b') == []
@@ -37,9 +34,8 @@ def test_a_single_stop_leaves_the_others_alone(history, process):
 def test_a_single_stop_takes_the_steps_with_the_processs_timeouts(
     history, process
 ):
-    h = history(
-        process('a', sigterm_timeout=1.0, sigkill_timeout=2.0), process('b')
-    )
+    timeouts = {'sigterm_timeout': 1.0, 'sigkill_timeout': 2.0}
+    h = history(process('a', **timeouts), process('b'))
     h.stop('a')
     h.after(0.9)
     assert h.sent('a') == [INT]
@@ -51,7 +47,7 @@ def test_a_single_stop_takes_the_steps_with_the_processs_timeouts(
     # and whatever it started since
     assert h.host.killed == [0]
     h.exit('a', Outcome(signal=KILL))
-    assert [e.failed for e in h.happened(Exited)] == [False]
+    assert [e.failed for e in h.happened(events.Exited)] == [False]
     assert h.sent('b') == []
 
 
@@ -65,18 +61,15 @@ def test_to_ask_again_takes_the_next_step(history, process):
 def test_what_follows_from_an_end_does_not_follow_from_a_single_stop(
     history, process
 ):
-    h = history(
-        process('a', respawn=True),
-        process('b', on_exit_shutdown=True),
-        process('c'),
-    )
+    required = process('b', on_exit_shutdown=True)
+    h = history(process('a', respawn=True), required, process('c'))
     for label in ('a', 'b'):
         h.stop(label)
         h.exit(label, Outcome(code=1))
     h.after(60.0)
     assert h.phases() == ['ended', 'ended', 'running']
-    assert [e.failed for e in h.happened(Exited)] == [False, False]
-    assert [e.asked for e in h.happened(Exited)] == [True, True]
+    assert [e.failed for e in h.happened(events.Exited)] == [False, False]
+    assert [e.asked for e in h.happened(events.Exited)] == [True, True]
 
 
 def test_a_process_that_waits_for_its_respawn_can_be_stopped(history, process):
@@ -86,14 +79,14 @@ def test_a_process_that_waits_for_its_respawn_can_be_stopped(history, process):
     h.stop('a')
     h.after(60.0)
     assert h.phases() == ['ended', 'running']
-    assert len(h.happened(Started)) == 2
+    assert len(h.happened(events.Started)) == 2
 
 
 def test_a_restart_stops_first_and_starts_then(history, process):
     h = history(process('a'), process('b'))
     h.restart('a')
     assert h.sent('a') == [INT]
-    assert len(h.happened(Started)) == 2
+    assert len(h.happened(events.Started)) == 2
     h.exit('a', INTERRUPTED)
     assert h.started() == ['a', 'b', 'a']
     assert h.state('a').phase == 'running'
@@ -167,7 +160,7 @@ def test_whose_process_is_unknown_ends_with_the_launch(history, process):
     h.exit('b', INTERRUPTED)
     h.after(60.0)
     assert [n for pid, n in h.host.sent if pid == 7] == [INT, TERM, KILL]
-    (left,) = h.happened(LeftBehind)
+    (left,) = h.happened(events.LeftBehind)
     assert left.process.label == 'unknown process'
 
 
@@ -178,9 +171,8 @@ def test_what_survives_sigkill_is_named_and_left(history, process):
     h.stop('a')
     h.exit('a', INTERRUPTED)
     h.after(30.0)
-    assert [(e.process.label, e.pid) for e in h.happened(LeftBehind)] == [
-        ('a', 7)
-    ]
+    (left,) = h.happened(events.LeftBehind)
+    assert (left.process.label, left.pid) == ('a', 7)
     assert h.phases() == ['ended', 'running']
 
 
@@ -192,13 +184,12 @@ def test_a_shutdown_takes_over_a_single_stop(history, process):
     h.exit('a', INTERRUPTED)
     h.exit('b', INTERRUPTED)
     assert h.supervisor.done
-    assert len(h.happened(Started)) == 2
+    assert len(h.happened(events.Started)) == 2
 
 
 def test_a_restart_that_fails_may_end_the_launch(history, process):
-    h = history(
-        process('a', on_exit_shutdown=True), process('b'), process('c')
-    )
+    required = process('a', on_exit_shutdown=True)
+    h = history(required, process('b'), process('c'))
     for label in ('a', 'b'):
         h.supervisor.restart_process(label)
     h.host.refused.add('a')
@@ -232,7 +223,7 @@ def test_requests_that_make_no_sense_are_refused(history, process, action):
     h.supervisor.stop('enough')
     with pytest.raises(RefusedError, match='launch is being stopped'):
         ask('a')
-    assert h.happened(Requested) == []
+    assert h.happened(events.Requested) == []
 
 
 def test_states_tell_for_how_long(history, process):

@@ -12,10 +12,8 @@ from colcon_yamllaunch.engine.events import (
     Warned,
 )
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.position import Position
 import pytest
-from support.history import History
+from support.history import component, History
 
 CRASH = Outcome(signal=signal.SIGSEGV)
 
@@ -25,13 +23,8 @@ def node(process):
     """Return a function that makes a lifecycle node."""
 
     def make(label='lc-1', node_name='/lc', autostart=True, **more):
-        return process(
-            label,
-            node_name=node_name,
-            is_lifecycle=True,
-            autostart=autostart,
-            **more,
-        )
+        more |= {'is_lifecycle': True, 'autostart': autostart}
+        return process(label, node_name=node_name, **more)
 
     return make
 
@@ -43,17 +36,20 @@ def begin(*entries):
     return h
 
 
-def lifecycle_component():
-    return Component(
-        'a',
-        'demo',
-        'demo::It',
-        '/box',
-        Position('/ws/demo.yaml', 7, 9),
-        name='a',
-        is_lifecycle=True,
-        autostart=True,
-    )
+@pytest.fixture
+def loaded(process):
+    """Return a function that loads a lifecycle node into a container."""
+
+    def begin_loaded(**more):
+        box = process('box-1', node_name='/box', **more)
+        h = begin(box, component('a', is_lifecycle=True, autostart=True))
+        assert h.open('follow') == []
+        h.there('/box')
+        h.loads(1)
+        activate(h, '/a')
+        return h
+
+    return begin_loaded
 
 
 def goes(h, state, before=None, node='/lc'):
@@ -118,15 +114,8 @@ def test_an_end_before_the_activation_is_one_failure(node, process):
     assert not h.happened(TransitionFailed)
 
 
-def test_a_component_is_activated_once_it_is_loaded(process):
-    h = begin(
-        process('box-1', node_name='/box', respawn=True),
-        lifecycle_component(),
-    )
-    assert h.open('follow') == []
-    h.there('/box')
-    h.loads(1)
-    activate(h, '/a')
+def test_a_component_is_activated_once_it_is_loaded(loaded):
+    h = loaded(respawn=True)
     assert h.composition.task('a').state.lifecycle == 'active'
     h.exit('box-1', CRASH)
     assert h.composition.task('a').state.lifecycle == 'unknown'
@@ -221,11 +210,8 @@ def test_a_node_that_is_restarted_on_request_is_activated(
     activate(h)
 
 
-def test_a_component_that_is_loaded_anew_is_activated(process):
-    h = begin(process('box-1', node_name='/box'), lifecycle_component())
-    h.there('/box')
-    h.loads(1)
-    activate(h, '/a')
+def test_a_component_that_is_loaded_anew_is_activated(loaded):
+    h = loaded()
     wish(h, 'shutdown', 'a')
     h.composition.reload('a')
     h.answer('unload')
@@ -233,11 +219,8 @@ def test_a_component_that_is_loaded_anew_is_activated(process):
     activate(h, '/a')
 
 
-def test_states_during_the_end_are_not_restored(process):
-    h = begin(process('box-1', node_name='/box'), lifecycle_component())
-    h.there('/box')
-    h.loads(1)
-    activate(h, '/a')
+def test_states_during_the_end_are_not_restored(loaded):
+    h = loaded()
     h.restart('box-1')
     goes(h, 'deactivating', 'active', '/a')
     goes(h, 'inactive', 'deactivating', '/a')
@@ -247,11 +230,8 @@ def test_states_during_the_end_are_not_restored(process):
     activate(h, '/a')
 
 
-def test_a_restarted_container_has_components_with_their_states(process):
-    h = begin(process('box-1', node_name='/box'), lifecycle_component())
-    h.there('/box')
-    h.loads(1)
-    activate(h, '/a')
+def test_a_restarted_container_has_components_with_their_states(loaded):
+    h = loaded()
     wish(h, 'deactivate', 'a')
     h.restart('box-1')
     h.exit('box-1')

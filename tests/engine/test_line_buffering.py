@@ -116,13 +116,10 @@ def program(*, wide, order, names):
     """Return the start of a compiled program that needs libraries."""
     word = 'Q' if wide else 'I'
     strings = b'\0' + b''.join(name.encode() + b'\0' for name in names)
-    entries, at = [(5, 0x4000)], 1
-    for name in names:
-        entries.append((1, at))
-        at += len(name) + 1
-    dynamic = b''.join(
-        struct.pack(f'{order}2{word}', *entry) for entry in [*entries, (0, 0)]
-    )
+    places = [(1, strings.index(name.encode())) for name in names]
+    entries = [(5, 0x4000), *places, (0, 0)]
+    pack = struct.Struct(f'{order}2{word}').pack
+    dynamic = b''.join(pack(*entry) for entry in entries)
     size = 56 if wide else 32
     start = 64
     body = start + 2 * size
@@ -132,11 +129,10 @@ def program(*, wide, order, names):
     head += struct.pack(f'{order}3H', 52, size, 2)
 
     def segment(kind, offset, address, length):
-        flags = (0,)
         numbers = (offset, address, address, length, length)
         if wide:
             return struct.pack(f'{order}II6Q', kind, 0, *numbers, 8)
-        return struct.pack(f'{order}8I', kind, *numbers, *flags, 8)
+        return struct.pack(f'{order}8I', kind, *numbers, 0, 8)
 
     segments = segment(1, body, 0x4000, len(strings))
     segments += segment(2, body + len(strings), 0x5000, len(dynamic))

@@ -1,14 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.engine.lines import (
-    bare,
-    legible,
-    LineBuffer,
-    normalised,
-    prefixed,
-)
+from colcon_yamllaunch.engine import limits, lines
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
@@ -19,14 +12,14 @@ CHUNKS = st.lists(
 
 
 def test_a_progress_display_is_passed_on_as_it_comes():
-    buffer = LineBuffer()
+    buffer = lines.LineBuffer()
     assert buffer.feed(b' 10%\r 20%') == b' 10%\r'
     assert buffer.feed(b'\r') == b''
     assert buffer.feed(b' 30%') == b' 20%\r'
 
 
 def test_a_line_without_end_is_passed_on_in_pieces():
-    buffer = LineBuffer()
+    buffer = lines.LineBuffer()
     chunk = b'x' * (1024 * 1024)
     passed = sum(len(buffer.feed(chunk)) for _ in range(40))
     assert passed >= 40 * len(chunk) - limits.MAXIMUM_LINE
@@ -34,7 +27,7 @@ def test_a_line_without_end_is_passed_on_in_pieces():
 
 @given(CHUNKS)
 def test_no_byte_is_lost_or_added(chunks):
-    buffer = LineBuffer()
+    buffer = lines.LineBuffer()
     parts = [buffer.feed(c) for c in chunks]
     assert b''.join((*parts, buffer.flush())) == b''.join(chunks)
     assert all(p[-1:] in (b'', b'\n', b'\r') for p in parts)
@@ -42,11 +35,13 @@ def test_no_byte_is_lost_or_added(chunks):
 
 @given(CHUNKS)
 def test_lines_are_the_same_however_they_arrive(chunks):
-    buffer = LineBuffer()
+    buffer = lines.LineBuffer()
     parts = [buffer.feed(c) for c in chunks]
     whole = b''.join(chunks)
-    pieces = b''.join(normalised(p) for p in (*parts, buffer.flush()) if p)
-    assert pieces == normalised(whole)
+    pieces = b''.join(
+        lines.normalised(p) for p in (*parts, buffer.flush()) if p
+    )
+    assert pieces == lines.normalised(whole)
 
 
 @pytest.mark.parametrize(
@@ -61,14 +56,14 @@ def test_lines_are_the_same_however_they_arrive(chunks):
     ],
 )
 def test_each_line_ends_with_a_line_feed(data, expected):
-    assert normalised(data) == expected
+    assert lines.normalised(data) == expected
 
 
 @pytest.mark.parametrize('terminal', [True, False])
 def test_invalid_bytes_are_shown_as_replacement_characters(terminal):
-    assert legible(b'a\xffb\n', terminal) == 'a\ufffdb\n'.encode()
+    assert lines.legible(b'a\xffb\n', terminal) == 'a\ufffdb\n'.encode()
     text = 'ä→日本\n'.encode()
-    assert legible(text, terminal) == text
+    assert lines.legible(text, terminal) == text
 
 
 @pytest.mark.parametrize(
@@ -84,27 +79,27 @@ def test_invalid_bytes_are_shown_as_replacement_characters(terminal):
     ],
 )
 def test_a_terminal_gets_colours_but_nothing_that_harms_it(data, expected):
-    assert legible(data, True) == expected
+    assert lines.legible(data, True) == expected
 
 
 def test_what_is_no_terminal_gets_what_was_written():
     data = b'\x1b[2J\x07\n'
-    assert legible(data, False) == data
+    assert lines.legible(data, False) == data
 
 
 def test_bare_text_has_no_colours():
-    assert bare(b'\x1b[31mred\x1b[0m \xff\r\n') == 'red \ufffd\n'
+    assert lines.bare(b'\x1b[31mred\x1b[0m \xff\r\n') == 'red \ufffd\n'
 
 
 def test_each_line_gets_the_prefix():
-    assert prefixed(b'a\nb\n', b'[x] ') == b'[x] a\n[x] b\n'
-    assert prefixed(b'a\n\nb', b'[x] ') == b'[x] a\n[x] \n[x] b\n'
-    assert prefixed(b'\n', b'[x] ') == b'[x] \n'
-    assert prefixed(b'', b'[x] ') == b''
+    assert lines.prefixed(b'a\nb\n', b'[x] ') == b'[x] a\n[x] b\n'
+    assert lines.prefixed(b'a\n\nb', b'[x] ') == b'[x] a\n[x] \n[x] b\n'
+    assert lines.prefixed(b'\n', b'[x] ') == b'[x] \n'
+    assert lines.prefixed(b'', b'[x] ') == b''
 
 
 def test_a_line_with_colours_does_not_colour_the_next():
-    assert prefixed(b'\x1b[31ma\nb\n', b'- ', reset=True) == (
+    assert lines.prefixed(b'\x1b[31ma\nb\n', b'- ', reset=True) == (
         b'- \x1b[31ma\x1b[0m\n- b\x1b[0m\n'
     )
-    assert prefixed(b'a\n', b'- ', reset=True) == b'- a\n'
+    assert lines.prefixed(b'a\n', b'- ', reset=True) == b'- a\n'

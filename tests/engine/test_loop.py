@@ -11,11 +11,7 @@ import signal
 import socket
 import subprocess
 
-from colcon_yamllaunch.engine.loop import (
-    ended_children,
-    readable,
-    suspended_children,
-)
+from colcon_yamllaunch.engine import loop
 import pytest
 
 
@@ -34,15 +30,6 @@ def start():
         child.wait()
 
 
-def test_children_of_others_are_left_alone(start, wait_until):
-    foreign, ours = start(), start()
-    for child in (foreign, ours):
-        child.kill()
-    ended = wait_until(lambda: list(ended_children({ours.pid})))
-    assert ended == [(ours.pid, signal.SIGKILL)]
-    assert foreign.wait() == -signal.SIGKILL
-
-
 def test_each_child_is_told_once(start, wait_until):
     ours = [start(), start()]
     for child in ours:
@@ -51,12 +38,12 @@ def test_each_child_is_told_once(start, wait_until):
     seen = []
 
     def all_ended():
-        seen.extend(ended_children(pids))
+        seen.extend(loop.ended_children(pids))
         return len(seen) == 2
 
     wait_until(all_ended)
     assert {pid for pid, _ in seen} == pids
-    assert list(ended_children(pids)) == []
+    assert list(loop.ended_children(pids)) == []
 
 
 def test_a_child_is_suspended_and_goes_on(start, wait_until):
@@ -65,11 +52,11 @@ def test_a_child_is_suspended_and_goes_on(start, wait_until):
     flags = os.WSTOPPED | os.WNOHANG | os.WNOWAIT
     wait_until(lambda: os.waitid(os.P_PID, foreign.pid, flags))
     ours.send_signal(signal.SIGSTOP)
-    held = wait_until(lambda: list(suspended_children({ours.pid})))
+    held = wait_until(lambda: list(loop.suspended_children({ours.pid})))
     assert held == [(ours.pid, signal.SIGSTOP)]
-    assert list(suspended_children({ours.pid})) == []
+    assert list(loop.suspended_children({ours.pid})) == []
     ours.send_signal(signal.SIGCONT)
-    held = wait_until(lambda: list(suspended_children({ours.pid})))
+    held = wait_until(lambda: list(loop.suspended_children({ours.pid})))
     assert held == [(ours.pid, None)]
     assert os.waitid(os.P_PID, foreign.pid, flags) is not None
 
@@ -95,9 +82,9 @@ def test_a_high_descriptor() -> None:
     reader, writer = os.pipe()
     high = fcntl.fcntl(reader, fcntl.F_DUPFD, HIGH)
     try:
-        assert readable([high], 0.0) == []
+        assert loop.readable([high], 0.0) == []
         os.write(writer, b'x')
-        assert readable([high]) == [high]
+        assert loop.readable([high]) == [high]
     finally:
         for descriptor in (reader, writer, high):
             os.close(descriptor)
@@ -109,6 +96,6 @@ def test_what_is_ready_is_returned_and_so_is_an_end() -> None:
     with first, second, third:
         fourth.close()
         ends = [first.fileno(), second.fileno(), third.fileno()]
-        assert readable(ends) == [third.fileno()]
+        assert loop.readable(ends) == [third.fileno()]
         second.send(b'x')
-        assert set(readable(ends)) == {first.fileno(), third.fileno()}
+        assert set(loop.readable(ends)) == {first.fileno(), third.fileno()}

@@ -5,11 +5,7 @@ import os
 from pathlib import Path
 import socket
 
-from colcon_yamllaunch.engine.own_files import (
-    Place,
-    remove_file,
-    remove_parameter_files,
-)
+from colcon_yamllaunch.engine import own_files
 import pytest
 from support.hostile import needs_other_user, OTHER_USER
 
@@ -26,10 +22,10 @@ def folder(tmp_path):
 
 
 def test_the_folder_of_a_launch_is_removed(folder):
-    remove_parameter_files(Place.of(str(folder)))
+    own_files.remove_parameter_files(own_files.Place.of(str(folder)))
     assert not folder.exists()
     # once more does no harm
-    remove_parameter_files(Place(str(folder), 1, 2))
+    own_files.remove_parameter_files(own_files.Place(str(folder), 1, 2))
 
 
 @pytest.mark.parametrize(
@@ -41,13 +37,13 @@ def test_what_the_launcher_does_not_make_stays(folder, name):
         path.mkdir()
     else:
         path.touch()
-    remove_parameter_files(Place.of(str(folder)))
+    own_files.remove_parameter_files(own_files.Place.of(str(folder)))
     assert os.listdir(folder) == [path.name]
 
 
-def exchanged(folder: Path) -> Place:
+def exchanged(folder: Path) -> own_files.Place:
     """Put another folder where one was."""
-    place = Place.of(str(folder))
+    place = own_files.Place.of(str(folder))
     folder.rename(folder.with_name('moved'))
     folder.mkdir(mode=0o700)
     return place
@@ -56,7 +52,7 @@ def exchanged(folder: Path) -> Place:
 def test_another_folder_in_its_place_is_left_alone(folder):
     place = exchanged(folder)
     (folder / 'a-1-2.yaml').touch()
-    remove_parameter_files(place)
+    own_files.remove_parameter_files(place)
     assert os.listdir(folder) == ['a-1-2.yaml']
 
 
@@ -65,23 +61,23 @@ def test_a_link_in_its_place_is_left_alone(folder):
     folder.rmdir()
     moved = folder.with_name('moved')
     folder.symlink_to(moved)
-    remove_parameter_files(place)
+    own_files.remove_parameter_files(place)
     assert os.listdir(moved) == ['talker-1-0-3.yaml']
 
 
 def test_a_folder_that_others_may_enter_or_of_another_name_stays(folder):
     folder.chmod(0o777)
-    remove_parameter_files(Place.of(str(folder)))
+    own_files.remove_parameter_files(own_files.Place.of(str(folder)))
     folder.chmod(0o700)
     other = folder.rename(folder.with_name('work'))
-    remove_parameter_files(Place.of(str(other)))
+    own_files.remove_parameter_files(own_files.Place.of(str(other)))
     assert os.listdir(other) == ['talker-1-0-3.yaml']
 
 
 @needs_other_user
 def test_a_folder_of_another_user_stays(folder):
     os.chown(folder, OTHER_USER, OTHER_USER)
-    remove_parameter_files(Place.of(str(folder)))
+    own_files.remove_parameter_files(own_files.Place.of(str(folder)))
     assert os.listdir(folder) == ['talker-1-0-3.yaml']
 
 
@@ -92,12 +88,12 @@ def test_a_socket_is_removed_but_not_the_next_one_of_its_name(tmp_path):
         listener = socket.socket(socket.AF_UNIX)
         path.unlink(missing_ok=True)
         listener.bind(str(path))
-        places.append((Place.of(str(path)), listener))
+        places.append((own_files.Place.of(str(path)), listener))
         # so that the inode is not used again
         os.link(path, f'{path}{len(places)}')
-    remove_file(places[0][0])
+    own_files.remove_file(places[0][0])
     assert path.exists()
-    remove_file(places[1][0])
+    own_files.remove_file(places[1][0])
     assert not path.exists()
     for _, listener in places:
         listener.close()

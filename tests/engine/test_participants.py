@@ -17,16 +17,16 @@ from colcon_yamllaunch.plan.plan import Message, Plan
 from colcon_yamllaunch.run import run, RunContext
 
 
-def ran(plan, *participants):
+def ran(plan, *participants, **more):
     """Run a plan; return the exit code and what was shown."""
     stream = io.StringIO()
-    context = RunContext(
-        environment={'PATH': os.environ['PATH']},
-        log_folder=None,
-        stream=stream,
-        participants=participants,
-    )
-    return run(plan, context), stream.getvalue()
+    settings = {
+        'environment': {'PATH': os.environ['PATH']},
+        'log_folder': None,
+        'participants': participants,
+        **more,
+    }
+    return run(plan, RunContext(stream=stream, **settings)), stream.getvalue()
 
 
 class Helped(Participant):
@@ -157,18 +157,12 @@ def test_hidden_launch_is_visible_once_a_participant_shows_it(
     monkeypatch.setattr(socket_folder, 'USER_FOLDERS', '/does/not/exist')
     monkeypatch.setattr(temporary_folders, 'SHARED_FOLDERS', ())
     showing = Showing(tmp_path)
-    stream = io.StringIO()
-    context = RunContext(
-        environment={'PATH': os.environ['PATH'], 'TMPDIR': str(tmp_path)},
-        log_folder=None,
-        stream=stream,
-        about=About('demo', None, '', '/'),
-        is_hidden=True,
-        participants=(showing,),
-    )
-    assert run(Plan((process('a', 'true'),)), context) == 0
+    environment = {'PATH': os.environ['PATH'], 'TMPDIR': str(tmp_path)}
+    hidden = {'about': About('demo', None, '', '/'), 'is_hidden': True}
+    plan = Plan((process('a', 'true'),))
+    done = ran(plan, showing, environment=environment, **hidden)
+    assert done == (0, '')
     before, once, twice = showing.sockets
     assert before == []
     assert once == twice
     assert len(once) == 1
-    assert stream.getvalue() == ''

@@ -104,9 +104,7 @@ def test_client_reports_missing_packages_and_ends() -> None:
         assert talk.lines == []
 
 
-def test_client_reports_a_failed_start_of_ros(
-    environment: Environment,
-) -> None:
+def test_client_reports_a_failed_start(environment: Environment) -> None:
     strange = environment | {'ROS_DOMAIN_ID': 'mine'}
     with talking(strange, ('rclpy',)) as talk:
         text = talk.event(event='trouble')['text']
@@ -132,11 +130,7 @@ def test_components_are_loaded_refused_listed_and_unloaded(
         ('Nope', 'composition', 'Failed to find class with the requested'),
         ('Talker', 'nope', 'Could not find requested resource in ament index'),
         ('Missing', 'composition', 'Failed to load library'),
-        (
-            'Throwing',
-            'composition',
-            'Component constructor threw an exception',
-        ),
+        ('Throwing', 'composition', 'Component constructor threw an exc'),
     ):
         answer = talk.answer(talk.load(plugin, package=package))
         assert answer['ok'] is False
@@ -164,24 +158,27 @@ def test_components_are_loaded_refused_listed_and_unloaded(
     assert 'Traceback' not in talk.errors
 
 
+#: Parameters as they are sent, and as the node prints them.
+VALUES = {
+    'a': (True, 'BOOL True'),
+    'b': (1, 'INTEGER 1'),
+    'c': (1.0, 'DOUBLE 1.0'),
+    'd': ('x', 'STRING x'),
+    'e': ([True, False], 'BOOL_ARRAY [True, False]'),
+    'f': ([1, 2], "INTEGER_ARRAY array('q', [1, 2])"),
+    'g': ([1, 2.5], "DOUBLE_ARRAY array('d', [1.0, 2.5])"),
+    'h': (['x', ''], "STRING_ARRAY ['x', '']"),
+    'i': (float('-inf'), 'DOUBLE -inf'),
+    'j': ([1.0, float('nan')], "DOUBLE_ARRAY array('d', [1.0, nan])"),
+    'n.d': ('', 'STRING '),
+}
+
+
 def test_parameters_have_the_types_of_their_values(
     talk: Talk, start: Start
 ) -> None:
     container = start()
-    values = {
-        'a': True,
-        'b': 1,
-        'c': 1.0,
-        'd': 'x',
-        'e': [True, False],
-        'f': [1, 2],
-        'g': [1, 2.5],
-        'h': ['x', ''],
-        'i': float('-inf'),
-        'j': [1.0, float('nan')],
-        'n.d': '',
-    }
-    parameters = [list(pair) for pair in values.items()]
+    parameters = [[name, value] for name, (value, _) in VALUES.items()]
     request = talk.load('Parameters', parameters=parameters)
     assert talk.answer(request)['ok']
     for value in (None, [], [1, 'x'], [[1]], 1 << 70):
@@ -196,17 +193,7 @@ def test_parameters_have_the_types_of_their_values(
     container.stop()
     printed = [one for one in container.lines if 'use_sim_time' not in one]
     assert [one for one in printed if 'start_type' not in one] == [
-        'a: BOOL True',
-        'b: INTEGER 1',
-        'c: DOUBLE 1.0',
-        'd: STRING x',
-        'e: BOOL_ARRAY [True, False]',
-        "f: INTEGER_ARRAY array('q', [1, 2])",
-        "g: DOUBLE_ARRAY array('d', [1.0, 2.5])",
-        "h: STRING_ARRAY ['x', '']",
-        'i: DOUBLE -inf',
-        "j: DOUBLE_ARRAY array('d', [1.0, nan])",
-        'n.d: STRING ',
+        f'{name}: {text}' for name, (_, text) in VALUES.items()
     ]
 
 

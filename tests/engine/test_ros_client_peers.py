@@ -76,9 +76,7 @@ def test_ordered_calls_are_sent_one_by_one(box: Box) -> None:
     assert len(box.sent) == 2
 
 
-def test_unconnected_server_is_checked_again(
-    box: Box,
-) -> None:
+def test_unconnected_server_is_checked_again(box: Box) -> None:
     box.graph.is_ready = False
     box.has(7)
     assert not box.told
@@ -88,9 +86,7 @@ def test_unconnected_server_is_checked_again(
     assert box.told == [True]
 
 
-def test_server_named_late_gets_a_call_once(
-    box: Box,
-) -> None:
+def test_server_named_late_gets_a_call_once(box: Box) -> None:
     box.asked(1)
     box.graph.tells_servers = False
     box.has(7)
@@ -155,16 +151,6 @@ def test_late_response_to_a_repeated_call_counts_once(box: Box) -> None:
     assert not box.answers
     box.graph.sent[1].respond('one')
     assert box.answers == {1: 'one'}
-
-
-def test_waiting_call_is_cancelled(box: Box) -> None:
-    box.asked(1)
-    box.asked(2)
-    assert box.cancel(2)
-    assert not box.cancel(2)
-    assert box.answers == {2: 'cancelled'}
-    box.has(7)
-    assert box.sent == ['load 1']
 
 
 def test_running_call_is_cancelled_and_makes_room(box: Box) -> None:

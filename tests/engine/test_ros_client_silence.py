@@ -7,14 +7,7 @@ import sys
 from types import SimpleNamespace
 from typing import Any
 
-from colcon_yamllaunch.engine.ros_client import (
-    ANSWER_TIMEOUT,
-    Container,
-    LifecycleNode,
-    MAXIMUM_CHECKS,
-    Peer,
-    Ros,
-)
+from colcon_yamllaunch.engine import ros_client
 import pytest
 from support.played_graph import Graph
 
@@ -30,8 +23,8 @@ MODULES = ('composition_interfaces.srv', 'lifecycle_msgs.srv')
 class Played:
     """The client, with all that is ROS played, and a clock for it."""
 
-    call = Ros.call
-    answer = Ros.answer
+    call = ros_client.Ros.call
+    answer = ros_client.Ros.answer
 
     def __init__(self) -> None:
         self.node = Graph()
@@ -43,7 +36,7 @@ class Played:
     def look_soon(self) -> None:
         """Do nothing: the test looks."""
 
-    def waits(self, peer: Peer, seconds: float) -> None:
+    def waits(self, peer: ros_client.Peer, seconds: float) -> None:
         """Let time go by."""
         end = self.now + seconds
         while peer.due and min(peer.due) <= end:
@@ -70,8 +63,7 @@ class Played:
 def played(monkeypatch: pytest.MonkeyPatch) -> Played:
     made = Played()
     clock = SimpleNamespace(monotonic=lambda: made.now)
-    name = 'colcon_yamllaunch.engine.ros_client.time'
-    monkeypatch.setattr(name, clock)
+    monkeypatch.setattr(ros_client, 'time', clock)
     kinds = SimpleNamespace(**dict.fromkeys(SERVICES, KIND))
     for module in MODULES:
         monkeypatch.setitem(sys.modules, module, kinds)
@@ -81,22 +73,20 @@ def played(monkeypatch: pytest.MonkeyPatch) -> Played:
 
 
 @pytest.fixture
-def node(played: Played) -> LifecycleNode:
-    ros: Any = played
-    made = LifecycleNode(ros, '/lc')
+def node(played: Played) -> ros_client.LifecycleNode:
+    made = ros_client.LifecycleNode(played, '/lc')
     made.look(played.now)
     return made
 
 
 @pytest.fixture
-def box(played: Played) -> Container:
-    ros: Any = played
-    made = Container(ros, '/box')
+def box(played: Played) -> ros_client.Container:
+    made = ros_client.Container(played, '/box')
     made.look(played.now)
     return made
 
 
-def _change(node: LifecycleNode, transition: str) -> None:
+def _change(node: ros_client.LifecycleNode, transition: str) -> None:
     node.change_state({'id': 1, 'node': '/lc', 'transition': transition})
 
 
@@ -105,7 +95,7 @@ def _state(played: Played, label: str) -> None:
     played.respond('get_state', current_state=state)
 
 
-def _load(box: Container, number: int = 1, **fields: str) -> None:
+def _load(box: ros_client.Container, number: int = 1, **fields: str) -> None:
     request = {'container': '/box', 'package': 'p', 'plugin': 'a::B'}
     box.load({'id': number, **request, **fields})
 
@@ -116,9 +106,11 @@ def _list(played: Played, **nodes: int) -> None:
     played.respond('list_nodes', full_node_names=names, unique_ids=ids)
 
 
-def test_state_confirms_a_change(played: Played, node: LifecycleNode) -> None:
+def test_state_confirms_a_change(
+    played: Played, node: ros_client.LifecycleNode
+) -> None:
     _change(node, 'configure')
-    played.waits(node, ANSWER_TIMEOUT - 1)
+    played.waits(node, ros_client.ANSWER_TIMEOUT - 1)
     assert played.sent == ['change_state']
     played.waits(node, 1)
     assert played.sent == ['change_state', 'get_state']
@@ -129,11 +121,11 @@ def test_state_confirms_a_change(played: Played, node: LifecycleNode) -> None:
 
 
 def test_unfinished_change_is_waited_for(
-    played: Played, node: LifecycleNode
+    played: Played, node: ros_client.LifecycleNode
 ) -> None:
     _change(node, 'configure')
-    for n in range(2 * MAXIMUM_CHECKS):
-        played.waits(node, ANSWER_TIMEOUT * 2**n)
+    for n in range(2 * ros_client.MAXIMUM_CHECKS):
+        played.waits(node, ros_client.ANSWER_TIMEOUT * 2**n)
         _state(played, 'configuring')
     assert not played.answers
     played.respond('change_state', success=True)
@@ -141,12 +133,12 @@ def test_unfinished_change_is_waited_for(
 
 
 def test_change_without_effect_is_given_up(
-    played: Played, node: LifecycleNode
+    played: Played, node: ros_client.LifecycleNode
 ) -> None:
     _change(node, 'configure')
-    for n in range(MAXIMUM_CHECKS):
+    for n in range(ros_client.MAXIMUM_CHECKS):
         assert not played.answers
-        played.waits(node, ANSWER_TIMEOUT * 2**n)
+        played.waits(node, ros_client.ANSWER_TIMEOUT * 2**n)
         _state(played, 'unconfigured')
     reason = "there was no answer, and the node is 'unconfigured'"
     assert played.answers == {1: {'ok': False, 'reason': reason}}
@@ -159,47 +151,45 @@ def test_change_without_effect_is_given_up(
 
 @pytest.mark.parametrize('name', ['b', ''])
 def test_load_whose_answer_is_lost_is_found_in_the_list(
-    played: Played, box: Container, name: str
+    played: Played, box: ros_client.Container, name: str
 ) -> None:
     _load(box, 1)
     played.respond('load_node', success=True, full_node_name='/a', unique_id=4)
     _load(box, 2, name=name)
     _load(box, 3)
-    played.waits(box, ANSWER_TIMEOUT)
+    played.waits(box, ros_client.ANSWER_TIMEOUT)
     _list(played, a=4, b=5, **({'c': 6} if name else {}))
     loaded = {'ok': True, 'full_name': '/b', 'unique_id': 5}
     assert played.answers[2] == loaded
     sent = ['load_node', 'load_node', 'list_nodes', 'load_node']
     assert played.sent == sent
     # that one is not the next one
-    played.waits(box, ANSWER_TIMEOUT)
+    played.waits(box, ros_client.ANSWER_TIMEOUT)
     _list(played, a=4, b=5)
     assert 3 not in played.answers
 
 
 def test_load_without_effect_is_given_up_not_repeated(
-    played: Played, box: Container
+    played: Played, box: ros_client.Container
 ) -> None:
     _load(box, 1)
     _load(box, 2)
-    for n in range(MAXIMUM_CHECKS):
+    for n in range(ros_client.MAXIMUM_CHECKS):
         assert not played.answers
-        played.waits(box, ANSWER_TIMEOUT * 2**n)
+        played.waits(box, ros_client.ANSWER_TIMEOUT * 2**n)
         _list(played)
     reason = 'there was no answer, and the container does not list it'
     assert played.answers == {1: {'ok': False, 'reason': reason}}
     assert played.sent.count('load_node') == 2
     # nobody waits for it any more: what comes of it is unloaded
-    first = played.node.sent[0]
-    first.respond(
-        SimpleNamespace(success=True, full_node_name='/a', unique_id=1)
-    )
+    late = SimpleNamespace(success=True, full_node_name='/a', unique_id=1)
+    played.node.sent[0].respond(late)
     assert played.sent[-1] == 'unload_node'
     assert list(played.answers) == [1]
 
 
 def test_abandoned_load_is_not_sent_to_the_next_container(
-    played: Played, box: Container
+    played: Played, box: ros_client.Container
 ) -> None:
     _load(box, 1)
     assert box.cancel(1)
@@ -210,11 +200,13 @@ def test_abandoned_load_is_not_sent_to_the_next_container(
     assert played.sent == ['load_node']
 
 
-def test_list_confirms_an_unload(played: Played, box: Container) -> None:
+def test_list_confirms_an_unload(
+    played: Played, box: ros_client.Container
+) -> None:
     box.unload({'id': 1, 'unique_id': 3})
     box.unload({'id': 2, 'unique_id': 4})
-    for n in range(MAXIMUM_CHECKS):
-        played.waits(box, ANSWER_TIMEOUT * 2**n)
+    for n in range(ros_client.MAXIMUM_CHECKS):
+        played.waits(box, ros_client.ANSWER_TIMEOUT * 2**n)
         for service, future in played.node.calls:
             if service == 'list_nodes':
                 listed = {'full_node_names': ['/b'], 'unique_ids': [4]}

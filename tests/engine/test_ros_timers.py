@@ -11,24 +11,31 @@ from support.history import History
 
 @pytest.fixture
 def history(process):
-    def begin(*, ready=True):
-        made = History(
-            process('a'), Timer(3.0, (process('b'),), on_ros_time=True)
-        )
+    """Return a function that begins a launch whose second entry is a timer."""
+
+    def begin(timer=None):
+        timer = timer or Timer(3.0, (process('b'),), on_ros_time=True)
+        made = History(process('a'), timer)
         made.turn()
-        if ready:
-            made.ready()
         return made
 
     return begin
+
+
+@pytest.fixture
+def clocked(history):
+    """Return a launch with a timer on ROS time, and a client."""
+    made = history()
+    made.ready()
+    return made
 
 
 def clock(history, seconds):
     history.says(event='clock', seconds=seconds)
 
 
-def test_a_timer_runs_on_the_clock(history):
-    h = history()
+def test_a_timer_runs_on_the_clock(clocked):
+    h = clocked
     assert len(h.open('clock')) == 1
     clock(h, 1000.0)
     h.after(60.0)
@@ -39,8 +46,8 @@ def test_a_timer_runs_on_the_clock(history):
     assert not h.happened(Warned)
 
 
-def test_clock_set_back_keeps_passed_time(history):
-    h = history()
+def test_clock_set_back_keeps_passed_time(clocked):
+    h = clocked
     clock(h, 50.0)
     clock(h, 52.0)
     clock(h, 0.0)
@@ -50,8 +57,8 @@ def test_clock_set_back_keeps_passed_time(history):
     assert h.started() == ['a', 'b']
 
 
-def test_missing_clock_is_reported(history):
-    h = history()
+def test_missing_clock_is_reported(clocked):
+    h = clocked
     h.after(5.1)
     (warned,) = h.happened(Warned)
     assert '/clock' in warned.text
@@ -62,8 +69,8 @@ def test_missing_clock_is_reported(history):
     assert len(h.happened(Warned)) == 1
 
 
-def test_new_client_follows_the_clock(history):
-    h = history()
+def test_new_client_follows_the_clock(clocked):
+    h = clocked
     clock(h, 10.0)
     clock(h, 12.0)
     h.composition.client_died()
@@ -74,27 +81,22 @@ def test_new_client_follows_the_clock(history):
 
 
 def test_launch_with_timers_ends_without_a_client(history):
-    h = history(ready=False)
+    h = history()
     h.composition.client_given_up('it died')
     h.exit('a')
     assert h.supervisor.done
 
 
-def test_a_shutdown_does_not_wait_for_the_clock(process):
-    h = History(
-        process('a'),
-        Timer(3.0, (), cancel_on_shutdown=False, on_ros_time=True),
-    )
-    h.turn()
+def test_a_shutdown_does_not_wait_for_the_clock(history):
+    h = history(Timer(3.0, (), cancel_on_shutdown=False, on_ros_time=True))
     h.supervisor.stop('interrupted')
     h.exit('a')
     assert h.supervisor.done
 
 
-def test_a_timer_after_the_last_client_is_dropped(process):
+def test_a_timer_after_the_last_client_is_dropped(history, process):
     later = Timer(3.0, (process('b'),), on_ros_time=True)
-    h = History(process('a'), Timer(1.0, (later,)))
-    h.turn()
+    h = history(Timer(1.0, (later,)))
     h.composition.client_given_up('it died')
     h.after(1.1)
     h.exit('a')

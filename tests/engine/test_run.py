@@ -19,15 +19,11 @@ from colcon_yamllaunch.run import run, RunContext
 import pytest
 
 
-def test_output_is_shown_with_its_label_and_all_is_well(launch, sh):
-    one = launch(sh('a', 'echo one; echo two >&2'), sh('counter', 'echo 3'))
-    assert one.ends() == 0
-    lines = one.screen.splitlines()
-    assert '[a]       one' in lines
-    assert '[a]       two' in lines
-    assert '[counter] 3' in lines
-    assert any('a: started, pid ' in line for line in lines)
-    assert any('a: finished' in line for line in lines)
+def run_here(*entries, **settings):
+    """Run a plan in this process, and return the exit code."""
+    known = {'log_folder': None, 'stream': io.StringIO(), **settings}
+    environment = {'PATH': os.environ['PATH']}
+    return run(Plan(entries), RunContext(environment=environment, **known))
 
 
 def test_a_run_in_this_process_leaves_it_as_it_was(process, tmp_path):
@@ -40,14 +36,8 @@ def test_a_run_in_this_process_leaves_it_as_it_was(process, tmp_path):
     children = _children()
     foreign = subprocess.Popen(['sh', '-c', 'exit 5'])
     stream = io.StringIO()
-    code = run(
-        Plan((process('a', 'sh', '-c', 'echo hello; exit 3'),)),
-        RunContext(
-            environment={'PATH': os.environ['PATH']},
-            log_folder=tmp_path,
-            stream=stream,
-        ),
-    )
+    one = process('a', 'sh', '-c', 'echo hello; exit 3')
+    code = run_here(one, log_folder=tmp_path, stream=stream)
     assert code == 1
     assert '[a]      hello' in stream.getvalue()
     assert [signal.getsignal(n) for n in numbers] == handlers
@@ -68,14 +58,7 @@ def test_processes_older_than_the_launch_are_read_once(process, monkeypatch):
     original = process_scan.read_process
     monkeypatch.setattr(process_scan, 'read_process', read_process)
     for _ in range(3):
-        run(
-            Plan((process('a', 'true'),)),
-            RunContext(
-                environment={'PATH': os.environ['PATH']},
-                log_folder=None,
-                stream=io.StringIO(),
-            ),
-        )
+        run_here(process('a', 'true'))
     assert read.count(1) <= 1
 
 
@@ -91,15 +74,7 @@ def test_a_crash_of_the_launcher_stops_what_it_started(
         return started[0]
 
     with pytest.raises(RuntimeError, match='a bug'):
-        run(
-            Plan((process('a', 'sleep', '99'), process('b'))),
-            RunContext(
-                environment={'PATH': os.environ['PATH']},
-                log_folder=None,
-                stream=io.StringIO(),
-                spawn=spawn,
-            ),
-        )
+        run_here(process('a', 'sleep', '99'), process('b'), spawn=spawn)
     wait_until(lambda: not is_running(started[0]))
     assert os.waitpid(started[0], 0)[1] == signal.SIGINT
     # the guard, too, ends with its work
@@ -120,55 +95,6 @@ def test_each_process_has_a_group_of_its_own_in_the_order_of_the_plan(
     assert len(list(Path(f'/proc/{one.popen.pid}/task').iterdir())) == 1
     one.sends(signal.SIGINT)
     assert one.ends() == 0
-
-
-def test_entries_run_in_order(launch, sh):
-    one = launch(
-        {'kind': 'message', 'level': 'INFO', 'text': 'first'},
-        sh('a', 'echo done'),
-        {
-            'kind': 'timer',
-            'period': 0.1,
-            'entries': [
-                {'kind': 'message', 'level': 'INFO', 'text': 'third'},
-                sh('late', 'echo late'),
-            ],
-        },
-        {'kind': 'message', 'level': 'INFO', 'text': 'second'},
-    )
-    assert one.ends() == 0
-    places = [one.screen.index(t) for t in ('first', 'second', 'third')]
-    assert places == sorted(places)
-    assert '[late]   late' in one.screen
-
-
-@pytest.mark.parametrize(
-    ('script', 'text'),
-    [
-        ('echo why >&2; touch wrote; exit 3', 'exited with code 3'),
-        ('echo why; touch wrote; kill -SEGV $$', 'died by SIGSEGV'),
-        pytest.param(
-            'echo why; touch wrote; kill -TERM $$',
-            'died by SIGTERM',
-            marks=pytest.mark.full,
-        ),
-    ],
-)
-def test_a_failure_is_named_last_with_its_last_lines(
-    launch, sh, tmp_path, script, text
-):
-    # the last lines are repeated only if other output follows them
-    good = 'until [ -e wrote ]; do sleep 0.01; done; sleep 0.1; echo fine'
-    one = launch(
-        sh('bad', script, cwd=str(tmp_path)),
-        sh('good', good, cwd=str(tmp_path)),
-    )
-    assert one.ends() == 1
-    closing = one.screen[one.screen.rindex('failed: ') :]
-    assert closing.startswith(f'failed: bad {text}')
-    assert '(from /ws/demo.yaml:14:5)' in closing
-    assert '| why' in closing
-    assert str(one.log_folder / 'bad/stdout_stderr.log') in closing
 
 
 def test_programs_that_cannot_be_started_leave_the_others_alone(
@@ -192,49 +118,16 @@ def test_programs_that_cannot_be_started_leave_the_others_alone(
 
 
 def test_a_process_gets_its_environment(launch, sh):
+    script = 'echo "$SET|${UNSET-unset}|$PYTHONUNBUFFERED|${HERE-none}"'
+    buffered = {'PYTHONUNBUFFERED': '0'}
     one = launch(
-        sh(
-            'a',
-            'echo "$SET|${UNSET-unset}|$PYTHONUNBUFFERED|${HERE-none}"',
-            environment={'SET': 'x y', 'UNSET': None},
-        ),
-        sh(
-            'b',
-            'echo "$PYTHONUNBUFFERED"',
-            environment={
-                'PYTHONUNBUFFERED': '0',
-            },
-        ),
+        sh('a', script, environment={'SET': 'x y', 'UNSET': None}),
+        sh('b', 'echo "$PYTHONUNBUFFERED"', environment=buffered),
         environment={'UNSET': 'set', 'HERE': 'yes'},
     )
     assert one.ends() == 0
     assert '[a]      x y|unset|1|yes' in one.screen
     assert '[b]      0' in one.screen
-
-
-@pytest.mark.parametrize(
-    ('color', 'expected'),
-    [(True, '1'), pytest.param(False, '', marks=pytest.mark.full)],
-)
-def test_nodes_are_told_to_use_colours(launch, sh, color, expected):
-    one = launch(sh('a', 'echo "<$RCUTILS_COLORIZED_OUTPUT>"'), color=color)
-    assert one.ends() == 0
-    assert f'<{expected}>' in one.screen
-
-
-def test_no_color_wins_over_a_terminal(launch, sh):
-    ours, theirs = os.openpty()
-    one = launch(
-        sh('a', 'echo hello'),
-        environment={'NO_COLOR': '1'},
-        popen={'stdout': theirs},
-    )
-    assert one.ends() == 0
-    shown = os.read(ours, 4096)
-    os.close(ours)
-    os.close(theirs)
-    assert b'hello' in shown
-    assert b'\x1b' not in shown
 
 
 def test_standard_input_is_at_its_end(launch, sh):
@@ -261,47 +154,15 @@ def test_a_process_inherits_no_open_file_of_the_launcher(launch, sh):
 @pytest.mark.full
 def test_a_parameter_file_lives_as_long_as_the_launch(launch, sh):
     content = 'counter:\n  ros__parameters: {text: ä}\n'
-    one = launch(
-        {
-            'label': 'a',
-            'argv': [
-                'sh',
-                '-c',
-                'echo "path $0"; cat "$0"; sleep 99',
-                {'content': content},
-            ],
-        }
-    )
-    one.shows('text: ä')
+    described = sh('a', 'echo "path $0"; cat "$0"; sleep 99')
+    described['argv'].append({'content': content})
+    one = launch(described).shows('text: ä')
     path = Path(one.screen.partition('path ')[2].split('\n')[0])
     assert path.read_text() == content
     assert path.parent.name.startswith('colcon_launch_')
     assert stat.S_IMODE(path.parent.stat().st_mode) == 0o700
     assert one.sends(signal.SIGINT).ends() == 0
     assert not path.parent.exists()
-
-
-def test_a_process_that_ends_with_0_is_respawned(launch, sh):
-    one = launch(
-        sh(
-            'a',
-            'echo run',
-            respawn=True,
-            respawn_max_retries=2,
-            respawn_delay=0.05,
-        )
-    )
-    assert one.ends() == 0
-    assert one.screen.count('[a]      run') == 3
-    assert [e['attempt'] for e in one.events('respawned')] == [1, 2]
-    assert one.log('a/stdout.log') == b'run\n' * 3
-
-
-def test_a_process_that_fails_to_the_last_retry_failed(launch, sh):
-    one = launch(sh('a', 'exit 3', respawn=True, respawn_max_retries=1))
-    assert one.ends() == 1
-    assert len(one.events('exited')) == 2
-    assert 'failed: a exited with code 3' in one.screen
 
 
 @pytest.mark.hostile
@@ -311,15 +172,8 @@ def test_a_program_that_is_missing_for_a_while_is_respawned(
     program = tmp_path / 'program'
     program.write_text('#!/bin/sh\nsetsid sleep 999 &\nrm "$0"; exit 3\n')
     program.chmod(0o700)
-    one = launch(
-        {
-            'label': 'a',
-            'argv': [str(program)],
-            'respawn': True,
-            'respawn_delay': 0.05,
-            'sigterm_timeout': 0.2,
-        }
-    )
+    respawn = {'respawn': True, 'respawn_delay': 0.05, 'sigterm_timeout': 0.2}
+    one = launch({'label': 'a', 'argv': [str(program)], **respawn})
     one.shows('a: could not be started').shows('starts again in 0.05 s')
     # what the former one left is gone before the next is tried
     assert one.processes() == []
@@ -336,14 +190,8 @@ def test_a_failure_that_a_respawn_mends_is_shown_but_not_counted(
     launch, sh, tmp_path
 ):
     flag = tmp_path / 'flag'
-    one = launch(
-        sh(
-            'a',
-            f'test -e {flag} && exit 0; touch {flag}; exit 3',
-            respawn=True,
-            respawn_max_retries=1,
-        )
-    )
+    script = f'test -e {flag} && exit 0; touch {flag}; exit 3'
+    one = launch(sh('a', script, respawn=True, respawn_max_retries=1))
     assert one.ends() == 0
     assert 'a: exited with code 3' in one.screen
     assert 'failed:' not in one.screen
@@ -366,47 +214,14 @@ def test_the_end_of_a_required_process_ends_the_launch(
 
 
 def test_a_shutdown_entry_stops_everything(launch, sleep, sh):
+    shutdown = {'kind': 'shutdown', 'reason': 'enough'}
+    entries = [shutdown, sh('never', 'echo never')]
     one = launch(
-        sleep('a'),
-        {
-            'kind': 'timer',
-            'period': 0.1,
-            'entries': [
-                {'kind': 'shutdown', 'reason': 'enough'},
-                sh('never', 'echo never'),
-            ],
-        },
+        sleep('a'), {'kind': 'timer', 'period': 0.1, 'entries': entries}
     )
     assert one.ends() == 0
     assert 'stopping: enough' in one.screen
     assert 'never' not in one.screen
-
-
-def test_events_tell_the_whole_story(launch, sleep):
-    one = launch(sleep('a')).shows('a: started')
-    assert one.sends(signal.SIGINT).ends() == 0
-    kinds = ['started', 'shutdown', 'signalled', 'exited', 'ended']
-    for kind in kinds:
-        assert len(one.events(kind)) == 1
-    pid = one.events('started')[0]['pid']
-    assert one.events('signalled')[0]['pid'] == pid
-    exited = one.events('exited')[0]
-    assert (exited['pid'], exited['signal']) == (pid, 'SIGINT')
-    assert exited['asked']
-    assert not exited['failed']
-    assert 'a: started' in one.log('launch.log').decode()
-
-
-def test_a_log_folder_that_cannot_be_made_does_not_stop_the_launch(
-    launch, sh, tmp_path
-):
-    (tmp_path / 'file').write_text('')
-    one = launch(
-        sh('a', 'echo hello'), log_folder=str(tmp_path / 'file' / 'log')
-    )
-    assert one.ends() == 0
-    assert '[a]      hello' in one.screen
-    assert one.screen.count('cannot be written') == 1
 
 
 @pytest.mark.full

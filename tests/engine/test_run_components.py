@@ -51,16 +51,13 @@ def box(ros, sh):
     return describe
 
 
+MISSING = {'FAKE_MISSING': 'composition_interfaces'}
+
+
 def component(label, plugin='It', **more):
-    return {
-        'kind': 'component',
-        'label': label,
-        'package': 'demo',
-        'plugin': plugin,
-        'container': '/box',
-        'name': label,
-        **more,
-    }
+    known = {'kind': 'component', 'package': 'demo', 'container': '/box'}
+    names = {'label': label, 'name': label, 'plugin': plugin}
+    return {**known, **names, **more}
 
 
 def client(ros, wait_until):
@@ -99,37 +96,21 @@ def test_a_failed_load_is_a_failure_and_the_rest_goes_on(start, box, ros):
     running = start(box(), component('a', 'Nope'), component('b'))
     running.shows('b: loaded into /box').sends(signal.SIGINT)
     assert running.ends() == 1
-    assert (
-        'a: could not be loaded into /box: there is no such plugin '
-        '(from /ws/demo.yaml:7:9)'
-    ) in running.screen
+    reason = 'could not be loaded into /box: there is no such plugin (from /ws'
+    assert f'a: {reason}/demo.yaml:7:9)' in running.screen
     assert 'failed: a could not be loaded into /box' in running.screen
     (event,) = running.events('load_failed')
     assert event['reason'] == 'there is no such plugin'
 
 
-def test_until_ends_with_a_failed_load(start, box):
-    running = start(box(), component('a', 'Nope'), until=['never'])
-    assert running.ends() == 1
-    assert 'stopping: a failed' in running.screen
-
-
 def test_what_the_environment_lacks_is_said_before_anything_starts(start, box):
-    running = start(
-        box(),
-        component('a'),
-        environment={
-            'FAKE_MISSING': 'composition_interfaces',
-            'ROS_DISTRO': 'jazzy',
-        },
-    )
+    environment = {**MISSING, 'ROS_DISTRO': 'jazzy'}
+    running = start(box(), component('a'), environment=environment)
     assert running.ends() == 1
-    assert 'sudo apt install ros-jazzy-composition-interfaces' in (
-        running.screen
-    )
-    assert '<exec_depend>composition_interfaces</exec_depend>' in (
-        running.screen
-    )
+    package = 'composition-interfaces'
+    assert f'sudo apt install ros-jazzy-{package}' in running.screen
+    depend = f'<exec_depend>{package.replace("-", "_")}</exec_depend>'
+    assert depend in running.screen
     assert running.events('started') == []
     assert running.screen.count('\n') == 1
 
@@ -139,14 +120,9 @@ def test_what_only_seemed_to_be_there_is_a_failure_later(start, box, tmp_path):
     for name in ('rclpy', 'rcl_interfaces', 'composition_interfaces'):
         (tmp_path / 'seeming' / name).mkdir(parents=True)
         (tmp_path / 'seeming' / name / '__init__.py').touch()
-    running = start(
-        box(),
-        component('a'),
-        environment={
-            'FAKE_MISSING': 'composition_interfaces',
-            'PYTHONPATH': f'{PACKAGE.parent}:{tmp_path / "seeming"}',
-        },
-    )
+    path = f'{PACKAGE.parent}:{tmp_path / "seeming"}'
+    environment = {**MISSING, 'PYTHONPATH': path}
+    running = start(box(), component('a'), environment=environment)
     running.shows('a: could not be loaded into /box: for components')
     running.sends(signal.SIGINT)
     assert running.ends() == 1
@@ -202,24 +178,10 @@ def test_nothing_is_left_of_a_killed_launcher(start, box, ros, wait_until):
     wait_until(lambda: not running.processes())
 
 
-def test_respawn_brings_the_components_back(start, box, ros, wait_until):
-    running = start(box(respawn=True), component('a'), component('b'))
-    running.shows('b: loaded into /box')
-    os.kill(int(read(ros / 'box.there')), signal.SIGKILL)
-    wait_until(lambda: running.screen.count('b: loaded into /box') == 2)
-    assert loaded(ros) == ['/a', '/b']
-    running.sends(signal.SIGINT)
-    assert running.ends() == 0
-
-
 def test_lifecycle_nodes_are_activated_or_that_is_a_failure(start, sh, ros):
-    node = sh(
-        'lc-1',
-        f'echo $$ > {ros}/lc.there; exec sleep 99',
-        node_name='/lc',
-        is_lifecycle=True,
-        autostart=True,
-    )
+    script = f'echo $$ > {ros}/lc.there; exec sleep 99'
+    lifecycle = {'is_lifecycle': True, 'autostart': True}
+    node = sh('lc-1', script, node_name='/lc', **lifecycle)
     running = start(node)
     running.shows('lc-1: active')
     running.sends(signal.SIGINT)
@@ -236,13 +198,9 @@ def test_lifecycle_nodes_are_activated_or_that_is_a_failure(start, sh, ros):
 def test_the_client_starts_when_the_plan_first_needs_it(start, ros, box, sh):
     """A plan that grows may need nothing of ROS at its start."""
     entries = [box(), component('a'), component('b', container='/far')]
-    started = start(
-        sh('first', ':'),
-        source=[
-            {'when': 'exited first', 'entries': entries},
-            {'when': 'loaded a', 'entries': [component('c')]},
-        ],
-    )
+    first = {'when': 'exited first', 'entries': entries}
+    then = {'when': 'loaded a', 'entries': [component('c')]}
+    started = start(sh('first', ':'), source=[first, then])
     started.shows('c: loaded into /box')
     assert started.sends(signal.SIGINT).ends() == 0
     assert [e['label'] for e in started.events('loaded')] == ['a', 'c']

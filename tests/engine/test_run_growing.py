@@ -16,6 +16,8 @@ from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.commands import Stop
 import pytest
 
+ABOUT = {'title': 'demo', 'package': None, 'file': '/f', 'folder': '/'}
+
 
 @pytest.fixture
 def told(launch):
@@ -48,34 +50,21 @@ def test_what_comes_later_is_a_part_like_any_other(
         {'kind': 'signal', 'process': 'c-3', 'signal': 0},
         {'kind': 'call', 'number': 3, 'title': 'spawn'},
     ]
-    about = {'title': 'demo', 'package': None, 'file': '/f', 'folder': '/'}
+    more = {'when': 'stdout b-2 hello', 'entries': [sh('d', 'echo done')]}
     started = launch(
         sh('a', 'echo one; echo two >&2', name='a-1'),
         sleep('keep'),
-        source=[
-            {'when': 'exited a', 'entries': answer},
-            {'when': 'stdout b-2 hello', 'entries': [sh('d', 'echo done')]},
-        ],
+        source=[{'when': 'exited a', 'entries': answer}, more],
         wanted=['b-2'],
-        about=about,
+        about=ABOUT,
     )
     started.shows('[d]      done')
     environment = {'TMPDIR': str(started.folder)}
     (running,) = running_launches(environment, pytest.fail)
-    wait_until(
-        lambda: (
-            [p.phase for p in running.status().processes]
-            == ['ended', 'running', 'running', 'ended', 'ended']
-        )
-    )
-    logs = [Path(p.log) for p in running.status().processes]
-    assert [log.parent.name for log in logs] == [
-        'a-1',
-        'keep',
-        'b-2',
-        'c-3',
-        'd',
-    ]
+    phases = ['ended', 'running', 'running', 'ended', 'ended']
+    wait_until(lambda: [p.phase for p in running.status().processes] == phases)
+    logs = [Path(p.log).parent.name for p in running.status().processes]
+    assert logs == ['a-1', 'keep', 'b-2', 'c-3', 'd']
     running.do(Stop('b-2'))
     wait_until(lambda: started.events('exited')[-1]['label'] == 'b')
     running.close()
@@ -96,24 +85,13 @@ def test_what_comes_later_is_a_part_like_any_other(
 
 
 def test_the_launch_waits_for_what_is_still_to_come(launch, sh, told):
-    started = launch(
-        sh('a', 'echo one'),
-        source=[
-            {
-                'when': 'exited a',
-                'late': 'now',
-                'entries': [sh('b', 'echo two')],
-            },
-            {
-                'when': 'shutdown idle',
-                'entries': [
-                    {'kind': 'message', 'level': 'INFO', 'text': 'bye'},
-                    sh('c', 'echo three'),
-                ],
-            },
-        ],
-    )
-    started.shows('a: finished')
+    bye = {'kind': 'message', 'level': 'INFO', 'text': 'bye'}
+    late = {'late': 'now', 'entries': [sh('b', 'echo two')]}
+    source = [
+        {'when': 'exited a', **late},
+        {'when': 'shutdown idle', 'entries': [bye, sh('c', 'echo three')]},
+    ]
+    started = launch(sh('a', 'echo one'), source=source).shows('a: finished')
     (started.folder / 'now').touch()
     assert started.ends() == 0
     assert 'two' in started.screen
@@ -140,21 +118,16 @@ def test_a_launch_file_that_fails_ends_the_launch(launch, sh, sleep):
 
 
 def test_processes_outlive_the_host(launch, sh, sleep, wait_until):
-    started = launch(
-        sleep('a'),
-        source=[{'when': 'shutdown interrupted', 'never': True}],
-    )
-    started.shows('a: started')
+    source = [{'when': 'shutdown interrupted', 'never': True}]
+    started = launch(sleep('a'), source=source).shows('a: started')
     os.kill(host_of(started), signal.SIGKILL)
     started.shows('worker for Python launch files died by SIGKILL')
     assert len(started.processes()) == 1
     assert started.sends(signal.SIGINT).ends() == 1
     assert started.screen.count('worker for Python launch files') == 2
-    assert [e['reason'] for e in started.events('host_lost')] == [
-        'died by SIGKILL (killed)'
-    ]
-    exited = started.events('exited')
-    assert [e['failed'] for e in exited] == [False]
+    (lost,) = started.events('host_lost')
+    assert lost['reason'] == 'died by SIGKILL (killed)'
+    assert [e['failed'] for e in started.events('exited')] == [False]
 
 
 def test_who_never_answers_does_not_hold_up_the_end(launch, sleep):
@@ -180,11 +153,8 @@ def test_ctrl_c_again_does_not_wait_for_an_answer(launch, sleep, wait_until):
 def test_a_killed_launch_leaves_neither_host_nor_processes(
     launch, sh, sleep, wait_until
 ):
-    started = launch(
-        sh('a', 'echo one'),
-        source=[{'when': 'exited a', 'entries': [sleep('b')]}],
-    )
-    started.shows('b: started')
+    source = [{'when': 'exited a', 'entries': [sleep('b')]}]
+    started = launch(sh('a', 'echo one'), source=source).shows('b: started')
     wait_until(started.guards)
     assert len(started.processes()) == 2
     started.sends(signal.SIGKILL)
@@ -192,17 +162,9 @@ def test_a_killed_launch_leaves_neither_host_nor_processes(
 
 
 def test_the_record_of_a_launch_has_what_came_later(launch, sh, sleep):
-    about = {'title': 'demo', 'package': None, 'file': '/f', 'folder': '/'}
-    started = launch(
-        sh('a', 'echo one'),
-        source=[
-            {
-                'when': 'exited a',
-                'entries': [sleep('b', sigterm_timeout=7.0)],
-            }
-        ],
-        about=about,
-    )
+    later = [sleep('b', sigterm_timeout=7.0)]
+    source = [{'when': 'exited a', 'entries': later}]
+    started = launch(sh('a', 'echo one'), source=source, about=ABOUT)
     started.shows('b: started')
     (path,) = started.folder.glob('*/*.json')
     record = json.loads(path.read_text())

@@ -24,6 +24,10 @@ STUBBORN = (
 )
 
 
+QUICK = {'sigterm_timeout': 0.2, 'sigkill_timeout': 0.2}
+PATIENT = {'sigterm_timeout': 900.0, 'sigkill_timeout': 900.0}
+
+
 @pytest.mark.parametrize(
     'number',
     [
@@ -54,10 +58,8 @@ def test_a_node_that_cleans_up_on_sigint_is_waited_for(launch, python):
 
 
 def test_signals_are_sent_again_harder_until_the_process_ends(launch, python):
-    one = launch(
-        python('a', STUBBORN, sigterm_timeout=0.2, sigkill_timeout=0.2)
-    )
-    assert one.shows('ready').sends(signal.SIGINT).ends() == 0
+    one = launch(python('a', STUBBORN, **QUICK)).shows('ready')
+    assert one.sends(signal.SIGINT).ends() == 0
     assert one.log('a/stdout.log') == b'ready\nSIGINT\nSIGTERM\n'
     sent = [e['signal'] for e in one.events('signalled')]
     assert sent == ['SIGINT', 'SIGTERM', 'SIGKILL']
@@ -65,10 +67,8 @@ def test_signals_are_sent_again_harder_until_the_process_ends(launch, python):
 
 @pytest.mark.full
 def test_ctrl_c_again_goes_one_step_further(launch, python, wait_until):
-    one = launch(
-        python('a', STUBBORN, sigterm_timeout=900.0, sigkill_timeout=900.0)
-    )
-    one.shows('ready').sends(signal.SIGINT)
+    one = launch(python('a', STUBBORN, **PATIENT)).shows('ready')
+    one.sends(signal.SIGINT)
     # a line about what is waited for is later than an echo of the signal
     one.shows('[a]      SIGINT').shows('waiting for a after SIGINT')
     one.sends(signal.SIGINT).shows('[a]      SIGTERM')
@@ -81,10 +81,7 @@ def test_ctrl_c_again_goes_one_step_further(launch, python, wait_until):
 
 @pytest.mark.full
 def test_two_signals_at_once_are_one(launch, python):
-    one = launch(
-        python('a', STUBBORN, sigterm_timeout=900.0, sigkill_timeout=900.0)
-    )
-    one.shows('ready')
+    one = launch(python('a', STUBBORN, **PATIENT)).shows('ready')
     # as `timeout` does it: to the process, and to its group
     for number in (signal.SIGSTOP, signal.SIGINT, signal.SIGTERM):
         one.sends(number)
@@ -93,33 +90,16 @@ def test_two_signals_at_once_are_one(launch, python):
     assert b'SIGTERM' not in one.log('a/stdout.log')
 
 
-@pytest.mark.full
-def test_progress_names_what_still_runs(launch, sleep, python):
-    one = launch(
-        python('slow', STUBBORN, sigterm_timeout=2.5, sigkill_timeout=0.1),
-        sleep('fast'),
-    )
-    one.shows('ready').shows('fast: started').sends(signal.SIGINT)
-    assert one.ends() == 0
-    assert 'waiting for slow after SIGINT; SIGTERM in ' in one.screen
-
-
-def test_the_children_of_a_shell_are_stopped_with_it(launch, sh):
+def test_the_children_of_a_shell_are_stopped_with_it(launch, sh, wait_until):
     one = launch(sh('a', 'sleep 99; true')).shows('started')
-    while len(one.processes()) < 2:
-        time.sleep(0.01)
+    wait_until(lambda: len(one.processes()) == 2)
     assert one.sends(signal.SIGINT).ends() == 0
     assert one.processes() == []
 
 
 def test_a_child_that_left_the_group_is_stopped_too(launch, sh):
-    one = launch(
-        sh(
-            'a',
-            'setsid sh -c "echo child; exec sleep 99" & wait',
-            sigterm_timeout=0.1,
-        )
-    ).shows('child')
+    script = 'setsid sh -c "echo child; exec sleep 99" & wait'
+    one = launch(sh('a', script, sigterm_timeout=0.1)).shows('child')
     assert one.sends(signal.SIGINT).ends() == 0
     assert one.processes() == []
     assert any(not e['group'] for e in one.events('signalled'))
@@ -128,14 +108,8 @@ def test_a_child_that_left_the_group_is_stopped_too(launch, sh):
 def test_what_a_process_leaves_running_lives_as_long_as_the_launch(
     launch, sleep, sh, is_running
 ):
-    one = launch(
-        sh(
-            'a',
-            'setsid sh -c "echo child \\$\\$; exec sleep 99" &',
-            sigterm_timeout=0.1,
-        ),
-        sleep('b'),
-    )
+    script = 'setsid sh -c "echo child \\$\\$; exec sleep 99" &'
+    one = launch(sh('a', script, sigterm_timeout=0.1), sleep('b'))
     one.shows('a: finished').shows('child ')
     child = int(one.screen.partition('child ')[2].split()[0])
     assert is_running(child)
@@ -153,11 +127,10 @@ def test_a_launch_that_ends_by_itself_leaves_nothing_running(launch, sh):
     assert one.processes() == []
 
 
-def test_a_stopped_process_can_be_stopped_for_good(launch, sh):
+def test_a_stopped_process_can_be_stopped_for_good(launch, sh, wait_until):
     one = launch(sh('a', 'kill -STOP $$; sleep 99')).shows('a: started')
     pid = one.events('started')[0]['pid']
-    while _state(pid) != 'T':
-        time.sleep(0.01)
+    wait_until(lambda: _state(pid) == 'T')
     assert one.sends(signal.SIGINT).ends() == 0
     assert one.events('exited')[0]['signal'] == 'SIGINT'
 
@@ -214,45 +187,25 @@ def test_ctrl_z_does_nothing_where_nobody_could_go_on(
 
 
 def test_nohup_keeps_the_launch_running(launch, sleep):
-    one = launch(
-        sleep('a'),
-        popen={
-            'preexec_fn': lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN)
-        },
-    )
+    def ignore() -> None:
+        signal.signal(signal.SIGHUP, signal.SIG_IGN)
+
+    one = launch(sleep('a'), popen={'preexec_fn': ignore})
     one.shows('a: started').sends(signal.SIGHUP)
     assert one.sends(signal.SIGTERM).ends() == 0
     assert 'stopping: SIGTERM received' in one.screen
 
 
-def test_a_failure_before_the_stop_counts(launch, sleep, sh):
-    one = launch(sh('bad', 'exit 3'), sleep('a'))
-    one.shows('exited with code 3').sends(signal.SIGINT)
-    assert one.ends() == 1
-    assert 'failed: bad' in one.screen
-
-
-@pytest.mark.full
-def test_a_hundred_processes_stop_together(launch, sleep):
-    one = launch(*(sleep(f'p{n}') for n in range(100)))
-    one.shows('p99: started').sends(signal.SIGINT)
-    assert one.ends() == 0
-    assert one.processes() == []
-
-
 def test_nothing_survives_a_killed_launcher(launch, sh, python, wait_until):
-    quick = {'sigterm_timeout': 0.2, 'sigkill_timeout': 0.2}
+    parameters = sh('parameters', 'echo "path $0"; sleep 99', **QUICK)
+    parameters['argv'].append({'content': 'x'})
     one = launch(
-        sh('plain', 'sleep 99; true', **quick),
-        python('stubborn', STUBBORN, **quick),
-        sh('daemon', 'setsid sleep 99 & sleep 99', **quick),
-        sh('bare', "env -i sh -c 'echo bare $$; sleep 99'", **quick),
-        sh('left', 'setsid sleep 99 & exit 0', **quick),
-        {
-            'label': 'parameters',
-            'argv': ['sh', '-c', 'echo "path $0"; sleep 99', {'content': 'x'}],
-            **quick,
-        },
+        sh('plain', 'sleep 99; true', **QUICK),
+        python('stubborn', STUBBORN, **QUICK),
+        sh('daemon', 'setsid sleep 99 & sleep 99', **QUICK),
+        sh('bare', "env -i sh -c 'echo bare $$; sleep 99'", **QUICK),
+        sh('left', 'setsid sleep 99 & exit 0', **QUICK),
+        parameters,
     )
     one.shows('ready').shows('left: finished').shows('path ').shows('bare ')
     path = Path(one.screen.partition('path ')[2].split('\n')[0])
@@ -352,9 +305,7 @@ def test_ended_process_is_reaped_without_sigchld(launch, sleep):
     def block() -> None:
         signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGCHLD])
 
-    popen = {'preexec_fn': block}
-    timeouts = {'sigterm_timeout': 0.2, 'sigkill_timeout': 0.2}
-    one = launch(sleep('a', **timeouts), popen=popen)
+    one = launch(sleep('a', **QUICK), popen={'preexec_fn': block})
     one.shows('a: started').sends(signal.SIGTERM)
     assert one.ends() == 0
     assert 'cannot be stopped' not in one.screen

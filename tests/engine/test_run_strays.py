@@ -202,17 +202,11 @@ def test_process_1_of_a_container_stops_and_reaps_everything(tmp_path, sh):
     ]
     plan = tmp_path / 'plan.json'
     plan.write_text(json.dumps({'entries': entries}))
+    argv = ['unshare', '--pid', '--fork', '--mount-proc', sys.executable, '-S']
+    paths = {'PYTHONPATH': str(ROOT), 'TMPDIR': str(tmp_path)}
     ended = subprocess.run(
-        [
-            *('unshare', '--pid', '--fork', '--mount-proc'),
-            *(sys.executable, '-S', str(LAUNCHER), str(plan)),
-        ],
-        env={
-            'PATH': os.environ['PATH'],
-            'PYTHONPATH': str(ROOT),
-            'TMPDIR': str(tmp_path),
-            **NO_CGROUP,
-        },
+        [*argv, str(LAUNCHER), str(plan)],
+        env={'PATH': os.environ['PATH'], **paths, **NO_CGROUP},
         capture_output=True,
         text=True,
         timeout=DEADLINE,

@@ -38,51 +38,39 @@ def unruly(launch, sh):
     """Return a launch of processes that flood, fork, flee and die."""
     flood = 'seq 1 20000 & seq 1 20000 >&2; wait'
     fork = 'for i in 1 2 3; do sleep 0.2 & done; setsid sleep 0.4 & exit 0'
+    daemon = 'setsid sleep 9999 & exit 0'
+    bare = "env -i setsid sh -c 'echo $$; exec sleep 9999' & exit 0"
     stubborn = 'trap "" INT TERM; while sleep 1; do :; done'
+    wiped = 'echo 1; rm -rf "$TEST_LAUNCH/log/wiped"; seq 2 2000'
+    endless = "head -c 3000000 /dev/zero | tr '\\0' x"
+    parameters = sh('parameters', 'cat "$0"', **AGAIN)
+    parameters['argv'].append({'content': 'x: 1\n'})
+    late = sh('late', 'sleep 9999 & exec sleep 9999', **QUICK)
+    few = AGAIN | {'respawn_max_retries': DAEMONS}
     return launch(
         sh('flood', flood, output='own_log', **AGAIN | {'respawn_delay': 0.3}),
         sh('terminal', flood, emulate_tty=True, output='own_log', **AGAIN),
         sh('storm', 'exit 3', **AGAIN | {'respawn_delay': 0.0}),
         sh('killed', 'echo dying; kill -KILL $$', **AGAIN),
         sh('forking', fork, **AGAIN),
-        sh(
-            'daemons',
-            'setsid sleep 9999 & exit 0',
-            # each is ended before the next run
-            **AGAIN | {'respawn_max_retries': DAEMONS, 'sigterm_timeout': 0.0},
-        ),
-        sh(
-            'bare',
-            "env -i setsid sh -c 'echo $$; exec sleep 9999' & exit 0",
-            **AGAIN | {'respawn_max_retries': DAEMONS},
-        ),
+        # each is ended before the next run
+        sh('daemons', daemon, **few | {'sigterm_timeout': 0.0}),
+        sh('bare', bare, **few),
         sh('stubborn', stubborn, **QUICK),
         sh('held', 'kill -STOP $$; sleep 9999', **QUICK),
         {'label': 'missing', 'argv': ['/no/such/program']},
         {'label': 'rebuilt', 'argv': ['/no/such/program'], **AGAIN},
         # its logs are deleted while it writes them
-        sh(
-            'wiped',
-            'echo 1; rm -rf "$TEST_LAUNCH/log/wiped"; seq 2 2000',
-            **AGAIN,
-        ),
+        sh('wiped', wiped, **AGAIN),
+        # more would reach the limit of the logs within minutes
         sh(
             'endless',
-            "head -c 3000000 /dev/zero | tr '\\0' x",
+            endless,
             output='own_log',
-            # more would reach the limit of the logs within minutes
             **AGAIN | {'respawn_delay': 3.0},
         ),
-        {
-            'label': 'parameters',
-            'argv': ['sh', '-c', 'cat "$0"', {'content': 'x: 1\n'}],
-            **AGAIN,
-        },
-        {
-            'kind': 'timer',
-            'period': 1.0,
-            'entries': [sh('late', 'sleep 9999 & exec sleep 9999', **QUICK)],
-        },
+        parameters,
+        {'kind': 'timer', 'period': 1.0, 'entries': [late]},
     )
 
 

@@ -9,7 +9,6 @@ import subprocess
 import sys
 
 from colcon_yamllaunch.engine.spawn import (
-    close_on_exec_all,
     find_program,
     spawn_process,
     StartError,
@@ -54,24 +53,6 @@ def script(tmp_path):
     return write
 
 
-def test_a_process_leads_a_group_of_its_own(start):
-    own, group, *_ = start(['sh', '-c', 'cat /proc/$$/stat']).split()[0::4]
-    assert own == group
-
-
-def test_a_process_inherits_nothing_but_its_three_streams(start):
-    reader, writer = os.pipe()
-    try:
-        os.set_inheritable(writer, True)
-        close_on_exec_all()
-        listing = start(['ls', '/proc/self/fd']).split()
-    finally:
-        os.close(reader)
-        os.close(writer)
-    # the last one is the folder that ls reads
-    assert sorted(listing) == ['0', '1', '2', '3']
-
-
 def test_signals_have_their_default_effect(start):
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGUSR1])
@@ -88,19 +69,10 @@ def test_signals_have_their_default_effect(start):
     assert int(masks['SigBlk'], 16) == 0
 
 
-def test_the_working_directory_is_that_of_the_process_alone(start, tmp_path):
-    before = Path.cwd()
-    folder = tmp_path / 'here'
-    folder.mkdir()
-    assert start(['pwd'], cwd=folder) == f'{folder}\n'
-    assert Path.cwd() == before
-
-
 def test_a_program_is_looked_up_in_the_path_of_the_process(start, script):
     path = script(b'#!/bin/sh\necho found\n', name='remote_only')
-    assert start([path.name], {'PATH': f'/nowhere:{path.parent}:/bin'}) == (
-        'found\n'
-    )
+    folders = {'PATH': f'/nowhere:{path.parent}:/bin'}
+    assert start([path.name], folders) == 'found\n'
 
 
 def test_a_relative_program_is_relative_to_the_working_directory(
@@ -215,8 +187,7 @@ def test_other_errors_are_named_as_the_system_does(tmp_path):
 def test_a_closed_standard_stream_does_not_confuse_anything(tmp_path):
     code = (
         'import os\n'
-        'from colcon_yamllaunch.engine.spawn import '
-        'close_on_exec_all\n'
+        'from colcon_yamllaunch.engine.spawn import close_on_exec_all\n'
         'os.close(0); os.close(1)\n'
         'close_on_exec_all()\n'
         'assert min(os.pipe()) > 2\n'

@@ -7,17 +7,7 @@ import signal
 
 from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.common.escalation import Orphan
-from colcon_yamllaunch.engine.events import (
-    Exited,
-    LeftBehind,
-    Respawned,
-    Said,
-    ShuttingDown,
-    Started,
-    StartFailed,
-    StillRunning,
-    Warned,
-)
+from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.plan.plan import Message, Shutdown, Timer
 import pytest
@@ -33,7 +23,7 @@ def test_an_empty_plan_ends_at_once(history):
 def test_entries_take_their_turn_in_order(history, process):
     h = history(process('a'), Message('INFO', 'between'), process('b'))
     kinds = [type(e) for e in h.host.events]
-    assert kinds == [Started, Said, Started]
+    assert kinds == [events.Started, events.Said, events.Started]
     assert h.started() == ['a', 'b']
 
 
@@ -50,12 +40,8 @@ def test_many_starts_leave_turns_for_others(history, process):
 def test_a_required_process_that_cannot_be_started_ends_the_launch(
     history, process
 ):
-    h = history(
-        process('good'),
-        process('bad', on_exit_shutdown=True),
-        process('never'),
-        refused=['bad'],
-    )
+    bad = process('bad', on_exit_shutdown=True)
+    h = history(process('good'), bad, process('never'), refused=['bad'])
     assert h.started() == ['good']
     assert h.sent('good') == [INT]
 
@@ -63,25 +49,19 @@ def test_a_required_process_that_cannot_be_started_ends_the_launch(
 def test_a_process_is_respawned_after_its_delay(history, process):
     h = history(process('a', respawn=True, respawn_delay=2.0))
     h.exit('a')
-    assert h.happened(Exited)[0].respawn_delay == 2.0
+    assert h.happened(events.Exited)[0].respawn_delay == 2.0
     h.after(1.9)
     assert h.started() == ['a']
     assert not h.supervisor.done
     h.after(0.2)
     assert h.started() == ['a', 'a']
-    assert h.happened(Respawned)[0].attempt == 1
+    assert h.happened(events.Respawned)[0].attempt == 1
 
 
 @pytest.mark.parametrize(('retries', 'starts'), [(0, 1), (2, 3), (-1, 6)])
 def test_respawns_are_limited(history, process, retries, starts):
-    h = history(
-        process(
-            'a',
-            respawn=True,
-            respawn_delay=1.0,
-            respawn_max_retries=retries,
-        )
-    )
+    respawn = {'respawn': True, 'respawn_delay': 1.0}
+    h = history(process('a', respawn_max_retries=retries, **respawn))
     for _ in range(5):
         if not h.supervisor.done:
             h.exit('a')
@@ -98,7 +78,7 @@ def test_a_failed_start_counts_as_an_end(history, process):
     h.host.refused.add('a')
     h.exit('a')
     h.after(2.0)
-    assert [e.respawn_delay for e in h.happened(StartFailed)] == [2.0]
+    assert [e.respawn_delay for e in h.happened(events.StartFailed)] == [2.0]
     assert not h.supervisor.done
     assert h.state('a').phase == 'respawn'
     h.host.refused.clear()
@@ -107,9 +87,9 @@ def test_a_failed_start_counts_as_an_end(history, process):
     assert h.state('a').restarts == 2
     h.host.refused.add('a')
     h.exit('a')
-    assert h.happened(Exited)[-1].respawn_delay == 2.0
+    assert h.happened(events.Exited)[-1].respawn_delay == 2.0
     h.after(2.0)
-    assert h.happened(StartFailed)[-1].respawn_delay is None
+    assert h.happened(events.StartFailed)[-1].respawn_delay is None
     assert h.supervisor.done
 
 
@@ -117,7 +97,7 @@ def test_a_failed_start_counts_as_an_end(history, process):
 def test_a_first_start_that_fails_is_tried_again(history, process):
     h = history(process('a', respawn=True, respawn_delay=1.0), refused=['a'])
     h.after(2.5)
-    assert len(h.happened(StartFailed)) == 3
+    assert len(h.happened(events.StartFailed)) == 3
     h.host.refused.clear()
     h.after(1.0)
     assert h.started() == ['a']
@@ -135,26 +115,26 @@ def test_without_a_delay_quick_ends_cost_a_pause_that_grows(history, process):
     delays = []
     for _ in range(9):
         h.exit('a', Outcome(code=1))
-        delays.append(h.happened(Exited)[-1].respawn_delay)
+        delays.append(h.happened(events.Exited)[-1].respawn_delay)
         h.after(delays[-1])
     assert delays == [0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 5.0, 5.0, 5.0]
     assert len(h.started()) == 20
-    assert len(h.happened(Warned)) == 1
+    assert len(h.happened(events.Warned)) == 1
     # a run that lasts makes all good
     h.after(1.0)
     for _ in range(11):
         h.exit('a', Outcome(code=1))
     assert len(h.started()) == 31
     h.exit('a', Outcome(code=1))
-    assert h.happened(Exited)[-1].respawn_delay == 0.1
-    assert len(h.happened(Warned)) == 1
+    assert h.happened(events.Exited)[-1].respawn_delay == 0.1
+    assert len(h.happened(events.Warned)) == 1
 
 
 @pytest.mark.hostile
 def test_starts_that_fail_for_ever_cost_a_pause_too(history, process):
     h = history(process('a', respawn=True), refused=['a'])
     h.after(600.0)
-    assert 100 < len(h.happened(StartFailed)) < 150
+    assert 100 < len(h.happened(events.StartFailed)) < 150
 
 
 def test_the_delay_of_the_launch_file_is_kept_to(history, process):
@@ -163,7 +143,7 @@ def test_the_delay_of_the_launch_file_is_kept_to(history, process):
         h.exit('a', Outcome(code=1))
         h.after(0.02)
     assert len(h.started()) == 31
-    assert h.happened(Warned) == []
+    assert h.happened(events.Warned) == []
 
 
 @pytest.mark.hostile
@@ -185,7 +165,7 @@ def test_what_the_former_one_left_is_stopped_before_the_next(history, process):
     h.host.left = [other]
     h.after(0.1)
     assert h.started() == ['a', 'b', 'a']
-    assert not h.happened(LeftBehind)
+    assert not h.happened(events.LeftBehind)
 
 
 @pytest.mark.hostile
@@ -213,7 +193,7 @@ def test_what_cannot_be_stopped_does_not_keep_the_next_for_ever(
     h.exit('a')
     h.after(7.1)
     assert h.host.sent == [(7, INT), (7, TERM), (7, KILL)]
-    assert [e.pid for e in h.happened(LeftBehind)] == [7]
+    assert [e.pid for e in h.happened(events.LeftBehind)] == [7]
     assert h.started() == ['a', 'a']
 
 
@@ -250,11 +230,10 @@ def test_a_request_takes_over_what_the_former_one_left(history, process, way):
     assert h.started() == ['a', 'b', *(['a'] if way == 'restart' else [])]
 
 
-def test_the_end_of_the_launch_takes_over_what_a_former_one_left(
-    history, process
-):
+@pytest.mark.parametrize('left', [(), (7,)])
+def test_stopping_wins_over_a_respawn_that_is_due(history, process, left):
     h = history(process('a', respawn=True, respawn_delay=2.0))
-    h.host.left = [Orphan(pid=7, birth=1, group=7, number=0)]
+    h.host.left = [Orphan(pid, birth=1, group=7, number=0) for pid in left]
     h.exit('a')
     h.supervisor.stop('enough')
     h.host.left = []
@@ -263,37 +242,30 @@ def test_the_end_of_the_launch_takes_over_what_a_former_one_left(
     assert h.started() == ['a']
 
 
-def test_stopping_wins_over_a_respawn_that_is_due(history, process):
-    h = history(process('a', respawn=True, respawn_delay=2.0))
-    h.exit('a')
-    h.supervisor.stop('enough')
-    h.after(5.0)
-    assert h.started() == ['a']
-    assert h.supervisor.done
-
-
 def test_a_slow_stop_is_told_with_its_next_step(history, process):
     h = history(process('a'), process('b', sigterm_timeout=3.0))
     h.supervisor.stop('enough')
     h.after(2.5)
-    assert h.happened(StillRunning) == [
-        StillRunning(('a', 'b'), 0, INT, TERM, 2.0)
+    assert h.happened(events.StillRunning) == [
+        events.StillRunning(('a', 'b'), 0, INT, TERM, 2.0)
     ]
     h.exit('b')
     h.after(3.5)
-    assert h.happened(StillRunning)[1:] == [
-        StillRunning(('a',), 0, INT, TERM, 2.0),
-        StillRunning(('a',), 0, TERM, KILL, 5.0),
+    assert h.happened(events.StillRunning)[1:] == [
+        events.StillRunning(('a',), 0, INT, TERM, 2.0),
+        events.StillRunning(('a',), 0, TERM, KILL, 5.0),
     ]
     h.after(5.0)
-    assert h.happened(StillRunning)[3:] == [StillRunning(('a',), 0, KILL)]
+    assert h.happened(events.StillRunning)[3:] == [
+        events.StillRunning(('a',), 0, KILL)
+    ]
 
 
 def test_a_very_slow_stop_is_told_again(history, process):
     h = history(process('a', sigterm_timeout=100.0))
     h.supervisor.stop('enough')
     h.after(25.0)
-    seconds = [e.seconds for e in h.happened(StillRunning)]
+    seconds = [e.seconds for e in h.happened(events.StillRunning)]
     assert seconds == [99.0, 89.0, 79.0]
 
 
@@ -301,9 +273,8 @@ def test_escalating_is_reported_at_once(history, process):
     h = history(process('a'))
     h.supervisor.stop('enough')
     h.supervisor.escalate()
-    assert h.happened(StillRunning) == [
-        StillRunning(('a',), 0, TERM, KILL, 5.0)
-    ]
+    (told,) = h.happened(events.StillRunning)
+    assert told == events.StillRunning(('a',), 0, TERM, KILL, 5.0)
 
 
 def test_what_a_running_process_left_its_group_is_stopped_with_it(
@@ -330,7 +301,7 @@ def test_the_same_timer_may_occur_twice(history):
     timer = Timer(1.0, (Message('INFO', 'tick'),))
     h = history(timer, timer)
     h.after(1.0)
-    assert len(h.happened(Said)) == 2
+    assert len(h.happened(events.Said)) == 2
     assert h.supervisor.done
 
 
@@ -349,12 +320,12 @@ def test_a_timer_that_outlasts_a_shutdown_speaks_but_starts_nothing(
     h.supervisor.stop('enough')
     h.after(8.0)
     assert not h.supervisor.done
-    assert h.happened(StillRunning)[-1].timers == 1
+    assert h.happened(events.StillRunning)[-1].timers == 1
     h.after(1.0)
     assert h.supervisor.done
     assert h.started() == []
-    assert h.happened(Said) == [Said('INFO', 'fired')]
-    assert len(h.happened(ShuttingDown)) == 1
+    assert h.happened(events.Said) == [events.Said('INFO', 'fired')]
+    assert len(h.happened(events.ShuttingDown)) == 1
 
 
 @pytest.mark.parametrize('way', ['escalate', 'drop_timers'])
@@ -398,7 +369,7 @@ def test_a_process_is_asked_for_by_each_of_its_names(history, process):
     assert tasks[0] is tasks[1]
     h.stop('talker-1')
     h.exit('kitchen')
-    assert [e.asked for e in h.happened(Exited)] == [True]
+    assert [e.asked for e in h.happened(events.Exited)] == [True]
 
 
 def test_a_process_is_killed_at_once_and_did_not_fail(history, process):
@@ -413,14 +384,13 @@ def test_a_process_is_killed_at_once_and_did_not_fail(history, process):
     assert h.state('a').phase == 'stopping'
     h.exit('a', Outcome(signal=KILL))
     assert h.phases() == ['ended', 'running']
-    (exited,) = h.happened(Exited)
+    (exited,) = h.happened(events.Exited)
     assert exited.asked
     assert not exited.failed
 
 
 def test_a_stop_that_takes_long_ends_by_a_kill(history, process):
     h = history(process('a'), process('b'))
-    h.turn()
     h.restart('a')
     h.supervisor.kill_process('a')
     assert h.sent('a') == [INT, KILL]

@@ -5,11 +5,7 @@
 
 import os
 
-from colcon_yamllaunch.observers.presentation import (
-    can_have_status,
-    Display,
-    is_same_terminal,
-)
+from colcon_yamllaunch.observers import presentation
 import pytest
 
 
@@ -40,20 +36,20 @@ def terminals():
 def test_environment_decides_about_the_status_block(
     terminals, environment, expected
 ):
-    assert can_have_status(terminals[0], environment) is expected
+    assert presentation.can_have_status(terminals[0], environment) is expected
 
 
 def test_file_has_no_status_block(tmp_path):
     with (tmp_path / 'screen').open('w') as stream:
-        assert not can_have_status(stream, {'TERM': 'xterm'})
-        assert not is_same_terminal(stream, stream.fileno())
+        assert not presentation.can_have_status(stream, {'TERM': 'xterm'})
+        assert not presentation.is_same_terminal(stream, stream.fileno())
 
 
 def test_keyboard_of_another_terminal_is_not_used(terminals):
     one, other = terminals
-    assert is_same_terminal(one, one.fileno())
-    assert not is_same_terminal(one, other.fileno())
-    assert not is_same_terminal(None, one.fileno())
+    assert presentation.is_same_terminal(one, one.fileno())
+    assert not presentation.is_same_terminal(one, other.fileno())
+    assert not presentation.is_same_terminal(None, one.fileno())
 
 
 @pytest.mark.parametrize(
@@ -61,6 +57,6 @@ def test_keyboard_of_another_terminal_is_not_used(terminals):
     [('xterm', False), ('vte', False), ('linux', True), ('vt220', True)],
 )
 def test_term_decides_about_ascii(terminals, terminal, expected):
-    display = Display(terminals[0], None, {'TERM': terminal})
+    display = presentation.Display(terminals[0], None, {'TERM': terminal})
     display.writer.close()
     assert display.is_ascii is expected

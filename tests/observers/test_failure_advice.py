@@ -31,16 +31,23 @@ def machine(tmp_path):
 def advice(machine, process):
     """Return a function that tells the advice for an end."""
 
-    def advise(*tail, program='node.py', owner=None, **outcome):
+    def advise(*tail, program='node.py', prefix=(), owner=None, **more):
         advisor = Advisor(
-            {'PATH': f'{machine}/venv/bin'}, lambda _module, _user: owner
+            {'PATH': f'{machine}/venv/bin'},
+            lambda _module, _user: owner,
+            **more.pop('advisor', {}),
         )
-        ended = process('node.py-1', f'{machine}/{program}')
-        outcome = outcome or {'code': 1}
-        event = Exited(ended, 9, Outcome(**outcome), 1.0, False, True)
-        return advisor.advise(event, tail)
+        argv = (*prefix, f'{machine}/{program}')
+        ended = process('node.py-1', *argv, package=more.pop('package', None))
+        outcome = Outcome(**(more or {'code': 1}))
+        return advisor.advise(
+            Exited(ended, 9, outcome, 1.0, False, True), tail
+        )
 
     return advise
+
+
+CRASH = {'signal': int(signal.SIGSEGV)}
 
 
 def test_other_failures_have_no_advice(advice):
@@ -68,11 +75,7 @@ def test_module_of_another_interpreter_advises_its_use(advice, machine):
     assert f"it ran with {used}, which has no module 'mission'" in text
     assert f'; {other} has it: ' in text
     assert text.endswith(f'{machine}/node.py be #!/usr/bin/env python3')
-
-
-def test_advice_names_the_linked_source(advice, machine):
-    library = machine / 'venv/lib/python3.12/site-packages'
-    (library / 'mission').mkdir(parents=True)
+    # the file to edit is that behind a link
     (machine / 'installed.py').symlink_to(machine / 'node.py')
     text = advice(MISSING, program='installed.py')
     assert f'let the first line of {machine}/node.py be ' in text
@@ -96,7 +99,7 @@ def test_undeclared_package_advises_exec_depend(advice):
 
 @pytest.mark.parametrize('program', ['driver', 'node.py'])
 def test_crash_advises_a_debugger(advice, machine, program):
-    text = advice(program=program, signal=int(signal.SIGSEGV))
+    text = advice(program=program, **CRASH)
     # a debugger cannot read a script
     is_script = program.endswith('.py')
     python = f' {machine}/old/bin/python3' if is_script else ''
@@ -106,24 +109,18 @@ def test_crash_advises_a_debugger(advice, machine, program):
     assert advice(program=program, signal=int(signal.SIGKILL)) is None
 
 
-def test_advice_is_about_the_program_behind_a_prefix(machine, process):
+def test_advice_is_about_the_program_behind_a_prefix(advice, machine):
     (machine / 'lib/cpp').mkdir(parents=True)
-    program = machine / 'lib/cpp/driver'
-    (machine / 'driver').rename(program)
-    advisor = Advisor({'PATH': '/usr/bin'}, lambda _module, _user: None)
-    node = process('a', 'nice', '-n', '1', str(program), package='cpp')
-    outcome = Outcome(signal=int(signal.SIGSEGV))
-    event = Exited(node, 9, outcome, 1.0, False, True)
-    text = advisor.advise(event, ())
+    (machine / 'driver').rename(machine / 'lib/cpp/driver')
+    nice = {'prefix': ('nice', '-n', '1'), 'package': 'cpp'}
+    text = advice(program='lib/cpp/driver', **nice, **CRASH)
     assert text.endswith('--launch-prefix-filter driver')
 
 
-def test_crash_with_buffered_output_advises_tty(machine, process):
-    advisor = Advisor({}, lambda _module, _user: None, lambda _process: True)
-    node = process('a', f'{machine}/driver')
-    outcome = Outcome(signal=int(signal.SIGSEGV))
-    event = Exited(node, 9, outcome, 1.0, False, True)
-    assert '--tty prevents; to see where: ' in advisor.advise(event, ())
+def test_crash_with_buffered_output_advises_tty(advice):
+    buffering = {'holds_back': lambda _process: True}
+    text = advice(program='driver', advisor=buffering, **CRASH)
+    assert '--tty prevents; to see where: ' in text
 
 
 def test_sanitizer_error_advises_no_line_buffering(advice):
@@ -133,16 +130,13 @@ def test_sanitizer_error_advises_no_line_buffering(advice):
     assert text == 'let it start with COLCON_LAUNCH_LINE_BUFFERED=0'
 
 
-def test_refused_parameter_comes_before_the_crash(machine, process):
-    place = Position('/ws/a.yaml', 7, 9)
-    advisor = Advisor(
-        {},
-        lambda _module, _user: None,
-        parameters_of=lambda _process: [SetParameter('rate', '1', place)],
-    )
-    outcome = Outcome(signal=int(signal.SIGABRT))
-    node = process('a', f'{machine}/driver')
-    event = Exited(node, 9, outcome, 1.0, False, True)
+def test_refused_parameter_comes_before_the_crash(advice):
+    rate = SetParameter('rate', '1', Position('/ws/a.yaml', 7, 9))
     line = "parameter 'rate' has invalid type: expected [double] got [integer]"
-    text = advisor.advise(event, ('terminate called', line))
+    text = advice(
+        *('terminate called', line),
+        program='driver',
+        advisor={'parameters_of': lambda _process: [rate]},
+        signal=int(signal.SIGABRT),
+    )
     assert text.endswith('give it 1.0 instead of 1, at /ws/a.yaml:7:9')

@@ -27,14 +27,10 @@ import pytest
 def logged(process, tmp_path):
     """Return a function that logs events and returns the folder."""
 
-    def log(*events, complaints=None, **attributes):
+    def log(*events, complain=print, **attributes):
         folder = tmp_path / 'log'
-        logs = Logs(
-            folder,
-            [process('counter', **attributes)],
-            (complaints if complaints is not None else []).append,
-            now=lambda: 1732000000.25,
-        )
+        parts = [process('counter', **attributes)]
+        logs = Logs(folder, parts, complain, now=lambda: 1732000000.25)
         for event in events:
             if isinstance(event, Output):
                 logs.record(event.process, event.stream, event.data)
@@ -45,13 +41,24 @@ def logged(process, tmp_path):
     return log
 
 
+@pytest.fixture
+def logs_of(tmp_path):
+    """Return a function that makes the logs of processes."""
+    made = []
+
+    def make(*processes):
+        made.append(Logs(tmp_path, processes, pytest.fail))
+        return made[-1]
+
+    yield make
+    for logs in made:
+        logs.close()
+
+
 def output_of(process):
-    return (
-        Started(process, 12),
-        Output(process, 'stdout', b'one\r\n\xff\n'),
-        Output(process, 'stderr', b'two\n'),
-        Output(process, 'stdout', b'partial'),
-    )
+    out, err = ('stdout', b'one\r\n\xff\n'), ('stderr', b'two\n')
+    written = (out, err, ('stdout', b'partial'))
+    return Started(process, 12), *(Output(process, *one) for one in written)
 
 
 def test_process_logs_have_exact_bytes(logged, process):
@@ -114,57 +121,51 @@ def test_events_are_json_objects(logged, process):
     }
 
 
-def test_partial_lines_are_logged_at_once(process, tmp_path):
+def test_partial_lines_are_logged_at_once(process, logs_of, tmp_path):
     one = process('one')
-    logs = Logs(tmp_path, [one], pytest.fail)
-    folder = tmp_path / 'one'
-    try:
-        logs.record(one, 'stdout', b'pie')
-        assert (folder / 'stdout.log').read_bytes() == b'pie'
-        # what goes on at once is not mixed with the other stream
-        logs.record(one, 'stderr', b'error\n')
-        logs.record(one, 'stdout', b'ce\nprompt: ')
-        logs.flush()
-        both = b'error\npiece\n'
-        assert (folder / 'stdout_stderr.log').read_bytes() == both
-        # and what waits longer is not held back
-        logs.flush()
-        both += b'prompt: '
-        assert (folder / 'stdout_stderr.log').read_bytes() == both
-        assert not logs.flush()
-        logs.record(one, 'stdout', b'x' * (limits.READ_SIZE + 1))
-        both += b'x' * (limits.READ_SIZE + 1)
-        assert (folder / 'stdout_stderr.log').read_bytes() == both
-    finally:
-        logs.close()
+    logs = logs_of(one)
+    log = tmp_path / 'one/stdout_stderr.log'
+    logs.record(one, 'stdout', b'pie')
+    assert (tmp_path / 'one/stdout.log').read_bytes() == b'pie'
+    # what goes on at once is not mixed with the other stream
+    logs.record(one, 'stderr', b'error\n')
+    logs.record(one, 'stdout', b'ce\nprompt: ')
+    logs.flush()
+    both = b'error\npiece\n'
+    assert log.read_bytes() == both
+    # and what waits longer is not held back
+    logs.flush()
+    both += b'prompt: '
+    assert log.read_bytes() == both
+    assert not logs.flush()
+    logs.record(one, 'stdout', b'x' * (limits.READ_SIZE + 1))
+    assert log.read_bytes() == both + b'x' * (limits.READ_SIZE + 1)
 
 
-def test_log_files_are_opened_with_output_or_on_flush(process, tmp_path):
+def test_log_files_are_opened_with_output_or_on_flush(
+    process, logs_of, tmp_path
+):
     quiet, loud = process('quiet'), process('loud')
-    logs = Logs(tmp_path, [quiet, loud], pytest.fail)
-    try:
-        logs.handle(Started(quiet, 12))
-        logs.handle(Started(loud, 13))
-        logs.record(loud, 'stdout', b'one\n')
-        assert (tmp_path / 'loud/stdout.log').read_bytes() == b'one\n'
-        assert not (tmp_path / 'quiet').exists()
-        logs.flush()
-        assert (tmp_path / 'quiet/stdout_stderr.log').exists()
-    finally:
-        logs.close()
+    logs = logs_of(quiet, loud)
+    logs.handle(Started(quiet, 12))
+    logs.handle(Started(loud, 13))
+    logs.record(loud, 'stdout', b'one\n')
+    assert (tmp_path / 'loud/stdout.log').read_bytes() == b'one\n'
+    assert not (tmp_path / 'quiet').exists()
+    logs.flush()
+    assert (tmp_path / 'quiet/stdout_stderr.log').exists()
 
 
-def test_log_files_of_many_processes_are_opened_in_turns(process, tmp_path):
+def test_log_files_of_many_processes_are_opened_in_turns(
+    process, logs_of, tmp_path
+):
     many = [process(f'p{n}') for n in range(3 * limits.OPENED_PER_TURN)]
-    logs = Logs(tmp_path, many, pytest.fail)
-    try:
-        for one in many:
-            logs.handle(Started(one, 12))
-        counts = [2]
-        while logs.flush():
-            counts.append(len(list(tmp_path.iterdir())))
-    finally:
-        logs.close()
+    logs = logs_of(*many)
+    for one in many:
+        logs.handle(Started(one, 12))
+    counts = [2]
+    while logs.flush():
+        counts.append(len(list(tmp_path.iterdir())))
     assert len(counts) == 3
     assert counts == sorted(set(counts))
     assert len(list(tmp_path.iterdir())) == 2 + len(many)
@@ -173,28 +174,25 @@ def test_log_files_of_many_processes_are_opened_in_turns(process, tmp_path):
 def test_folder_that_cannot_be_made_warns_once(logged, process, tmp_path):
     (tmp_path / 'log').write_text('in the way')
     complaints = []
-    logged(*output_of(process('counter')), complaints=complaints)
+    logged(*output_of(process('counter')), complain=complaints.append)
     assert len(complaints) == 1
     assert str(tmp_path / 'log') in complaints[0]
 
 
 @pytest.mark.hostile
 def test_a_folder_that_was_deleted_is_locked_again(process, tmp_path):
-    one = process('one')
     folder = tmp_path / 'log'
-    logs = Logs(folder, [one], pytest.fail)
+    logs = Logs(folder, [process('one')], pytest.fail)
     exclusive = fcntl.LOCK_EX | fcntl.LOCK_NB
-    try:
-        shutil.rmtree(folder)
-        logs.flush()
-        assert not folder.exists()
-        logs.handle(Said('INFO', 'on'))
-        logs.flush()
-        assert b'on' in (folder / 'launch.log').read_bytes()
-        assert b'on' in (folder / 'events.jsonl').read_bytes()
-        assert lock_folder(folder, exclusive) is None
-    finally:
-        logs.close()
+    shutil.rmtree(folder)
+    logs.flush()
+    assert not folder.exists()
+    logs.handle(Said('INFO', 'on'))
+    logs.flush()
+    assert b'on' in (folder / 'launch.log').read_bytes()
+    assert b'on' in (folder / 'events.jsonl').read_bytes()
+    assert lock_folder(folder, exclusive) is None
+    logs.close()
     descriptor = lock_folder(folder, exclusive)
     assert descriptor is not None
     os.close(descriptor)
@@ -231,12 +229,9 @@ def test_processes_planned_later_have_logs(logged, process):
     other = process('talker.2', name='talker.2')
     unlogged = process('counter', output='screen')
     folder = logged(
-        Planned((later, other)),
-        *output_of(later),
-        Planned((unlogged,)),
-        *output_of(unlogged),
+        *(Planned((later, other)), *output_of(later)),
+        *(Planned((unlogged,)), *output_of(unlogged)),
     )
     assert (folder / 'talker-2/stderr.log').read_bytes() == b'two\n'
-    assert sorted(p.name for p in folder.iterdir() if p.is_dir()) == [
-        'talker-2'
-    ]
+    folders = [p.name for p in folder.iterdir() if p.is_dir()]
+    assert folders == ['talker-2']

@@ -5,11 +5,9 @@ import io
 import signal
 
 from colcon_yamllaunch.engine.events import (
-    Ended,
     Exited,
     Output,
     Said,
-    ShuttingDown,
     Started,
     StillRunning,
 )
@@ -64,47 +62,6 @@ def test_long_label_does_not_widen_the_others(shown, process):
     assert second == f'[{long}] two'
 
 
-@pytest.mark.parametrize(
-    ('mode', 'streams'),
-    [
-        ('both', ['stdout', 'stderr']),
-        ('screen', ['stdout', 'stderr']),
-        ('full', ['stdout', 'stderr']),
-        ('log', ['stderr']),
-        ('own_log', []),
-    ],
-)
-def test_output_mode_selects_shown_streams(shown, process, mode, streams):
-    described = process('a', output=mode)
-    text = shown(
-        Output(described, 'stdout', b'stdout\n'),
-        Output(described, 'stderr', b'stderr\n'),
-    )
-    assert [line.split()[1] for line in text.splitlines()] == streams
-
-
-def test_processes_have_different_colours(shown, process):
-    text = shown(
-        Output(process('a'), 'stdout', b'one\n'),
-        Output(process('counter'), 'stdout', b'two\n'),
-        color=True,
-    )
-    first, second = (line.partition('[')[2][:2] for line in text.splitlines())
-    assert text.count('\x1b[0m') == 2
-    assert first != second
-
-
-def test_output_without_colour_has_no_control_sequence(shown, process):
-    text = shown(
-        Output(process('a'), 'stdout', b'one\n'),
-        Started(process('a'), 12),
-        Said('ERROR', 'text'),
-        ShuttingDown('interrupted', interactive=True),
-    )
-    assert '\x1b' not in text
-    assert '\r' not in text
-
-
 def test_debug_messages_are_not_shown(shown):
     text = shown(Said('INFO', 'one\ntwo'), Said('DEBUG', 'three'))
     assert text == ('[INFO] [launch.user]: one\n[INFO] [launch.user]: two\n')
@@ -137,11 +94,6 @@ def test_a_long_list_of_running_processes_is_cut(shown):
     assert '94 more' in text
     assert '2 timers' in text
     assert 'SIGINT' in text
-
-
-def test_the_end_shows_the_summary(shown):
-    assert shown(Ended(1, ('failed: a',))) == '[launch]  failed: a\n'
-    assert shown(Ended(0)) == ''
 
 
 def test_process_planned_later_has_label_and_colour(shown, process):

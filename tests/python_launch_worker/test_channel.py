@@ -10,11 +10,11 @@ from pathlib import Path
 import signal
 import subprocess
 import sys
-import time
 from typing import Any
 
 from colcon_yamllaunch.python_launch.worker import channel
 import pytest
+from support.waiting import is_running, wait_until
 
 DEADLINE = 60.0
 
@@ -58,8 +58,11 @@ class Talk:
         return self.process.wait(DEADLINE)
 
 
+TalkBy = Callable[[str], Talk]
+
+
 @pytest.fixture
-def talk_by(tmp_path: Path) -> Iterator[Callable[[str], Talk]]:
+def talk_by(tmp_path: Path) -> Iterator[TalkBy]:
     """Return a function that starts a program with some code."""
     started: list[Talk] = []
 
@@ -77,17 +80,7 @@ def talk_by(tmp_path: Path) -> Iterator[Callable[[str], Talk]]:
         talk.process.stdout.close()
 
 
-def is_alive(pid: int) -> bool:
-    try:
-        state = Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2]
-    except OSError:
-        return False
-    return state.split()[0] not in 'XZ'
-
-
-def test_requests_are_done_before_an_answer_comes(
-    talk_by: Callable[[str], Talk],
-) -> None:
+def test_requests_are_done_before_an_answer_comes(talk_by: TalkBy) -> None:
     talk = talk_by(
         "channel.serve = lambda line: channel.say('served', line=line)\n"
         "answer = channel.ask('include', path='/é')\n"
@@ -103,7 +96,7 @@ def test_requests_are_done_before_an_answer_comes(
 
 
 def test_what_is_printed_and_read_is_not_of_the_channel(
-    talk_by: Callable[[str], Talk],
+    talk_by: TalkBy,
 ) -> None:
     talk = talk_by(
         "print('printed', flush=True)\n"
@@ -121,7 +114,7 @@ def test_what_is_printed_and_read_is_not_of_the_channel(
 
 @pytest.mark.parametrize('start', ['sleep', 'setsid sleep'])
 def test_the_end_ends_whatever_was_started(
-    talk_by: Callable[[str], Talk], start: str
+    talk_by: TalkBy, start: str
 ) -> None:
     talk = talk_by(
         f'one = subprocess.Popen({[*start.split(), "600"]!r})\n'
@@ -129,15 +122,12 @@ def test_the_end_ends_whatever_was_started(
         'time.sleep(600)\n',
     )
     pid = talk.take()['pid']
-    assert is_alive(pid)
+    assert is_running(pid)
     assert talk.end() == 0
-    deadline = time.monotonic() + DEADLINE
-    while is_alive(pid):
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
+    wait_until(lambda: not is_running(pid))
 
 
-def test_it_ends_where_nobody_reads(talk_by: Callable[[str], Talk]) -> None:
+def test_it_ends_where_nobody_reads(talk_by: TalkBy) -> None:
     talk = talk_by(
         'channel.receive()\n'
         "channel.say('nothing')\n"
@@ -150,9 +140,7 @@ def test_it_ends_where_nobody_reads(talk_by: Callable[[str], Talk]) -> None:
     assert not (talk.folder / 'went-on').exists()
 
 
-def test_low_descriptors_are_not_of_the_channel(
-    talk_by: Callable[[str], Talk],
-) -> None:
+def test_low_descriptors_are_not_of_the_channel(talk_by: TalkBy) -> None:
     talk = talk_by(
         'for number in range(3, 100):\n'
         '    try:\n'
@@ -168,9 +156,7 @@ def test_low_descriptors_are_not_of_the_channel(
     assert talk.end() == 0
 
 
-def test_a_copy_of_the_host_says_nothing(
-    talk_by: Callable[[str], Talk],
-) -> None:
+def test_a_copy_of_the_host_says_nothing(talk_by: TalkBy) -> None:
     talk = talk_by(
         'pid = os.fork()\n'
         'if pid == 0:\n'
@@ -183,9 +169,7 @@ def test_a_copy_of_the_host_says_nothing(
     assert not (talk.folder / 'ended-copy').exists()
 
 
-def test_a_copy_does_not_hide_the_end_of_the_host(
-    talk_by: Callable[[str], Talk],
-) -> None:
+def test_a_copy_does_not_hide_the_end_of_the_host(talk_by: TalkBy) -> None:
     talk = talk_by(
         'pid = os.fork()\n'
         'if pid == 0:\n'

@@ -33,6 +33,10 @@ def text(value: str) -> Any:
 
 
 NAME = made('LaunchConfiguration', variable_name=[text('rate')])
+SUM = made('PythonExpression', expression=[text('1 + '), NAME])
+SHARE = made('FindPackageShare', package=[text('p')])
+PATH = made('PathJoinSubstitution', substitutions=[[SHARE], [text('a.yaml')]])
+EQUALS = made('EqualsSubstitution', left=[NAME], right=[text('1')])
 
 
 @pytest.mark.parametrize(
@@ -42,26 +46,9 @@ NAME = made('LaunchConfiguration', variable_name=[text('rate')])
         ([text('a'), text('b')], 'ab'),
         (NAME, '$(var rate)'),
         ([made('EnvironmentVariable', name=[text('HOME')])], '$(env HOME)'),
-        (
-            [made('PythonExpression', expression=[text('1 + '), NAME])],
-            "$(eval '1 + $(var rate)')",
-        ),
-        (
-            [
-                made(
-                    'PathJoinSubstitution',
-                    substitutions=[
-                        [made('FindPackageShare', package=[text('p')])],
-                        [text('a.yaml')],
-                    ],
-                )
-            ],
-            '$(find-pkg-share p)/a.yaml',
-        ),
-        (
-            [made('EqualsSubstitution', left=[NAME], right=[text('1')])],
-            '$(equals $(var rate) 1)',
-        ),
+        ([SUM], "$(eval '1 + $(var rate)')"),
+        ([PATH], '$(find-pkg-share p)/a.yaml'),
+        ([EQUALS], '$(equals $(var rate) 1)'),
         ([made('Theirs', describe=lambda: 'Theirs()')], 'Theirs()'),
         ([made('Theirs')], '$(Theirs)'),
     ],
@@ -78,14 +65,12 @@ def test_conditions_are_written_as_in_yaml() -> None:
     assert condition_text(basis()) == 'if: $(var rate)'
     unless = type('UnlessCondition', (basis,), {})
     assert condition_text(unless()) == 'unless: $(var rate)'
-    start = '_LaunchConfigurationNotEquals__'
-    unequal = made(
-        'LaunchConfigurationNotEquals',
-        **{
-            f'{start}launch_configuration_name': 'rate',
-            f'{start}expected_value': [text('2')],
-        },
-    )
+    kind = 'LaunchConfigurationNotEquals'
+    given = {
+        'launch_configuration_name': 'rate',
+        'expected_value': [text('2')],
+    }
+    unequal = made(kind, **{f'_{kind}__{n}': v for n, v in given.items()})
     assert condition_text(unequal) == 'if: $(var rate) != 2'
     assert condition_text(made('MyCondition')) == 'if: MyCondition'
 
@@ -133,16 +118,11 @@ def test_the_nearest_mode_of_output(
 
 
 def test_files_made_for_a_process_are_arguments_of_its_shell() -> None:
-    file = {'content': 'a', 'parameters': []}
-    assert through_shell(['a', 'b c']) == ['/bin/sh', '-c', 'a b c']
-    assert through_shell(['a', file, '&&', 'b', dict(file)]) == [
-        '/bin/sh',
-        '-c',
-        'a "${1}" && b "${1}"',
-        'sh',
-        file,
-        file,
-    ]
+    file, shell = {'content': 'a', 'parameters': []}, ['/bin/sh', '-c']
+    assert through_shell(['a', 'b c']) == [*shell, 'a b c']
+    words = ['a', file, '&&', 'b', dict(file)]
+    script = 'a "${1}" && b "${1}"'
+    assert through_shell(words) == [*shell, script, 'sh', file, file]
 
 
 def test_a_shutdown_at_the_end_and_no_more() -> None:

@@ -42,15 +42,9 @@ def told(
 
 def test_frames_are_those_of_the_file(tmp_path: Path) -> None:
     path = tmp_path / 'a.launch.py'
-    error = told(
-        path,
-        'import json\n'
-        'def f():\n'
-        "    return json.loads('{')\n"
-        'def g(call):\n'
-        '    return call()\n'
-        'g(f)\n',
-    )
+    f = "def f():\n    return json.loads('{')\n"
+    g = 'def g(call):\n    return call()\n'
+    error = told(path, f'import json\n{f}{g}g(f)\n')
     assert error['text'].startswith('JSONDecodeError: ')
     assert [frame['position'][1] for frame in error['frames']] == [6, 5, 3]
     last = error['frames'][-1]

@@ -51,79 +51,53 @@ def only(action: Any) -> Callable[[Any], bool]:
     return lambda one: one is action
 
 
+SAYS = made('LogInfo', msg=['at ', RATE, ' and ', UNKNOWN])
+LATER = made('TimerAction', period=RATE, actions=[TALKER, TALKER])
+SETS = made('SetLaunchConfiguration', name='a', value=RATE)
+SOURCE = made('LaunchDescriptionSource', __location='/a/b.launch.py')
+INCLUDES = made('IncludeLaunchDescription', launch_description_source=SOURCE)
+LOADS = made(
+    'LoadComposableNodes',
+    __composable_node_descriptions=[1, 2],
+    __target_container='/box',
+)
+CHANGES = made(
+    'LifecycleTransition',
+    __transition_ids=['1', '3'],
+    __lifecycle_node_names=['/a', '/b'],
+)
+STOPS = made('ShutdownProcess', process_matcher=only(TALKER))
+SIGNALS = made(
+    'SignalProcess',
+    process_matcher=lambda one: one is not None,
+    signal_name='SIGUSR1',
+)
+ACTIVATES = made(
+    'ChangeState', lifecycle_node_matcher=only(TALKER), transition_id=3
+)
+
+
 @pytest.mark.parametrize(
     ('entity', 'lines'),
     [
         (None, []),
         ([TALKER, process('b')], ['start talker', 'start b']),
-        (
-            made('LogInfo', msg=['at ', RATE, ' and ', UNKNOWN]),
-            ['say "at 5 and $(var speed)"'],
-        ),
-        (
-            made('TimerAction', period=RATE, actions=[TALKER, TALKER]),
-            ['after 5 s: start talker, start talker'],
-        ),
+        (SAYS, ['say "at 5 and $(var speed)"']),
+        (LATER, ['after 5 s: start talker, start talker']),
         (made('GroupAction', __actions=[TALKER]), ['start talker']),
         (made('LaunchDescription', entities=[TALKER]), ['start talker']),
-        (
-            made(
-                'LoadComposableNodes',
-                __composable_node_descriptions=[1, 2],
-                __target_container='/box',
-            ),
-            ['load 2 components into /box'],
-        ),
-        (
-            made(
-                'IncludeLaunchDescription',
-                launch_description_source=made(
-                    'LaunchDescriptionSource', __location='/a/b.launch.py'
-                ),
-            ),
-            ['include b.launch.py'],
-        ),
+        (LOADS, ['load 2 components into /box']),
+        (INCLUDES, ['include b.launch.py']),
         (made('OpaqueFunction', __function=spawn_more), [CALL]),
         (made('OpaqueFunction', __function=partial(spawn_more, 1)), [CALL]),
-        (
-            made(
-                'LifecycleTransition',
-                __transition_ids=['1', '3'],
-                __lifecycle_node_names=['/a', '/b'],
-            ),
-            ['configure, activate /a, /b'],
-        ),
-        (
-            made('SetLaunchConfiguration', name='a', value=RATE),
-            ["set 'a' to '5'"],
-        ),
+        (CHANGES, ['configure, activate /a, /b']),
+        (SETS, ["set 'a' to '5'"]),
         (made('SomethingElse'), ['SomethingElse']),
         (emitted(SHUTDOWN), ['shut down']),
         (emitted(made('Shutdown', reason='done')), ['shut down: done']),
-        (
-            emitted(made('ShutdownProcess', process_matcher=only(TALKER))),
-            ['stop talker'],
-        ),
-        (
-            emitted(
-                made(
-                    'SignalProcess',
-                    process_matcher=lambda one: one is not None,
-                    signal_name='SIGUSR1',
-                )
-            ),
-            ['send SIGUSR1 to talker'],
-        ),
-        (
-            emitted(
-                made(
-                    'ChangeState',
-                    lifecycle_node_matcher=only(TALKER),
-                    transition_id=3,
-                )
-            ),
-            ['activate talker'],
-        ),
+        (emitted(STOPS), ['stop talker']),
+        (emitted(SIGNALS), ['send SIGUSR1 to talker']),
+        (emitted(ACTIVATES), ['activate talker']),
         (emitted(made('Ping')), ['emit Ping']),
     ],
 )

@@ -20,13 +20,9 @@ import pytest
 def packages() -> Packages:
     visitor: Any = None
     packages = Packages(visitor)
-    packages.set(
-        {
-            'apart': {'prefix': '/ws/install/apart', 'built': False},
-            'one': {'prefix': '/merged', 'built': False},
-            'two': {'prefix': '/merged', 'built': True},
-        }
-    )
+    one = {'prefix': '/merged', 'built': False}
+    apart = {'prefix': '/ws/install/apart', 'built': False}
+    packages.set({'apart': apart, 'one': one, 'two': {**one, 'built': True}})
     return packages
 
 
@@ -63,14 +59,11 @@ def test_the_package_that_an_error_is_about(
 @pytest.mark.usefixtures('library')
 def test_something_is_done_when_a_module_is_imported() -> None:
     found: list[object] = []
-    when_imported(
-        'some_library.inner', lambda module: found.append(module.value)
-    )
+    name = 'some_library.inner'
+    when_imported(name, lambda module: found.append(module.value))
     importlib.import_module('some_library')
     assert found == []
-    importlib.import_module('some_library.inner')
+    importlib.import_module(name)
     assert found == [1]
-    when_imported(
-        'some_library.inner', lambda module: found.append(module.value)
-    )
+    when_imported(name, lambda module: found.append(module.value))
     assert found == [1, 1]

@@ -10,14 +10,8 @@ from types import SimpleNamespace
 
 from colcon_yamllaunch.engine import commands, events, limits
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.language.evaluation.launch_worker import WorkerError
-from colcon_yamllaunch.plan.plan import (
-    Block,
-    Growth,
-    Message,
-    Process,
-    Shutdown,
-)
+from colcon_yamllaunch.language.evaluation.request import WorkerError
+from colcon_yamllaunch.plan import plan
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.python_launch.plan_feed import PlanFeed
 from colcon_yamllaunch.python_launch.worker_process import NUMBER
@@ -25,8 +19,8 @@ import pytest
 from support.test_loop import TestLoop
 
 POSITION = Position('/ws/a.launch.py', 7, 9)
-TALKER = Process('kitchen', ('t',), '/', POSITION, name='talker-1')
-OTHER = Process('other', ('o',), '/', POSITION, name='o-2')
+TALKER = plan.Process('kitchen', ('t',), '/', POSITION, name='talker-1')
+OTHER = plan.Process('other', ('o',), '/', POSITION, name='o-2')
 HOST = 4711
 IDLE = {'type': 'shutdown', 'reason': 'idle', 'by_sigint': False}
 
@@ -80,7 +74,7 @@ class PlayedGrowing:
     def lost(self, reason):
         self.is_gone = True
         self.is_busy = False
-        return Growth((), problems=(reason,) if reason else ())
+        return plan.Growth((), problems=(reason,) if reason else ())
 
 
 class Launch:
@@ -156,15 +150,14 @@ def test_starts_and_ends_of_its_processes_are_told(launch):
     ]
     for outcome, delay, returncode, respawns in ended:
         event = events.Exited(TALKER, 12, outcome, 1.0, False, True, delay)
-        assert launch.told(event) == [
-            {
-                'type': 'exit',
-                'process': 17,
-                'returncode': returncode,
-                'respawns': respawns,
-                'asked': False,
-            }
-        ]
+        (told,) = launch.told(event)
+        assert told == {
+            'type': 'exit',
+            'process': 17,
+            'asked': False,
+            'returncode': returncode,
+            'respawns': respawns,
+        }
     assert launch.told(events.Started(OTHER, 13)) == []
     assert launch.told(events.Warned('trouble')) == []
 
@@ -192,27 +185,18 @@ def test_a_restart_after_a_change_is_no_end(launch):
 
 
 def test_only_output_that_a_handler_wants_is_told(launch):
-    assert launch.told(events.Output(TALKER, 'stderr', b'one\xff\n')) == [
-        {
-            'type': 'output',
-            'process': 17,
-            'stream': 'stderr',
-            'text': 'one\N{REPLACEMENT CHARACTER}\n',
-        }
-    ]
+    (told,) = launch.told(events.Output(TALKER, 'stderr', b'one\xff\n'))
+    text = 'one\N{REPLACEMENT CHARACTER}\n'
+    where = {'process': 17, 'stream': 'stderr'}
+    assert told == {'type': 'output', **where, 'text': text}
     assert launch.told(events.Output(OTHER, 'stderr', b'two\n')) == []
 
 
 def test_states_are_told_while_there_are_handlers(launch):
     event = events.StateChanged(OTHER, '/lc', 'inactive', 'configuring')
-    assert launch.told(event) == [
-        {
-            'type': 'state',
-            'node': '/lc',
-            'from': 'configuring',
-            'to': 'inactive',
-        }
-    ]
+    (told,) = launch.told(event)
+    change = {'from': 'configuring', 'to': 'inactive'}
+    assert told == {'type': 'state', 'node': '/lc', **change}
     launch.growing.has_handlers = False
     assert launch.told(event) == []
 
@@ -252,33 +236,35 @@ def test_who_writes_too_much_is_held_up_while_it_works(launch):
 
 def test_the_blocks_of_the_plan_are_those_of_its_last_growth(launch):
     blocks = (
-        Block('group', '/left', Position('/ws/a.launch.py', 7, 1), None),
+        plan.Block('group', '/left', Position('/ws/a.launch.py', 7, 1), None),
     )
-    launch.answers(Growth(blocks=blocks), Growth())
+    launch.answers(plan.Growth(blocks=blocks), plan.Growth())
     assert launch.blocks == blocks
 
 
 def test_what_it_answers_comes_to_the_plan_in_order(launch):
-    first, second = Message('INFO', '1'), Message('INFO', '2')
+    first, second = plan.Message('INFO', '1'), plan.Message('INFO', '2')
     launch.growing.handle = lambda message: (
         None if message == 'log' else message
     )
-    launch.answers(Growth((first,)), 'log', Growth(), Growth((second,)))
+    launch.answers(
+        plan.Growth((first,)), 'log', plan.Growth(), plan.Growth((second,))
+    )
     assert launch.done == [[first], [second]]
 
 
 def test_a_problem_ends_the_launch(launch):
-    said = Message('INFO', 'before')
-    launch.answers(Growth((said,), problems=('error: oh\n  no', 'and')))
+    said = plan.Message('INFO', 'before')
+    launch.answers(plan.Growth((said,), problems=('error: oh\n  no', 'and')))
     failed, entries = launch.done
     assert failed == events.PlanFailed(('error: oh', '  no', 'and'))
     # after what went well
-    assert entries == [said, Shutdown('a launch file in Python failed')]
+    assert entries == [said, plan.Shutdown('a launch file in Python failed')]
 
 
 def test_a_worker_that_cannot_be_read_is_a_problem(launch):
-    said = Message('INFO', 'before')
-    launch.answers(Growth((said,)), WorkerError('ended oddly'))
+    said = plan.Message('INFO', 'before')
+    launch.answers(plan.Growth((said,)), WorkerError('ended oddly'))
     assert launch.done[0] == [said]
     assert launch.done[1] == events.PlanFailed(('ended oddly',))
 
@@ -321,8 +307,8 @@ def test_who_escalates_does_not_wait_for_it(launch):
 
 def test_its_end_is_told_once_after_its_last_answers(launch):
     assert launch.feed.children() == {HOST} == launch.helpers.keys()
-    said = Message('INFO', 'last words')
-    launch.link.says.append(Growth((said,)))
+    said = plan.Message('INFO', 'last words')
+    launch.link.says.append(plan.Growth((said,)))
     launch.helpers.pop(HOST)(9)
     assert launch.done[0] == [said]
     (lost,) = launch.done[1:]

@@ -47,12 +47,8 @@ def test_the_call_is_the_position(
 ) -> None:
     path = tmp_path / 'a.launch.py'
     positions.add_file(str(path))
-    made = run(
-        path,
-        "def helper():\n    return ['é', make(\n        x=1)]\n"
-        'made = helper()[1]\n',
-        positions.note,
-    )
+    helper = "def helper():\n    return ['é', make(\n        x=1)]\n"
+    made = run(path, f'{helper}made = helper()[1]\n', positions.note)
     column = 18 if HAS_COLUMNS else 5
     assert positions.of(made) == [str(path), 2, column]
 
@@ -62,10 +58,7 @@ def test_the_call_is_the_position(
     [
         ('/ws/src/p/p/helpers.py', True),
         ('/ws/install/p/lib/python3.12/site-packages/p/helpers.py', True),
-        (
-            '/opt/ros/jazzy/lib/python3.12/site-packages/nav2_common/a.py',
-            False,
-        ),
+        ('/opt/ros/jazzy/lib/python3.12/site-packages/nav2/a.py', False),
         ('/usr/lib/python3/dist-packages/yaml/__init__.py', False),
         (inspect.getfile(Positions), False),
         (ast.__file__, False),

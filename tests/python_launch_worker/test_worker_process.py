@@ -15,7 +15,7 @@ import time
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.process_scan import read_process
 from colcon_yamllaunch.engine.launch_scan import new_identity
-from colcon_yamllaunch.language.evaluation.launch_worker import (
+from colcon_yamllaunch.language.evaluation.request import (
     NoWorkerError,
     WorkerError,
     WorkerTimeoutError,
@@ -23,6 +23,7 @@ from colcon_yamllaunch.language.evaluation.launch_worker import (
 from colcon_yamllaunch.python_launch import worker_process
 from colcon_yamllaunch.python_launch.worker_process import WorkerProcess
 import pytest
+from support.waiting import wait_until
 
 #: Seconds.
 DEADLINE = 60
@@ -96,10 +97,7 @@ def has_ended(pid: int) -> bool:
 
 
 def wait_for_end(*pids: int) -> None:
-    deadline = time.monotonic() + DEADLINE
-    while not all(map(has_ended, pids)):
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
+    wait_until(lambda: all(map(has_ended, pids)))
 
 
 def test_messages_go_both_ways(link: MakeLink) -> None:
@@ -140,11 +138,15 @@ def test_one_that_is_never_asked_is_ended(
     assert has_ended(pid)
 
 
-def test_start_that_fails_is_told_when_it_is_asked(link: MakeLink) -> None:
+@pytest.mark.parametrize('is_started_before', [True, False])
+def test_start_that_fails_is_told_when_it_is_asked(
+    link: MakeLink, is_started_before: bool
+) -> None:
     host = link()
-    host.start()
+    if is_started_before:
+        host.start()
     assert host.pid == 0
-    with pytest.raises(NoWorkerError):
+    with pytest.raises(NoWorkerError, match='python3'):
         host.send({'id': 1})
 
 
@@ -157,53 +159,39 @@ def test_much_goes_both_ways_at_once(link: MakeLink) -> None:
     assert host.receive()['id'] == 1
 
 
-def test_the_next_python_is_taken_where_one_lacks_something(
-    link: MakeLink,
+LACKS = "say('found', missing=['{}'])\n"
+
+
+@pytest.mark.parametrize(
+    'scripts',
+    [
+        [LACKS.format('launch')] * 2,
+        ['sys.exit(3)\n'],
+        ['os.abort()\n'],
+        ['(\n'],
+        ['#!/no/such/python\n'],
+    ],
+)
+def test_the_next_python_is_taken_where_one_is_of_no_use(
+    link: MakeLink, tmp_path: Path, scripts: list[str]
 ) -> None:
-    lacks = "say('found', missing=['launch'])\n"
-    host = link(lacks, lacks, ECHO)
-    host.send({'id': 1})
-    host.send({'id': 2})
-    assert [host.receive()['id'], host.receive()['id']] == [1, 2]
+    host = link(*scripts, ECHO)
+    if scripts[0].startswith('#!'):
+        (tmp_path / 'python0' / 'python3').write_text(scripts[0])
+    for number in (1, 2):
+        host.send({'id': number})
+    for number in (1, 2):
+        assert host.receive() == {'say': 'done', 'id': number}
 
 
 def test_all_of_them_lack_something(link: MakeLink) -> None:
-    lacks = "say('found', missing=['{}'])\n"
     # no more are tried
-    host = link(*[lacks.format(name) for name in 'abcd'])
+    host = link(*map(LACKS.format, 'abcd'))
     host.send({'id': 1})
     with pytest.raises(NoWorkerError, match='there is no a'):
         host.receive()
     with pytest.raises(NoWorkerError):
         host.send({'id': 2})
-
-
-@pytest.mark.parametrize('script', ['sys.exit(3)\n', 'os.abort()\n', '(\n'])
-def test_the_next_python_is_taken_where_one_is_broken(
-    link: MakeLink, script: str
-) -> None:
-    host = link(script, ECHO)
-    host.send({'id': 1})
-    host.send({'id': 2})
-    assert host.receive() == {'say': 'done', 'id': 1}
-    assert host.receive() == {'say': 'done', 'id': 2}
-
-
-def test_the_next_python_is_taken_where_one_cannot_be_started(
-    link: MakeLink, tmp_path: Path
-) -> None:
-    host = link(ECHO, ECHO)
-    (tmp_path / 'python0' / 'python3').write_text('#!/no/such/python\n')
-    host.send({'id': 1})
-    assert host.receive() == {'say': 'done', 'id': 1}
-    host.send({'id': 2})
-    assert host.receive() == {'say': 'done', 'id': 2}
-
-
-def test_there_is_no_python(link: MakeLink) -> None:
-    host = link()
-    with pytest.raises(NoWorkerError, match='python3'):
-        host.send({'id': 1})
 
 
 def test_a_host_that_takes_too_long_says_what_it_does(link: MakeLink) -> None:
@@ -232,27 +220,30 @@ def test_a_host_that_says_nothing_is_killed(
     wait_for_end(pid, child)
 
 
+SAYS_MORE = "print('oh', file=sys.stderr)\nprint('no JSON')\n"
+
+
 @pytest.mark.parametrize(
     ('script', 'ending'),
     [
-        ('sys.exit(3)', 'exited with code 3'),
-        ('os.kill(os.getpid(), signal.SIGSEGV)', 'died by SIGSEGV'),
-        ("os.close(1)\nsys.stdin.read()\nsys.exit('x')", 'exited'),
+        (f'{SAYS_MORE}sys.exit(3)', 'exited with code 3.*launch_files.log'),
+        (
+            f'{SAYS_MORE}os.kill(os.getpid(), signal.SIGSEGV)',
+            'died by SIGSEGV.*launch_files.log',
+        ),
+        (
+            f"{SAYS_MORE}os.close(1)\nsys.stdin.read()\nsys.exit('x')",
+            'exited.*launch_files.log',
+        ),
+        # without a word
+        ('sys.exit(3)', r'^exited with code 3$'),
     ],
 )
 def test_a_host_that_ends(link: MakeLink, script: str, ending: str) -> None:
-    said = "print('oh', file=sys.stderr)\nprint('no JSON')"
-    host = link(f"say('found', missing=[])\n{said}\n{script}")
-    with pytest.raises(WorkerError, match=f'{ending}.*launch_files.log'):
+    host = link(f"say('found', missing=[])\n{script}")
+    with pytest.raises(WorkerError, match=ending):
         host.send({'id': 1})
         host.receive()
-        host.receive()
-
-
-def test_a_host_that_ends_without_a_word(link: MakeLink) -> None:
-    host = link("say('found', missing=[])\nsys.exit(3)")
-    with pytest.raises(WorkerError, match=r'^exited with code 3$'):
-        host.send({'id': 1})
         host.receive()
 
 
@@ -304,9 +295,6 @@ import os, sys
 from pathlib import Path
 from colcon_yamllaunch.python_launch.worker_process import WorkerProcess
 from colcon_yamllaunch.engine.launch_scan import new_identity
-from colcon_yamllaunch.python_launch.worker_process import WorkerProcess
-from colcon_yamllaunch.engine.launch_scan import new_identity
-
 log = Path('/dev/null')
 link = WorkerProcess(dict(os.environ), '/', log, new_identity(), 1e3)
 link.send({'id': 1})

@@ -13,11 +13,19 @@ from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.spawn import StartError
 from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.supervisor import Supervisor
-from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Component, Plan
+from colcon_yamllaunch.plan.position import Position
 from support.launch_states import ABOUT
 from support.test_loop import TestLoop
 
 FINE = Outcome(code=0)
+POSITION = Position('/ws/demo.yaml', 7, 9)
+
+
+def component(label='a', container='/box', **more):
+    """Return a component of a plan."""
+    known = {'name': label, 'position': POSITION, **more}
+    return Component(label, 'demo', 'demo::It', container, **known)
 
 
 class FakeHost:

@@ -9,7 +9,7 @@ import os
 from pathlib import Path
 
 from colcon_yamllaunch.language.evaluation.request import Request
-from colcon_yamllaunch.language.evaluation.values import Place
+from colcon_yamllaunch.language.evaluation.scope import Place
 from colcon_yamllaunch.language.policies.check import check
 from colcon_yamllaunch.language.policies.evaluate import evaluate, Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic

@@ -8,12 +8,7 @@ import os
 from pathlib import Path
 import socket
 
-from colcon_yamllaunch.sweep.isolation import (
-    DOMAIN_IDS,
-    DomainIds,
-    enter_own_network,
-    reason_for_no_network,
-)
+from colcon_yamllaunch.sweep import isolation
 import pytest
 
 DEADLINE = 30
@@ -39,7 +34,7 @@ def in_child(action: Callable[[], str]) -> str:
 
 @pytest.fixture
 def network() -> None:
-    reason = reason_for_no_network()
+    reason = isolation.reason_for_no_network()
     if reason:
         pytest.skip(f'no process can have a network of its own: {reason}')
 
@@ -51,7 +46,7 @@ def test_a_process_can_enter_its_own_network() -> None:
     uid = os.getuid()
 
     def look() -> str:
-        enter_own_network()
+        isolation.enter_own_network()
         # the same port, as nobody else has it here
         with (
             socket.create_server(('127.0.0.1', port)) as inside,
@@ -71,7 +66,7 @@ def test_a_process_can_enter_its_own_network() -> None:
 
 def test_dds_ports_of_all_domains_are_free() -> None:
     """The default port mapping of RTPS, and Linux's ephemeral ports."""
-    for number in DOMAIN_IDS:
+    for number in isolation.DOMAIN_IDS:
         # those of 45 participants
         ports = range(7400 + 250 * number, 7400 + 250 * number + 100)
         assert ports[0] > 7400
@@ -81,12 +76,12 @@ def test_dds_ports_of_all_domains_are_free() -> None:
 
 def test_concurrent_runs_get_different_domains(tmp_path: Path) -> None:
     environment = {'TMPDIR': str(tmp_path), 'ROS_DOMAIN_ID': '7'}
-    ids = DomainIds(environment, shared=True)
+    ids = isolation.DomainIds(environment, shared=True)
     taken = {ids.reserve() for _ in range(ids.count)}
-    assert taken == {*DOMAIN_IDS} - {7}
+    assert taken == {*isolation.DOMAIN_IDS} - {7}
     assert ids.reserve() is None
     # neither in another sweep of the user
-    other = DomainIds(environment, shared=True)
+    other = isolation.DomainIds(environment, shared=True)
     assert other.reserve() is None
     ids.release(5)
     assert other.reserve() == 5
@@ -97,7 +92,7 @@ def test_concurrent_runs_get_different_domains(tmp_path: Path) -> None:
 
 
 def test_separate_networks_may_share_domains(tmp_path: Path) -> None:
-    ids = DomainIds({'TMPDIR': str(tmp_path)}, shared=False)
+    ids = isolation.DomainIds({'TMPDIR': str(tmp_path)}, shared=False)
     taken = [ids.reserve() for _ in range(300)]
     assert None not in taken
     assert len(set(taken[: ids.count])) == ids.count
@@ -105,6 +100,8 @@ def test_separate_networks_may_share_domains(tmp_path: Path) -> None:
 
 
 def test_domains_work_without_a_lock_folder(tmp_path: Path) -> None:
-    ids = DomainIds({'TMPDIR': str(tmp_path / 'missing')}, shared=True)
+    ids = isolation.DomainIds(
+        {'TMPDIR': str(tmp_path / 'missing')}, shared=True
+    )
     assert ids.reserve() == 1
     assert ids.reserve() == 2

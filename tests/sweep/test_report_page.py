@@ -3,6 +3,7 @@
 
 """The page about a sweep: complete, escaped, and in need of nothing else."""
 
+from collections.abc import Callable
 from html.parser import HTMLParser
 from itertools import pairwise
 import re
@@ -65,13 +66,9 @@ def read(page: str) -> Reader:
 def page_of(
     table: RunTable, results: dict[int, RunResult], *metrics: str
 ) -> str:
-    definition = SweepDefinition(
-        'colcon sweep my_pkg sim.yaml',
-        ('my_pkg', 'sim.yaml'),
-        table,
-        {},
-        dict.fromkeys(metrics, ''),
-    )
+    words = ('my_pkg', 'sim.yaml')
+    given = {}, dict.fromkeys(metrics, '')
+    definition = SweepDefinition('colcon sweep', words, table, *given)
 
     def log_of(number: int) -> str:
         return f'runs/{number:04}/launch.log'
@@ -81,16 +78,14 @@ def page_of(
 
 def test_page_has_shares_plots_failures_and_logs() -> None:
     table = run_table({'seed': '1..30', 'world': 'lab,street'})
-    results = {
-        run.number: RunResult(
-            run.number,
-            'failed' if run.arguments['world'] == 'street' else 'succeeded',
-            'it fell',
-            1.5,
-            {'time': f'{run.number}.5', 'words': 'none'},
+    results = {}
+    for run in table.runs:
+        has_failed = run.arguments['world'] == 'street'
+        outcome = 'failed' if has_failed else 'succeeded'
+        metrics = {'time': f'{run.number}.5', 'words': 'none'}
+        results[run.number] = RunResult(
+            run.number, outcome, 'it fell', 1.5, metrics
         )
-        for run in table.runs
-    }
     reader = read(page_of(table, results, 'time', 'words'))
     assert '30 of 30' in reader.text
     assert '0 of 30' in reader.text
@@ -226,24 +221,22 @@ def test_numbers_are_rounded_for_people() -> None:
     assert shown == ['0.3', '1,234', '5e-07', '20', '-3']
 
 
+def results_of(
+    table: RunTable, succeeds: Callable[[int], object]
+) -> dict[int, RunResult]:
+    outcomes = {True: 'succeeded', False: 'failed'}
+    numbers = [run.number for run in table.runs]
+    return {n: RunResult(n, outcomes[bool(succeeds(n))]) for n in numbers}
+
+
 def test_many_values_are_binned_or_the_worst_remain() -> None:
     table = run_table({'seed': '1..1000'})
-    results = {
-        run.number: RunResult(
-            run.number, 'succeeded' if run.number % 2 else 'failed'
-        )
-        for run in table.runs
-    }
+    results = results_of(table, lambda number: number % 2)
     text = read(page_of(table, results)).text.replace('\n', '')
     assert '1 to 10050%50 of 100101 to 200' in text
     assert text.count('50 of 100') == 10
     words = run_table({'w': ','.join(f'w{n}' for n in range(30))})
-    results = {
-        r.number: RunResult(
-            r.number, 'failed' if r.number == 30 else 'succeeded'
-        )
-        for r in words.runs
-    }
+    results = results_of(words, lambda number: number != 30)
     text = read(page_of(words, results)).text.replace('\n', '')
     assert 'Success by argumentww290%0 of 1' in text
     assert '10 values with which more runs succeed are left out' in text

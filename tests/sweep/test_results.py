@@ -12,12 +12,7 @@ from xml.etree import ElementTree
 
 from colcon_yamllaunch.common.codec import to_json
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.sweep import results
-from colcon_yamllaunch.sweep.reports import (
-    junit_report,
-    refuse_columns_twice,
-    results_csv,
-)
+from colcon_yamllaunch.sweep import reports, results
 from colcon_yamllaunch.sweep.results import (
     Code,
     ResultsFolder,
@@ -114,7 +109,7 @@ def test_unexpected_types_in_the_journal_are_skipped(
 
 def test_results_as_a_table() -> None:
     good = replace(GOOD, commit='abc', fingerprint='f1')
-    text = results_csv(TABLE, {1: good, 3: BAD}, ['far'])
+    text = reports.results_csv(TABLE, {1: good, 3: BAD}, ['far'])
     assert list(csv.reader(io.StringIO(text))) == [
         [
             *('run', 'seed', 'argument outcome', 'repeat', 'outcome'),
@@ -153,7 +148,7 @@ def test_values_of_the_csv_are_no_formulas(value: str, written: str) -> None:
     table = run_table({'a': '1,2'})
     run = replace(table.runs[0], arguments={'a': value})
     result = RunResult(1, 'failed', value, 1.0, {'m': value})
-    text = results_csv(
+    text = reports.results_csv(
         replace(table, runs=(run,)), {1: result}, ['m', '=evil()']
     )
     head, _, row = text.partition('\n')
@@ -166,8 +161,8 @@ def test_values_of_the_csv_are_no_formulas(value: str, written: str) -> None:
 @pytest.mark.parametrize('name', ['seed', 'seconds', 'commit'])
 def test_metric_named_like_a_column_is_refused(name: str) -> None:
     with pytest.raises(UserError, match=f"a column '{name}' already"):
-        refuse_columns_twice(['seed'], [name])
-    refuse_columns_twice(['seed'], ['time'])
+        reports.refuse_columns_twice(['seed'], [name])
+    reports.refuse_columns_twice(['seed'], ['time'])
 
 
 def test_junit_has_a_case_for_each_run() -> None:
@@ -177,7 +172,9 @@ def test_junit_has_a_case_for_each_run() -> None:
         4: RunResult(4, 'error', 'no \0 such file'),
     }
     sweep = SweepDefinition('', ('pkg', 'a.yaml'), TABLE, {}, {})
-    report = junit_report(sweep, results, lambda n: Path(f'/logs/{n}'), 0.0)
+    report = reports.junit_report(
+        sweep, results, lambda n: Path(f'/logs/{n}'), 0.0
+    )
     suite = ElementTree.fromstring(report)[0]
     assert (suite.get('name'), suite.get('package')) == ('pkg a.yaml', 'pkg.a')
     assert suite.get('tests') == '8'
@@ -190,27 +187,15 @@ def test_junit_has_a_case_for_each_run() -> None:
     assert failure.text.endswith('logs: /logs/3')
 
 
-def test_a_folder_is_for_one_sweep(tmp_path: Path) -> None:
-    said: list[str] = []
-    path = tmp_path / 'some' / 'where'
-    for _ in range(2):
-        # the same one goes on
-        ResultsFolder(path, definition(), said.append).close()
-    (path / 'journal.jsonl').write_text('{}\n')
-    for other in (definition('1..3'), definition(timeout='5')):
-        with pytest.raises(UserError, match='has the results of another'):
-            ResultsFolder(path, other, said.append)
-    assert not said
-
-
 def test_folder_without_results_may_be_reused(tmp_path: Path) -> None:
     """The command may have had a mistake."""
     for values in ('1..2', '1..3'):
         ResultsFolder(tmp_path, definition(values), print).close()
     (tmp_path / 'slurm').mkdir()
     (tmp_path / 'slurm' / 'arrays.json').touch()
-    with pytest.raises(UserError, match='has the results of another'):
-        ResultsFolder(tmp_path, definition('1..4'), print)
+    for other in (definition('1..4'), definition('1..3', timeout='5')):
+        with pytest.raises(UserError, match='has the results of another'):
+            ResultsFolder(tmp_path, other, print)
 
 
 def test_unusable_results_folders_are_refused(tmp_path: Path) -> None:

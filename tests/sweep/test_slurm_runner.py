@@ -13,7 +13,7 @@ from unittest.mock import Mock
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.sweep import slurm_runner
+from colcon_yamllaunch.sweep import slurm_runner, slurm_task
 from colcon_yamllaunch.sweep.progress import Progress
 from colcon_yamllaunch.sweep.results import (
     ResultsFolder,
@@ -30,11 +30,6 @@ from colcon_yamllaunch.sweep.slurm_runner import (
     SlurmError,
     SlurmRunner,
 )
-from colcon_yamllaunch.sweep.slurm_task import (
-    Common,
-    environment_here,
-    SlurmFiles,
-)
 from colcon_yamllaunch.sweep.table import run_table
 import pytest
 
@@ -48,7 +43,7 @@ class PlayedSlurm(SlurmClient):
     :ivar fates: How the tasks of some runs end, which have no result then
     """
 
-    def __init__(self, files: SlurmFiles, size: int = 1001) -> None:
+    def __init__(self, files: slurm_task.SlurmFiles, size: int = 1001) -> None:
         self.files = files
         self.size = size
         self.submitted: list[list[int]] = []
@@ -95,7 +90,7 @@ class Case:
         definition = SweepDefinition('', ('a.yaml',), table, {}, {})
         self.folder = ResultsFolder(folder, definition, print)
         self.runs = table.runs
-        self.files = SlurmFiles(folder)
+        self.files = slurm_task.SlurmFiles(folder)
         self.files.make()
         self.slurm = PlayedSlurm(self.files, size)
         self.progress = Mock(spec=Progress)
@@ -201,13 +196,11 @@ def test_failed_tasks_have_the_reason_of_slurm(
 
 
 def test_reason_has_the_last_line_of_the_task() -> None:
-    ending = Ending('FAILED', '127:0', 'n7')
-    assert 'exit code 127:0): there is no Python' in reason_of(
-        ending, 'there is no Python on n7', Path('/x')
-    )
-    assert 'was killed by SIGKILL on n7' in reason_of(
-        Ending('FAILED', '0:9', 'n7'), '', Path('/x')
-    )
+    failed, killed = (Ending('FAILED', n, 'n7') for n in ('127:0', '0:9'))
+    reason = reason_of(failed, 'there is no Python on n7', Path('/x'))
+    assert 'exit code 127:0): there is no Python' in reason
+    reason = reason_of(killed, '', Path('/x'))
+    assert 'was killed by SIGKILL on n7' in reason
 
 
 def test_cancelled_tasks_have_no_result(tmp_path: Path) -> None:
@@ -232,10 +225,8 @@ def test_tasks_of_a_killed_sweep_are_taken_over(tmp_path: Path) -> None:
 def test_unusual_wait_reason_is_shown_once(tmp_path: Path) -> None:
     case = Case(tmp_path, 2)
     case.slurm.fates = {1: 'TIMEOUT', 2: 'TIMEOUT'}
-    case.slurm.kept = {
-        (1, 0): ('PD', 'PartitionTimeLimit'),
-        (1, 1): ('PD', 'PartitionTimeLimit'),
-    }
+    waits = ('PD', 'PartitionTimeLimit')
+    case.slurm.kept = {(1, 0): waits, (1, 1): waits}
     asked = []
 
     def end() -> None:
@@ -260,29 +251,17 @@ def test_a_script_is_plain_sh(tmp_path: Path) -> None:
 def test_task_environment_has_variables_of_slurm() -> None:
     user = {'PATH': '/bin', 'HOME': '/home/me', 'LANG': 'C'}
     sourced = {**user, 'PATH': '/ws/bin:/bin', 'AMENT_PREFIX_PATH': '/ws'}
-    here = {
-        **user,
-        'PATH': '/usr/bin',
-        'HOME': '/home/me',
-        'LANG': 'de',
-        'CUDA_VISIBLE_DEVICES': '1',
-        'SLURM_JOB_ID': '7',
-    }
-    assert environment_here(sourced, user, here) == {
-        'PATH': '/ws/bin:/bin',
-        'HOME': '/home/me',
-        'LANG': 'de',
-        'AMENT_PREFIX_PATH': '/ws',
-        'CUDA_VISIBLE_DEVICES': '1',
-        'SLURM_JOB_ID': '7',
-    }
+    of_slurm = {'CUDA_VISIBLE_DEVICES': '1', 'SLURM_JOB_ID': '7'}
+    here = {**user, 'PATH': '/usr/bin', 'LANG': 'de', **of_slurm}
+    expected = {**sourced, 'LANG': 'de', **of_slurm}
+    assert slurm_task.environment_here(sourced, user, here) == expected
 
 
 def test_common_file_is_private_and_complete(tmp_path: Path) -> None:
-    files = SlurmFiles(tmp_path)
+    files = slurm_task.SlurmFiles(tmp_path)
     files.make()
     goal = Goal(timeout=3.0, metrics=(read_metric('--metric', 'a=(b)'),))
-    common = Common(goal, {'TOKEN': 'secret'}, share_network=True)
+    common = slurm_task.Common(goal, {'TOKEN': 'secret'}, share_network=True)
     files.write_common(common)
     (path,) = files.folder.glob('*.json')
     assert stat.S_IMODE(path.stat().st_mode) == 0o600

@@ -3,13 +3,7 @@
 
 """What keys mean."""
 
-from colcon_yamllaunch.engine.events import (
-    Dropped,
-    Exited,
-    ShuttingDown,
-    Started,
-    Watched,
-)
+from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.observers.log_levels import Level
 from colcon_yamllaunch.plan.plan import Component, Process
@@ -42,26 +36,6 @@ def typed(keys, text):
 
 
 @pytest.mark.parametrize(
-    ('key', 'action'),
-    [
-        ('s', 'stop'),
-        ('r', 'restart'),
-        ('k', 'kill'),
-        ('a', 'attach'),
-        ('d', 'debug'),
-        ('l', 'log'),
-        ('i', 'describe'),
-    ],
-)
-def test_key_after_choice_presses_for_that_process(keys, key, action):
-    assert typed(keys, '2') == []
-    assert keys.view().chosen == 'bath'
-    assert 's stop' in keys.view().hint
-    assert typed(keys, key) == [Press(action, 'bath')]
-    assert keys.view().chosen is None
-
-
-@pytest.mark.parametrize(
     ('key', 'command'),
     [('w', 'watch'), ('?', 'help'), ('q', 'quit'), ('\r', 'break')],
 )
@@ -79,15 +53,12 @@ def test_help_lists_all_keys_and_fits_the_width():
 
 
 def test_overlay_closes_with_the_next_key(keys):
-    for key in ('?', ' ', '\r', 'q', 'E'):
+    for key in ('?', ' ', '\r', 'q', 'E', '2'):
         keys.show(['one', 'two', 'three'], 5)
         assert keys.view().overlay == ('one', 'two', 'three')
         assert keys.view().hint == '  Esc goes back'
         assert typed(keys, key) == []
         assert keys.view().overlay == ()
-    keys.show(['one'], 5)
-    assert typed(keys, '2') == []
-    assert keys.view().overlay == ()
     assert keys.view().chosen == 'bath'
     # what is told meanwhile is more urgent, and so is who is typed at
     keys.show(['one'], 5)
@@ -118,11 +89,11 @@ def test_errors_key_needs_errors_of_a_build():
     assert typed(keys, 'E') == []
     assert keys.view().note == 'no build has failed'
     model.state.apply(
-        Watched('a.cpp changed: the build failed', True, 'a.cpp:1\n')
+        events.Watched('a.cpp changed: the build failed', True, 'a.cpp:1\n')
     )
     # which neither another change nor one that fails without a word is
-    model.state.apply(Watched('b.py changed: restarted b'))
-    model.state.apply(Watched('c.py changed: could not start c', True))
+    model.state.apply(events.Watched('b.py changed: restarted b'))
+    model.state.apply(events.Watched('c.py changed: could not start c', True))
     assert model.state.errors == ('a.cpp changed: the build failed', 'a.cpp:1')
     assert typed(keys, 'E') == [Press('errors')]
     assert 'E errors' in keys.view().hint
@@ -164,15 +135,6 @@ def test_mute_keys_change_the_filter(keys):
     typed(keys, '2m')
     assert keys.filtering.muted == {'kitchen', 'bathroom'}
     typed(keys, 'MM')
-    assert keys.filtering == Filtering()
-
-
-def test_only_key_shows_one_process_or_all(keys):
-    typed(keys, '1o')
-    assert keys.filtering.only == {'kitchen'}
-    typed(keys, '2o')
-    assert keys.filtering.only == {'bath'}
-    typed(keys, '2o')
     assert keys.filtering == Filtering()
 
 
@@ -241,13 +203,13 @@ def test_hint_follows_the_state_of_the_process(process):
     typed(keys, 'm1')
     assert 'm unmute  o all' in keys.view().hint
     assert 's stop  r restart  k kill  a attach' in keys.view().hint
-    model.state.apply(Started(process('b'), 7))
+    model.state.apply(events.Started(process('b'), 7))
     model.state.apply(
-        Exited(process('b'), 7, Outcome(code=3), 1.0, False, True)
+        events.Exited(process('b'), 7, Outcome(code=3), 1.0, False, True)
     )
     typed(keys, '2')
     assert keys.view().hint.startswith('r start  m mute  o only  d debug')
-    model.state.apply(ShuttingDown('interrupted'))
+    model.state.apply(events.ShuttingDown('interrupted'))
     assert keys.view().hint.startswith('m mute  o only  l log')
 
 
@@ -260,13 +222,6 @@ def test_hint_omits_keys_without_effect(process):
     assert hint.startswith('s stop  r restart  k kill  m mute  o only')
     typed(keys, '2')
     assert keys.view().hint.startswith('s stop  r restart  l log  i info')
-
-
-def test_times_key_switches_time_stamps(keys):
-    typed(keys, 't')
-    assert keys.filtering.times
-    typed(keys, 't')
-    assert not keys.filtering.times
 
 
 def test_search_filters_with_each_key(keys):
@@ -380,20 +335,12 @@ def test_secret_input_is_masked_and_not_remembered(keys):
     assert keys.view().typed == ''
 
 
-def test_raw_process_gets_each_key(keys):
-    keys.attach('bath', is_raw=True)
-    assert keys.view().prompt is None
-    assert 'Ctrl-] goes back' in keys.view().hint
-    assert typed(keys, 'q\x1b[A\r\x1d1s') == [
-        Typed(b'q\x1b[A\r'),
-        Press('detach', 'bath'),
-        Press('stop', 'kitchen'),
-    ]
-
-
 def test_keys_after_attach_go_to_the_process(keys):
     done = []
-    for command in keys.feed(b'2aq\r\x1d1s'):
+    assert typed(keys, '2') == []
+    assert keys.view().chosen == 'bath'
+    assert 's stop' in keys.view().hint
+    for command in keys.feed(b'aq\r\x1d1s'):
         done.append(command)
         if command == Press('attach', 'bath'):
             keys.attach('bath', is_raw=True)
@@ -408,7 +355,7 @@ def test_key_for_a_dropped_process_does_nothing(process):
     model = StatusModel(planned_state(process('kitchen')))
     keys = Keys(model)
     typed(keys, '1')
-    model.state.apply(Dropped(process('kitchen')))
+    model.state.apply(events.Dropped(process('kitchen')))
     assert typed(keys, 's') == []
 
 

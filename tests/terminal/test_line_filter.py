@@ -79,9 +79,8 @@ def test_muted_and_only_select_processes(made, filtering, labels):
 
 def test_search_ignores_case_unless_upper_case_is_typed(made):
     text = 'Hello\nothers\n\x1b[31mHE\x1b[0mLLO\nshell\n'
-    assert shown(line_filter(Filtering(search='hello')), made(text)) == (
-        'Hello\n\x1b[31mHE\x1b[0mLLO\n'
-    )
+    found = shown(line_filter(Filtering(search='hello')), made(text))
+    assert found == 'Hello\n\x1b[31mHE\x1b[0mLLO\n'
     # upper case is meant
     one = line_filter(Filtering(search='Hello'))
     assert shown(one, made(text)) == 'Hello\n'
@@ -153,16 +152,14 @@ def test_repeated_line_is_counted(made):
 def test_repeated_line_with_other_time_is_counted(made):
     one = line_filter()
     lines = [f'[WARN] [17320000{n}.123] [n]: low\n' for n in range(10, 15)]
-    assert shown(one, *map(made, lines)) == (
-        f'{lines[0]}{lines[-1][:-1]} ×5\n'
-    )
+    counted = f'{lines[0]}{lines[-1][:-1]} ×5\n'
+    assert shown(one, *map(made, lines)) == counted
 
 
 def test_line_that_comes_twice_is_not_counted(made):
     text = 'a\nb\nb\nc\n\n\n\n\nc\nc\nc\n'
-    assert shown(line_filter(), made(text)) == (
-        'a\nb\nb\nc\n\n\n\n\nc\nc ×3\n'
-    )
+    counted = 'a\nb\nb\nc\n\n\n\n\nc\nc ×3\n'
+    assert shown(line_filter(), made(text)) == counted
 
 
 def test_progress_bar_is_one_live_line(made):
@@ -172,9 +169,8 @@ def test_progress_bar_is_one_live_line(made):
         assert texts(one.live) == [('a', f'load {percent}%')]
     assert texts(one.shown(made('other\n', 'b'))) == [('b', 'other\n')]
     assert one.is_changing
-    assert texts(one.shown(made('load 90%\rload 100%\r\nready\r\n'))) == [
-        ('a', 'load 100%\nready\n')
-    ]
+    ends = made('load 90%\rload 100%\r\nready\r\n')
+    assert texts(one.shown(ends)) == [('a', 'load 100%\nready\n')]
     assert not one.is_changing
     # erased with blanks
     assert not one.shown(made('almost\r'))
@@ -188,9 +184,8 @@ def test_progress_bar_is_shown_when_its_process_ends(made):
         assert not one.shown(made(f'{label} 1%\r', label))
     assert not one.shown(made('a 2%\r'))
     # the last ones that have changed
-    assert [t for _, t in texts(one.live)] == ['d 1%', 'e 1%', 'a 2%'][
-        -MAXIMUM_LIVE:
-    ]
+    latest = ['d 1%', 'e 1%', 'a 2%'][-MAXIMUM_LIVE:]
+    assert [t for _, t in texts(one.live)] == latest
     assert texts(one.end('d')) == [('d', 'd 1%\n')]
     one.filtering = Filtering(muted=frozenset('a'), search='1')
     assert 'a 2%' not in dict(texts(one.live)).values()
@@ -215,9 +210,8 @@ def test_warnings_and_errors_are_coloured(made):
 
 def test_filter_text_names_all_conditions():
     assert Filtering(times=True).text == ''
-    assert Filtering(
-        frozenset('ab'), frozenset('c'), 'low', Level.ERROR
-    ).text == ('/low, level ERROR, only c, 2 muted')
+    every = Filtering(frozenset('ab'), frozenset('c'), 'low', Level.ERROR)
+    assert every.text == '/low, level ERROR, only c, 2 muted'
 
 
 LINES = st.lists(

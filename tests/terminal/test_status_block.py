@@ -67,12 +67,10 @@ def test_each_process_shows_its_state(board, process, fails):
     one.state.apply(events.Started(process('c'), 300))
     one.state.apply(events.StateChanged(process('d'), '/d', 'inactive', None))
     one.measure({'a': 1.5})
-    assert lines(one) == [
-        ' 1 ● a 150%  2 ✗ b exit 3  3 ● c ×1  4 ● d inactive'
-    ]
-    assert lines(one, ascii=True) == [
-        ' 1 * a 150%  2 ! b exit 3  3 * c x1  4 * d inactive'
-    ]
+    line = ' 1 ● a 150%  2 ✗ b exit 3  3 ● c ×1  4 ● d inactive'
+    assert lines(one) == [line]
+    line = ' 1 * a 150%  2 ! b exit 3  3 * c x1  4 * d inactive'
+    assert lines(one, ascii=True) == [line]
 
 
 def test_failed_process_is_red(board, fails):
@@ -144,26 +142,17 @@ def test_result_of_watch_leaves_room_for_keys(board):
 
 def test_overlay_replaces_the_block(board):
     view = View(hint='Esc goes back', overlay=('one', 'two', 'three'))
-    assert lines(board('a'), view=view, lines=4) == [
-        'one',
-        'two',
-        'three',
-        'Esc goes back',
-    ]
-    assert lines(board('a'), view=view, height=4) == [
-        'one',
-        'two',
-        'Esc goes back',
-    ]
+    shown = lines(board('a'), view=view, lines=4)
+    assert shown == ['one', 'two', 'three', 'Esc goes back']
+    shown = lines(board('a'), view=view, height=4)
+    assert shown == ['one', 'two', 'Esc goes back']
 
 
 def test_failed_and_busy_processes_come_first(board, process, fails):
     one = board(*(f'node_{n}' for n in range(200)))
     fails(one, 'node_150')
-    ended = events.Exited(
-        process('node_120'), 7, Outcome(code=0), 1.0, False, False
-    )
-    one.state.apply(ended)
+    ended = (process('node_120'), 7, Outcome(code=0), 1.0, False, False)
+    one.state.apply(events.Exited(*ended))
     one.measure({'node_170': 0.9})
     assert lines(one, 40, lines=3) == [
         ' ✗ node_150 exit 3  ● node_170 90%',
@@ -203,11 +192,10 @@ def test_stopping_shows_countdown_to_next_signal(board):
     one.state.apply(events.ShuttingDown('interrupted'))
     assert lines(one)[-1] == ' stopping (Ctrl-C forces)'
     one.state.apply(events.StillRunning(('a', 'b'), 1, 2, 15, 3.5))
-    assert lines(one)[-1] == (
-        ' stopping, SIGTERM in 4 s (Ctrl-C forces): a, b, 1 timer'
-    )
-    narrow = lines(one, 40)[-1]
-    assert narrow == ' stopping, SIGTERM in 4 s: a, b, 1 tim…'
+    line = ' stopping, SIGTERM in 4 s (Ctrl-C forces): a, b, 1 timer'
+    assert lines(one)[-1] == line
+    line = ' stopping, SIGTERM in 4 s: a, b, 1 tim…'
+    assert lines(one, 40)[-1] == line
     # it is another text in half a second, and then each second
     assert next_change(one.state, 100.0) == pytest.approx(100.5)
     assert next_change(one.state, 100.5) == pytest.approx(101.5)
@@ -220,10 +208,9 @@ def test_last_change_is_shown_until_the_next(board):
     assert lines(one)[-1] == ' … no.py: nothing uses it'
     assert next_change(one.state, 100.0) is None
     one.state.apply(events.Changed(('double.py',)))
-    one.state.apply(
-        events.Watched('double.py changed: building', is_final=False)
-    )
-    assert lines(one)[-1] == ' … double.py changed: building'
+    text = 'double.py changed: building'
+    one.state.apply(events.Watched(text, is_final=False))
+    assert lines(one)[-1] == f' … {text}'
     assert next_change(one.state, 100.0) == pytest.approx(101.0)
     assert lines(one, now=102.5)[-1] == ' 2 s … double.py changed: building'
     assert next_change(one.state, 102.5) == pytest.approx(103.0)
@@ -233,10 +220,9 @@ def test_last_change_is_shown_until_the_next(board):
     # which it is also when nothing follows from another one
     one.state.apply(events.Watched('off: what is saved waits', is_paused=True))
     assert 'off' not in lines(one)[1]
-    one.state.apply(
-        events.Watched('double.py changed: it failed', failed=True)
-    )
-    assert lines(one)[-1] == ' ✗ double.py changed: it failed'
+    text = 'double.py changed: it failed'
+    one.state.apply(events.Watched(text, failed=True))
+    assert lines(one)[-1] == f' ✗ {text}'
     assert lines(one, 20)[-1] == ' ✗ double.py chang…'
 
 
@@ -286,17 +272,12 @@ def test_hint_and_note_wrap_into_several_lines(board):
         ' s stop  r restart  k kill  a attach',
         ' m mute  Esc none   level WARN',
     ]
-    narrow = lines(board('a', 'b'), 20, view)
-    assert narrow[1:] == [
-        ' s stop  r restart',
-        ' k kill  a attach',
-        ' m mute  Esc none',
-    ]
+    narrow = lines(board('a', 'b'), 20, view)[1:]
+    keys = (' s stop  r restart', ' k kill  a attach', ' m mute  Esc none')
+    assert narrow == [*keys]
     view = View(note='a note that is long enough for two lines, and so on')
-    assert lines(board('a'), 40, view)[1:] == [
-        ' a note that is long enough for two',
-        ' lines, and so on',
-    ]
+    note = lines(board('a'), 40, view)[1:]
+    assert note == [' a note that is long enough for two', ' lines, and so on']
     assert lines(board('a'), 12, view, lines=2)[1:] == [' a note …']
 
 

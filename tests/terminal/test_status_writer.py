@@ -7,11 +7,6 @@ import math
 
 from colcon_yamllaunch.terminal import status_writer
 from colcon_yamllaunch.terminal.status_block import Block
-from colcon_yamllaunch.terminal.status_writer import (
-    INTERVAL,
-    SLOW_INTERVAL,
-    StatusWriter,
-)
 import pytest
 from support.virtual_screen import VirtualScreen
 
@@ -25,7 +20,9 @@ class Shown:
         self.block = Block((' one', ' two'))
         self.next = None
         self.composed = 0
-        self.writer = StatusWriter(self.screen.theirs, lambda: self.now)
+        self.writer = status_writer.StatusWriter(
+            self.screen.theirs, lambda: self.now
+        )
 
     def begin(self):
         self.writer.begin(self._compose)
@@ -44,7 +41,13 @@ class Shown:
         self.writer.flush()
         return self
 
-    def later(self, seconds=INTERVAL):
+    def draws(self, *lines, cursor=None, at_once=False):
+        """Have another block from now on."""
+        self.block = Block(lines, cursor)
+        self.writer.touch(at_once=at_once)
+        return self
+
+    def later(self, seconds=status_writer.INTERVAL):
         self.now += seconds
         return self.flush()
 
@@ -70,51 +73,28 @@ def shown():
 def test_output_scrolls_above_the_block(shown):
     one = shown().begin()
     assert one.lines == [' one', ' two']
-    for number in range(10):
-        one.write(f'line {number}\r\n').later()
+    lines = [f'line {number}' for number in range(10)]
+    for line in lines:
+        one.write(f'{line}\r\n').later()
     assert one.lines[-4:] == ['line 8', 'line 9', ' one', ' two']
-    assert one.screen.all_lines == [
-        *(f'line {number}' for number in range(10)),
-        ' one',
-        ' two',
-    ]
-
-
-def test_the_cursor_rests_where_the_output_ends(shown):
-    one = shown().begin().write('line\r\n').later()
-    assert one.screen.cursor == (1, 0)
-    one.write('name? ').later()
-    assert one.lines == ['line', 'name?', ' one', ' two']
-    assert one.screen.cursor == (1, 6)
+    assert one.screen.all_lines == [*lines, ' one', ' two']
 
 
 def test_partial_line_continues_where_it_ended(shown):
     one = shown(20, 4).begin()
     for number in range(5):
         one.write(f'line {number}\r\n').later()
-    one.write('name? ').later()
-    one.write('Ada').later()
-    one.write(' L.\r\n').later()
-    assert one.screen.all_lines[-4:] == [
-        'line 4',
-        'name? Ada L.',
-        ' one',
-        ' two',
-    ]
+    for text in ('name? ', 'Ada', ' L.\r\n'):
+        one.write(text).later()
+    lines = one.screen.all_lines[-4:]
+    assert lines == ['line 4', 'name? Ada L.', ' one', ' two']
 
 
 def test_long_partial_line_wraps(shown):
     one = shown(20, 6).begin().write('x' * 50).later()
     assert one.lines == ['x' * 20, 'x' * 20, 'x' * 10, ' one', ' two']
     one.write('y' * 15 + '\r\n').later()
-    assert one.lines == [
-        'x' * 20,
-        'x' * 20,
-        'x' * 10 + 'y' * 10,
-        'y' * 5,
-        ' one',
-        ' two',
-    ]
+    assert one.lines[2:] == ['x' * 10 + 'y' * 10, 'y' * 5, ' one', ' two']
 
 
 def test_line_with_carriage_return_is_rewritten_in_place(shown):
@@ -140,9 +120,7 @@ def test_unchanged_block_writes_nothing(shown):
 def test_block_is_drawn_at_most_ten_times_a_second(shown):
     one = shown().begin()
     for number in range(100):
-        one.block = Block((f' {number}',))
-        one.writer.touch()
-        one.write(f'{number}\r\n').later(0.01)
+        one.draws(f' {number}').write(f'{number}\r\n').later(0.01)
     # the first one, and one for each tenth of a second that began since
     assert 10 <= one.composed <= 12
 
@@ -151,7 +129,7 @@ def test_output_waits_for_the_next_drawing(shown):
     one = shown().begin().write('first\r\n').flush()
     assert one.lines == [' one', ' two']
     assert not one.writer.waits()
-    assert one.writer.due() - one.now == pytest.approx(INTERVAL)
+    assert one.writer.due() - one.now == pytest.approx(status_writer.INTERVAL)
     one.later()
     assert one.lines == ['first', ' one', ' two']
     # after a pause it is shown at once
@@ -160,20 +138,10 @@ def test_output_waits_for_the_next_drawing(shown):
     assert one.lines == ['first', 'second', ' one', ' two']
 
 
-def test_much_output_does_not_wait(shown, monkeypatch):
-    monkeypatch.setattr(status_writer, 'HELD', 100)
-    one = shown().begin().write('a line\r\n').flush()
-    assert one.lines == [' one', ' two']
-    one.write('x' * 90 + '\r\n').flush()
-    assert one.lines[:2] == ['a line', 'x' * 40]
-
-
 def test_changed_block_is_drawn_in_place(shown):
     one = shown().begin().write('line\r\n').later()
     for lines in ((' a', ' b', ' c'), (' d',), (), (' e', ' f')):
-        one.block = Block(lines)
-        one.writer.touch()
-        one.later()
+        one.draws(*lines).later()
         assert one.lines == ['line', *lines]
     assert one.screen.all_lines == ['line', ' e', ' f']
 
@@ -182,9 +150,7 @@ def test_block_at_the_bottom_grows_upwards(shown):
     one = shown(20, 4).begin()
     for number in range(6):
         one.write(f'line {number}\r\n').later()
-    one.block = Block((' a', ' b', ' c'))
-    one.writer.touch()
-    one.later()
+    one.draws(' a', ' b', ' c').later()
     assert one.lines == ['line 5', ' a', ' b', ' c']
     assert one.screen.all_lines[:6] == [f'line {n}' for n in range(6)]
 
@@ -226,9 +192,8 @@ def test_missing_block_leaves_output_only(shown):
 def test_typing_shows_each_key_and_places_the_cursor(shown):
     one = shown().begin().write('line\r\n').later()
     for typed in ('', 'h', 'he'):
-        one.block = Block((' one', f'/{typed}'), (1, 1 + len(typed)))
-        one.writer.touch(at_once=True)
-        one.flush()
+        cursor = (1, 1 + len(typed))
+        one.draws(' one', f'/{typed}', cursor=cursor, at_once=True).flush()
         assert one.lines == ['line', ' one', f'/{typed}']
         assert one.screen.cursor == (2, 1 + len(typed))
     one.write('more\r\n').later()
@@ -249,24 +214,18 @@ def test_resized_terminal_redraws_the_block(shown, columns):
     one.block = Block((' ' + 'a' * 35, ' ' + 'b' * 35))
     one.begin().write('line\r\n').later()
     one.screen.resize(columns, 8)
-    width = columns - 2
-    one.block = Block((' ' + 'A' * width, ' ' + 'B' * width))
-    one.writer.touch()
-    one.later().write('more\r\n').later()
-    assert one.lines == ['line', 'more', *one.block.lines]
+    lines = [' ' + letter * (columns - 2) for letter in 'AB']
+    one.draws(*lines).later().write('more\r\n').later()
+    assert one.lines == ['line', 'more', *lines]
 
 
 def test_too_long_block_line_is_cut_by_the_terminal(shown):
     one = shown(10, 6)
     one.block = Block((' ' + 'a' * 30, ' b'))
     one.begin().write('line\r\n').later().write('y' * 15 + '\r\n').later()
-    assert [line[:9] for line in one.lines] == [
-        'line',
-        'y' * 9,
-        'y' * 5,
-        ' ' + 'a' * 8,
-        ' b',
-    ]
+    *output, block, _ = (line[:9] for line in one.lines)
+    assert output == ['line', 'y' * 9, 'y' * 5]
+    assert (block, one.lines[-1]) == (' ' + 'a' * 8, ' b')
 
 
 def test_the_title_does_not_move_the_block(shown):
@@ -302,15 +261,14 @@ def test_blocked_terminal_gets_no_more_blocks(shown, monkeypatch):
         one.write('line\r\n').later()
         composed = one.composed
         for number in range(9):
-            one.block = Block((f' {number}',))
-            one.writer.touch()
-            one.write('more\r\n').later(2 * SLOW_INTERVAL)
+            one.draws(f' {number}').write('more\r\n')
+            one.later(2 * status_writer.SLOW_INTERVAL)
         assert one.composed == composed
         # that it goes on is waited for
         assert one.writer.waits()
         assert one.writer.due() == math.inf
     one.later()
-    one.later(SLOW_INTERVAL)
+    one.later(status_writer.SLOW_INTERVAL)
     assert one.lines == ['more'] * 7 + [' 8']
 
 
@@ -359,9 +317,7 @@ def test_flood_scrolls_above_the_block(flooded):
     assert one.screen.all_lines == [*written, ' one', ' two']
     assert one.composed == composed
     # what changes is drawn in its place, and not more often
-    one.block = Block((' 1', ' 2'))
-    one.writer.touch()
-    one.write('more\r\n').flush()
+    one.draws(' 1', ' 2').write('more\r\n').flush()
     assert one.lines[-3:] == ['more', ' one', ' two']
     one.later()
     assert one.lines[-3:] == ['more', ' 1', ' 2']
@@ -383,9 +339,7 @@ def test_long_line_of_a_flood_wraps(flooded):
 
 def test_flood_keeps_the_cursor_while_typing(flooded):
     one, _ = flooded(40, 8)
-    one.block = Block((' one', '/he'), (1, 3))
-    one.writer.touch(at_once=True)
-    one.flush()
+    one.draws(' one', '/he', cursor=(1, 3), at_once=True).flush()
     for number in range(20):
         one.write(f'{number}\r\n' * 9).flush()
         assert one.lines == [str(number)] * 6 + [' one', '/he']
@@ -420,15 +374,12 @@ def test_resized_terminal_keeps_all_lines_of_a_flood(flooded, size):
 def test_block_height_changes_during_a_flood(flooded):
     one, written = flooded(40, 8)
     for block in ((' a', ' b', ' c'), (' d',), (), (' e', ' f')):
-        one.block = Block(block)
-        one.writer.touch()
-        one.later()
+        one.draws(*block).later()
         for _ in range(3):
             one.write('x\r\n' * 20).flush().later()
             written += ['x'] * 20
-            assert one.lines == ['x'] * (8 - len(block) - (not block)) + [
-                *block
-            ]
+            above = ['x'] * (8 - len(block) - (not block))
+            assert one.lines == [*above, *block]
     assert one.screen.all_lines == [*written, ' e', ' f']
 
 

@@ -3,7 +3,7 @@
 
 """From a change to what is asked of the launch, without a process."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 import signal
 from types import SimpleNamespace
@@ -16,19 +16,12 @@ from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.state import About, LaunchState
 from colcon_yamllaunch.plan.plan import Plan, Process
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.watch import change_loop
+from colcon_yamllaunch.watch import change_loop, preparer
 from colcon_yamllaunch.watch.change_loop import ChangeLoop
 from colcon_yamllaunch.watch.dependencies import (
     Dependencies,
     PackageDependencies,
     ProcessDependencies,
-)
-from colcon_yamllaunch.watch.preparer import (
-    Announced,
-    Begun,
-    Failed,
-    Prepared,
-    Preparer,
 )
 from colcon_yamllaunch.watch.watched_files import Batch, Change
 import pytest
@@ -36,6 +29,8 @@ import pytest
 ARM = '/ws/src/arm'
 SHARE = '/ws/install/arm/share/arm'
 PREPARER, JOB = 71, 73
+#: What a build of the program makes, and the package that it is of.
+BUILT = {'/ws/install/arm/lib/arm/loop': 'arm'}
 
 
 def process(name: str, program: str, **more: Any) -> Process:
@@ -48,9 +43,7 @@ LOOP = process('loop', '/ws/install/arm/lib/arm/loop')
 KNOWN = Dependencies(
     (
         ProcessDependencies('talk', f'{ARM}/talk.py', frozenset(('arm',))),
-        ProcessDependencies(
-            'loop', '/ws/install/arm/lib/arm/loop', frozenset(('arm',))
-        ),
+        ProcessDependencies('loop', LOOP.argv[0], frozenset(('arm',))),
     ),
     (PackageDependencies('arm', ARM, frozenset(('talk.py',)), share=SHARE),),
     frozenset((f'{ARM}/demo.yaml',)),
@@ -60,14 +53,9 @@ KNOWN = Dependencies(
 class Played:
     """A launch of two processes, and what is asked of it."""
 
-    def __init__(
-        self,
-        *,
-        grown_from: Mapping[str, str] | None = None,
-        why: bool = False,
-    ) -> None:
+    def __init__(self, grown_from: Any = None, why: bool = False) -> None:
         self.now = 10.0
-        self.preparer = Mock(spec=Preparer, pid=PREPARER, written=b'')
+        self.preparer = Mock(spec=preparer.Preparer, pid=PREPARER, written=b'')
         self.preparer.ended.side_effect = lambda: setattr(
             self.preparer, 'pid', 0
         )
@@ -89,7 +77,7 @@ class Played:
         )
         self.state.expect(self.plan.entries)
         self.watching = ChangeLoop(
-            Prepared(self.plan, {}, KNOWN, {}, (), 0, grown_from),
+            preparer.Prepared(self.plan, {}, KNOWN, {}, (), 0, grown_from),
             self.preparer,
             None,
             clock=lambda: self.now,
@@ -180,12 +168,15 @@ class Played:
             before = self.built.get(package, {})
             digest = before.get(path, '') + '+'
             self.built[package] = {**before, path: digest}
-        answer = Prepared(plan, {}, KNOWN, dict(self.built), (), 0)
+        answer = preparer.Prepared(plan, {}, KNOWN, dict(self.built), (), 0)
         return self.answer(replace(answer, **more))
 
     def was_asked(self) -> list[Any]:
         asked, self.asked = self.asked, []
         return asked
+
+    def watched(self) -> list[events.Watched]:
+        return [e for e in self.told if isinstance(e, events.Watched)]
 
     def lines(self, *started: Process) -> list[str]:
         """Return what was said since, once some have started anew."""
@@ -208,39 +199,25 @@ def played(monkeypatch: pytest.MonkeyPatch) -> Played:
     return Played()
 
 
-def test_linked_script_is_restarted_at_once(played: Played) -> None:
-    assert played.save('talk.py') == ['restart talk']
-    assert not played.preparer.ask.called
-    assert played.lines() == []
-    played.now += 0.25
-    assert played.lines(TALK) == ['talk.py changed: restarted talk (0.25 s)']
-
-
-def test_changed_program_is_restarted_after_the_build(
-    played: Played,
-) -> None:
+def test_program_is_restarted_after_its_build(played: Played) -> None:
     assert played.save('loop.c') == []
-    assert played.answer(Announced('building 1 package')) == []
+    assert played.answer(preparer.Announced('building 1 package')) == []
     assert played.lines() == ['loop.c changed: building 1 package']
-    changed = {'/ws/install/arm/lib/arm/loop': 'arm'}
     played.preparer.written = b'loop.c:1: warning: unused\n'
-    assert played.prepared(changed=changed, packages=('arm',)) == [
-        'restart loop'
-    ]
+    asked = played.prepared(changed=BUILT, packages=('arm',))
+    assert asked == ['restart loop']
     played.happens(events.Started(LOOP, 1))
     played.watching.end_turn()
-    watched = [e for e in played.told if isinstance(e, events.Watched)]
-    assert watched[-1].details == 'loop.c:1: warning: unused'
-    assert played.lines()[-1] == (
-        'loop.c changed: built arm, restarted loop (0.00 s)'
-    )
+    assert played.watched()[-1].details == 'loop.c:1: warning: unused'
+    line = 'loop.c changed: built arm, restarted loop (0.00 s)'
+    assert played.lines()[-1] == line
 
 
 @pytest.mark.usefixtures('played')
 def test_why_explains_changes_and_restarts() -> None:
     played = Played(why=True)
     played.save('loop.c')
-    played.prepared(changed={'/ws/install/arm/lib/arm/loop': 'arm'})
+    played.prepared(changed=BUILT)
     assert played.lines() == [
         'src/arm/loop.c changed: build arm, as arm is built from it',
         'restart loop, as its program was built',
@@ -304,19 +281,17 @@ def test_file_that_does_not_compile_restarts_nothing(
     assert played.prepared(broken={talk: error}) == []
     left = 'not restarted, as Python code does not compile: talk (0.00 s)'
     played.watching.end_turn()
-    (event,) = [e for e in played.told if isinstance(e, events.Watched)]
+    (event,) = played.watched()
     assert (event.failed, event.details) == (True, error)
     assert played.lines() == [f'talk.py changed: {left}']
     # nor does another change of what it uses
     played.save('loop.c', 'talk.yaml')
-    both = {'/ws/install/arm/lib/arm/loop': 'arm'}
-    assert played.prepared(broken={talk: error}, changed=both) == [
-        'restart loop'
-    ]
+    asked = played.prepared(broken={talk: error}, changed=BUILT)
+    assert asked == ['restart loop']
     played.lines(LOOP)
     # a build that fails forgets nothing
     played.save('loop.c', 'talk.py')
-    played.answer(Failed('build'))
+    played.answer(preparer.Failed('build'))
     played.lines()
     played.save('loop.c')
     assert played.prepared(broken={talk: error}) == []
@@ -361,7 +336,7 @@ def test_failure_after_a_restart_is_reported_once(played: Played) -> None:
     assert played.lines(TALK) == ['talk.py changed: restarted talk (0.00 s)']
     played.now += 0.5
     played.happens(failed(TALK))
-    (event,) = [e for e in played.told if isinstance(e, events.Watched)]
+    (event,) = played.watched()
     assert event.failed
     line = 'talk.py changed: failed once started: talk (0.50 s)'
     assert played.lines() == [line]
@@ -376,11 +351,9 @@ def test_failure_after_a_restart_is_reported_once(played: Played) -> None:
     assert played.lines() == []
 
 
-def test_failure_before_the_report_is_part_of_it(
-    played: Played,
-) -> None:
+def test_failure_before_the_report_is_in_it(played: Played) -> None:
     played.save('talk.py', 'loop.c')
-    played.prepared(changed={'/ws/install/arm/lib/arm/loop': 'arm'})
+    played.prepared(changed=BUILT)
     assert played.lines(TALK) == []
     played.happens(failed(TALK))
     assert played.lines(LOOP) == [
@@ -389,14 +362,12 @@ def test_failure_before_the_report_is_part_of_it(
     ]
 
 
-def test_restart_after_a_failed_build_follows_the_next_build(
-    played: Played,
-) -> None:
+def test_restart_waits_for_a_build_that_succeeds(played: Played) -> None:
     played.save('loop.c', 'talk.py')
     played.preparer.written = b'loop.c:1: error'
-    assert played.answer(Failed('build')) == []
+    assert played.answer(preparer.Failed('build')) == []
     played.preparer.written = b''
-    (event,) = [e for e in played.told if isinstance(e, events.Watched)]
+    (event,) = played.watched()
     assert (event.failed, event.details) == (True, 'loop.c:1: error')
     assert 'everything runs on as before' in event.text
     played.told.clear()
@@ -404,9 +375,7 @@ def test_restart_after_a_failed_build_follows_the_next_build(
     assert played.prepared() == ['restart talk']
 
 
-def test_failed_process_is_restarted_when_its_package_is_built(
-    played: Played,
-) -> None:
+def test_failed_process_is_restarted_by_a_build(played: Played) -> None:
     played.happens(failed(TALK))
     played.now += 60
     played.save('loop.c')
@@ -451,7 +420,7 @@ def test_job_of_a_killed_preparer_is_interrupted(
     killed: list[tuple[int, int]] = []
     monkeypatch.setattr('os.killpg', lambda *args: killed.append(args))
     played.save('loop.c')
-    played.answer(Begun(JOB))
+    played.answer(preparer.Begun(JOB))
     assert played.guarded == {PREPARER, JOB}
     played.helpers[PREPARER](signal.SIGKILL)
     assert killed == [(JOB, signal.SIGINT)]
@@ -498,11 +467,9 @@ def test_launch_with_event_handlers_restarts_once() -> None:
     assert not played.watching.restarts_launch
 
 
-def test_killed_job_is_repeated_at_the_next_change(
-    played: Played,
-) -> None:
+def test_killed_job_is_repeated_at_a_change(played: Played) -> None:
     played.save('loop.c')
-    played.answer(Failed('job'))
+    played.answer(preparer.Failed('job'))
     assert played.lines() == [
         'loop.c changed: what prepares it was killed, '
         'everything runs on as before (0.00 s)'
@@ -530,9 +497,7 @@ def test_pause_collects_changes_until_it_ends(played: Played) -> None:
     ]
 
 
-def test_failure_soon_after_a_rewrite_restarts_the_process(
-    played: Played,
-) -> None:
+def test_failure_soon_after_a_rewrite_restarts(played: Played) -> None:
     played.now += change_loop.READ_WINDOW
     assert played.save('talk.py', kind='again') == []
     played.now += 0.5

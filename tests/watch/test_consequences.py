@@ -28,26 +28,22 @@ HEADER = '/home/me/include/fast.h'
 LAUNCH = f'{ARM}/launch/demo.yaml'
 XACRO = '/home/me/arm.urdf'
 
+ALL = frozenset(('arm', 'maths', 'msgs'))
+ALL_YAML = f'{ARM}/config/all.yaml'
 KNOWLEDGE = Dependencies(
     (
         ProcessDependencies(
-            'double',
-            f'{ARM}/scripts/double.py',
-            frozenset(('arm', 'maths', 'msgs')),
-            frozenset((f'{ARM}/config/all.yaml',)),
+            *('double', f'{ARM}/scripts/double.py', ALL),
+            frozenset((ALL_YAML,)),
             may_run_python=True,
         ),
         ProcessDependencies(
-            'triple',
-            '/ws/install/arm/lib/arm/triple',
-            frozenset(('arm', 'maths', 'msgs')),
-            frozenset((f'{ARM}/config/all.yaml', '/home/me/x.rviz')),
+            *('triple', '/ws/install/arm/lib/arm/triple', ALL),
+            frozenset((ALL_YAML, '/home/me/x.rviz')),
             may_run_python=True,
         ),
         ProcessDependencies(
-            'motor',
-            '/ws/build/arm/motor',
-            frozenset(('arm', 'msgs')),
+            'motor', '/ws/build/arm/motor', frozenset(('arm', 'msgs'))
         ),
         ProcessDependencies('bag', '/home/me/bag.sh', may_run_python=True),
         ProcessDependencies(
@@ -58,8 +54,7 @@ KNOWLEDGE = Dependencies(
     ),
     (
         PackageDependencies(
-            'arm',
-            ARM,
+            *('arm', ARM),
             frozenset(
                 (
                     *('scripts/double.py', 'config/all.yaml', 'arm/pose.py'),
@@ -82,6 +77,8 @@ KNOWLEDGE = Dependencies(
 
 RESTARTS = Steps(restart=('double', 'triple'))
 BUILDS = Steps(frozenset(('arm',)))
+BUILDS_FIRST = replace(BUILDS, after_build=('double', 'triple'))
+BUILDS_AND_REPLANS = replace(BUILDS, replan=True)
 
 
 def of(*paths: str, kind: str = 'changed', **known: bool) -> Steps:
@@ -123,31 +120,19 @@ def of(*paths: str, kind: str = 'changed', **known: bool) -> Steps:
         ('/home/me/notes.txt', 'changed', Steps()),
         ('/ws/src/army/src/motor.cpp', 'changed', Steps()),
         # it will be installed, and what crashed for want of it goes on
-        (
-            f'{ARM}/arm/more.py',
-            'new',
-            Steps(frozenset(('arm',)), after_build=('double', 'triple')),
-        ),
-        (
-            f'{ARM}/arm/gone.py',
-            'deleted',
-            Steps(frozenset(('arm',)), after_build=('double', 'triple')),
-        ),
+        (f'{ARM}/arm/more.py', 'new', BUILDS_FIRST),
+        (f'{ARM}/arm/gone.py', 'deleted', BUILDS_FIRST),
         (f'{ARM}/test/more.py', 'new', BUILDS),
         (f'{ARM}/src/new.cpp', 'new', BUILDS),
         (f'{ARM}/urdf/mesh.stl', 'deleted', BUILDS),
         # a fresh launch would not start
-        (
-            f'{ARM}/scripts/double.py',
-            'deleted',
-            Steps(frozenset(('arm',)), replan=True),
-        ),
+        (f'{ARM}/scripts/double.py', 'deleted', BUILDS_AND_REPLANS),
         ('/home/me/bag.sh', 'deleted', Steps(replan=True)),
         (f'{ARM}/scripts/double.py', 'mode', Steps(restart=('double',))),
         (f'{ARM}/arm/pose.py', 'mode', Steps()),
         # one that is not there is no part of the plan
         ('/home/me/x.rviz', 'new', Steps(replan=True, restart=('triple',))),
-        (LAUNCH, 'deleted', Steps(frozenset(('arm',)), replan=True)),
+        (LAUNCH, 'deleted', BUILDS_AND_REPLANS),
     ],
 )
 def test_change_has_documented_steps(
@@ -170,10 +155,8 @@ def test_changes_of_one_batch_are_handled_together() -> None:
 
 
 def test_restart_after_build_replaces_restart_at_once() -> None:
-    changes = [
-        Change('new', f'{ARM}/arm/more.py', f'{ARM}/arm/more.py'),
-        Change('changed', '/home/me/x.rviz', '/home/me/x.rviz'),
-    ]
+    paths = {f'{ARM}/arm/more.py': 'new', '/home/me/x.rviz': 'changed'}
+    changes = [Change(kind, path, path) for path, kind in paths.items()]
     found = steps(consequences(changes, KNOWLEDGE), KNOWLEDGE)
     assert found.restart == ()
     assert found.after_build == ('double', 'triple')
@@ -207,11 +190,11 @@ def test_file_with_two_names_is_one_change() -> None:
 
 
 def test_why_line_names_change_action_and_reason() -> None:
+    names = ('arm/pose.py', 'src/\x1bnew.cpp', 'launch/demo.yaml')
+    paths = [f'{ARM}/{name}' for name in (*names, 'urdf/mesh.stl')]
     changes = [
-        Change('changed', f'{ARM}/arm/pose.py', f'{ARM}/arm/pose.py'),
-        Change('new', f'{ARM}/src/\x1bnew.cpp', f'{ARM}/src/\x1bnew.cpp'),
-        Change('changed', LAUNCH, LAUNCH),
-        Change('changed', f'{ARM}/urdf/mesh.stl', f'{ARM}/urdf/mesh.stl'),
+        Change('new' if path.endswith('.cpp') else 'changed', path, path)
+        for path in paths
     ]
     lines = list(why_lines(consequences(changes, KNOWLEDGE), '/ws'))
     assert lines == [
@@ -225,6 +208,10 @@ def test_why_line_names_change_action_and_reason() -> None:
     ]
 
 
+DOUBLE = Steps(restart=('double',))
+AFTER_BUILD = Steps(after_build=('triple',))
+
+
 @pytest.mark.parametrize(
     ('path', 'failed', 'has_prepared', 'expected'),
     [
@@ -232,29 +219,14 @@ def test_why_line_names_change_action_and_reason() -> None:
         (f'{ARM}/scripts/double.py', (), False, Steps()),
         (f'{ARM}/config/all.yaml', ('bag', 'motor'), False, Steps()),
         # who has just failed may have read another one
-        (
-            f'{ARM}/config/all.yaml',
-            ('bag', 'double'),
-            False,
-            Steps(restart=('double',)),
-        ),
-        (
-            f'{ARM}/scripts/double.py',
-            ('double', 'triple'),
-            False,
-            Steps(restart=('double',)),
-        ),
-        (
-            f'{ARM}/arm/pose.py',
-            ('triple',),
-            False,
-            Steps(after_build=('triple',)),
-        ),
+        (ALL_YAML, ('bag', 'double'), False, DOUBLE),
+        (f'{ARM}/scripts/double.py', ('double', 'triple'), False, DOUBLE),
+        (f'{ARM}/arm/pose.py', ('triple',), False, AFTER_BUILD),
         # and so may a build and an evaluation
         (f'{ARM}/src/a.cpp', (), False, Steps()),
         (f'{ARM}/src/a.cpp', (), True, BUILDS),
         (LAUNCH, (), False, Steps()),
-        (LAUNCH, (), True, Steps(frozenset(('arm',)), replan=True)),
+        (LAUNCH, (), True, BUILDS_AND_REPLANS),
         # a link to it could not be installed
         (f'{ARM}/urdf/mesh.stl', (), True, BUILDS),
         ('/home/me/notes.txt', ('bag',), True, Steps()),

@@ -22,20 +22,13 @@ from colcon_yamllaunch.plan.plan import (
     SetParameter,
 )
 from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.watch import dependencies
 from colcon_yamllaunch.watch.consequences import (
     affected_by_build,
     changed_products,
     consequences,
     Steps,
     steps,
-)
-from colcon_yamllaunch.watch.dependencies import (
-    build_products,
-    Dependencies,
-    find_dependencies,
-    mapped_files,
-    ProcessDependencies,
-    RemoteDependencies,
 )
 from colcon_yamllaunch.watch.watched_files import Change
 from colcon_yamllaunch.workspace.freshness.build_record import (
@@ -58,13 +51,9 @@ class FakeWorkspace:
     """A workspace whose builds are written down by hand."""
 
     def __init__(self, root: Path) -> None:
-        self.root: Path | None = root
-        base = SimpleNamespace(
-            root=root,
-            build_base=root / 'build',
-            install_base=root / 'install',
-        )
-        self.colcon: Any = base
+        self.root: Any = root
+        bases = {f'{name}_base': root / name for name in ('build', 'install')}
+        self.colcon: Any = SimpleNamespace(root=root, **bases)
         self.packages: list[Package] = []
         self.records: dict[str, Record] = {}
 
@@ -74,7 +63,7 @@ class FakeWorkspace:
         return PackageLocator(self.packages, install, False, {})
 
     def file(self, path: str, text: str = '', mode: int = 0o644) -> str:
-        assert self.root is not None
+
         file = self.root / path
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(text)
@@ -82,7 +71,7 @@ class FakeWorkspace:
         return str(file)
 
     def link(self, path: str, target: str) -> str:
-        assert self.root is not None
+
         link = self.root / path
         link.parent.mkdir(parents=True, exist_ok=True)
         link.symlink_to(target)
@@ -90,7 +79,7 @@ class FakeWorkspace:
 
     def add(self, name: str, *needs: str) -> None:
         """Add a package that was never built."""
-        assert self.root is not None
+
         source = self.root / 'src' / name
         source.mkdir(parents=True, exist_ok=True)
         package = Package(name, source, 'ros.ament_cmake', frozenset(needs))
@@ -129,8 +118,8 @@ def learn(
     workspace: FakeWorkspace,
     *entries: Process | Component,
     **more: Any,
-) -> Dependencies:
-    return find_dependencies(
+) -> dependencies.Dependencies:
+    return dependencies.find_dependencies(
         Plan(entries),
         evaluation(**more),
         None if workspace.root is None else workspace.colcon,
@@ -140,7 +129,7 @@ def learn(
     )
 
 
-def only(known: Dependencies) -> ProcessDependencies:
+def only(known: dependencies.Dependencies) -> dependencies.ProcessDependencies:
     (one,) = known.processes
     return one
 
@@ -150,9 +139,7 @@ def test_linked_script_is_known_by_its_target(
 ) -> None:
     workspace.build('arm', 'maths')
     workspace.build('maths')
-    script = workspace.file(
-        'src/arm/scripts/a.py', '#!/usr/bin/python3', 0o755
-    )
+    script = workspace.file('src/arm/scripts/a.py', PYTHON, 0o755)
     program = workspace.link('install/arm/lib/arm/a.py', script)
     one = only(learn(workspace, process(program)))
     assert one.program == script
@@ -308,29 +295,23 @@ def test_changed_products_are_those_of_a_build(
     workspace: FakeWorkspace,
 ) -> None:
     build, install = f'{workspace.root}/build', f'{workspace.root}/install'
-    products = {
-        'motor': found('1'),
-        'libarm.so': found('1'),
-        'x.o': found('1'),
-    }
+    products = dict.fromkeys(('motor', 'libarm.so', 'x.o'), found('1'))
     installed = {'arm/share/arm/a.yaml': found('1')}
     workspace.build('arm', installed=installed, products=products)
-    before = build_products(workspace.colcon, ['arm'])
+    before = dependencies.build_products(workspace.colcon, ['arm'])
     assert changed_products(before, before) == {}
     products = {**products, 'libarm.so': found('2'), 'new': found('1')}
     workspace.rebuild('arm', installed={}, products=products)
-    after = build_products(workspace.colcon, ['arm'])
+    after = dependencies.build_products(workspace.colcon, ['arm'])
     changed = changed_products(before, after)
-    assert changed == {
-        f'{build}/arm/libarm.so': 'arm',
-        f'{build}/arm/new': 'arm',
-        f'{install}/arm/share/arm/a.yaml': 'arm',
-    }
+    names = f'{build}/arm/libarm.so', f'{build}/arm/new'
+    files = (*names, f'{install}/arm/share/arm/a.yaml')
+    assert changed == dict.fromkeys(files, 'arm')
     # one that was never built
     assert changed_products({}, after).keys() == after['arm'].keys()
     # times tell nothing
     workspace.rebuild('arm', built_at=9)
-    again = build_products(workspace.colcon, ['arm'])
+    again = dependencies.build_products(workspace.colcon, ['arm'])
     assert changed_products(after, again) == {}
 
 
@@ -368,7 +349,9 @@ def test_build_affects_the_processes_that_use_its_products(
 ) -> None:
     use = dict(use)
     mapped = {'x': use.pop('libraries')} if 'libraries' in use else {}
-    known = Dependencies((ProcessDependencies('x', **use),))
+    known = dependencies.Dependencies(
+        (dependencies.ProcessDependencies('x', **use),)
+    )
     assert bool(affected_by_build({path: 'arm'}, known, mapped)) == is_affected
     assert affected_by_build({}, known, mapped) == {}
 
@@ -383,13 +366,13 @@ def test_files_mapped_into_a_process_are_found() -> None:
     ) as shell:
         assert shell.stdout is not None
         shell.stdout.readline()
-        found = mapped_files(shell.pid)
+        found = dependencies.mapped_files(shell.pid)
         os.killpg(shell.pid, 9)
     python = os.path.realpath(sys.executable)
     assert found is not None
     assert python.startswith('/usr/') or python in found
     # what has ended maps nothing
-    assert mapped_files(shell.pid) is None
+    assert dependencies.mapped_files(shell.pid) is None
 
 
 class Kind(NamedTuple):
@@ -450,12 +433,12 @@ def test_only_changes_on_the_machine_restart_its_processes(
         live = frozenset({kind.source} if kind.is_live else ())
         workspace.rebuild('arm', live=live, installed=links)
     files = (f'{install}/{kind.program}', f'{install}/share/arm/config/c.yaml')
-    known = find_dependencies(
+    known = dependencies.find_dependencies(
         Plan((process(*files, label=label, package='arm'),)),
         evaluation(f'{workspace.root}/src/arm/{LAUNCH}'),
         *(workspace.colcon, workspace.locator),
         *(['arm'] if is_installed else [], {}),
-        RemoteDependencies(
+        dependencies.RemoteDependencies(
             {label: 'arm'},
             {label: frozenset(files)},
             {'arm': ARM},
@@ -483,7 +466,9 @@ def test_only_changes_on_the_machine_restart_its_processes(
 def test_file_of_no_package_is_compared_on_the_machine() -> None:
     path = '/home/me/a.yaml'
     files = {'arm│talk': frozenset((path,))}
-    known = Dependencies(remote=RemoteDependencies(files=files))
+    known = dependencies.Dependencies(
+        remote=dependencies.RemoteDependencies(files=files)
+    )
     assert known.files() == (path,)
     change = Change('changed', path, path)
     assert steps(consequences([change], known), known) == Steps(replan=True)

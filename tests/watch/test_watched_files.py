@@ -107,12 +107,8 @@ def test_rewritten_file_is_noted_once(
     'name',
     [
         *('4913', '.a.cpp.swp', '.a.cpp.swx', 'a.cpp~', '#a.cpp#', '.#a.cpp'),
-        *(
-            'a.cpp___jb_tmp___',
-            '.goutputstream-ABC',
-            'a.pyc',
-            'a.cpp.kate-swp',
-        ),
+        *('a.cpp___jb_tmp___', '.goutputstream-ABC', 'a.cpp.kate-swp'),
+        'a.pyc',
         *('.git/index', '__pycache__/a.py', '.vscode/x.json'),
     ],
 )
@@ -133,9 +129,8 @@ def test_folders_of_colcon_are_ignored(tree: Tree, folder: str) -> None:
     tree.write(f'src/arm/{folder}/x/a.cpp')
     assert tree.changes(f'src/arm/{folder}/x/a.cpp') == []
     assert tree.again() == []
-    assert not any(
-        folder in p for p in tree.files.watched_folders - {str(tree.root)}
-    )
+    watched = tree.files.watched_folders - {str(tree.root)}
+    assert not any(folder in path for path in watched)
 
 
 def test_file_that_is_being_saved_is_partly_written(tree: Tree) -> None:
@@ -178,15 +173,12 @@ def test_changes_have_the_watched_names_of_files(tree: Tree) -> None:
     install.symlink_to(real)
     tree.watch(install)
     real.write_text('another')
-    assert tree.changes('elsewhere/deep/a.yaml') == [
-        'changed install.yaml',
-        'changed src/arm/config/a.yaml',
-    ]
+    names = ['changed install.yaml', 'changed src/arm/config/a.yaml']
+    assert tree.changes('elsewhere/deep/a.yaml') == names
     shared.write_text('another')
-    found = tree.files.changes([str(shared)])
-    assert [(c.path, c.real) for c in found] == [
-        (str(tree.package / 'b.yaml'), str(shared))
-    ]
+    (found,) = tree.files.changes([str(shared)])
+    assert found.path == str(tree.package / 'b.yaml')
+    assert found.real == str(shared)
     # what else lies there is nobody's
     tree.write('shared/c.yaml')
     assert tree.changes('shared/c.yaml') == []
@@ -259,9 +251,8 @@ def test_lock_of_git_is_found(tree: Tree) -> None:
     tree.write('src/.git', 'gitdir: ../other/worktrees/src\n')
     tree.watch()
     (lock,) = tree.files.git_locks
-    assert os.path.normpath(lock) == str(
-        tree.root / 'other/worktrees/src/index.lock'
-    )
+    expected = tree.root / 'other/worktrees/src/index.lock'
+    assert os.path.normpath(lock) == str(expected)
 
 
 NAMES = strategies.sampled_from(['a.cpp', 'b.py', 'in/a.cpp', 'in/er/c.h'])
@@ -328,11 +319,8 @@ def test_changes_are_those_that_happened(
             else:
                 found = files.changes(paths)
             is_now = now(folder)
-            differing = {
-                path
-                for path in known.keys() | is_now.keys()
-                if known.get(path) != is_now.get(path)
-            }
+            paths = known.keys() | is_now.keys()
+            differing = {p for p in paths if known.get(p) != is_now.get(p)}
             assert {c.path for c in found} == differing
             assert len(found) == len(differing)
             for change in found:

@@ -4,9 +4,9 @@
 """
 The handlers of the actions, and the makers of the substitutions.
 
-- `handlers` is the table of all actions. `flow_actions`, `scope_actions`,
-  `process_actions` and `component_actions` each have those of one family.
-- `node_parameters` and `parameter_files` have the parameters of nodes.
+- `handlers` is the table of all actions, and has the handlers of those without
+  a module of their own. `process_actions` and `component_actions` have those
+  that run something, and `parameter_files` the files with parameters.
 - `substitution_makers` computes substitutions, and `expressions` those of
   `$(eval …)` that a check may compute.
 """

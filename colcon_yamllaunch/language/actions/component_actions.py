@@ -6,11 +6,6 @@
 from collections.abc import Iterator, Mapping
 import os
 
-from colcon_yamllaunch.language.actions.node_parameters import (
-    EMPTY_LIST,
-    nested_parameters,
-    parameter_value,
-)
 from colcon_yamllaunch.language.actions.parameter_files import (
     file_of,
     note_sections,
@@ -19,16 +14,19 @@ from colcon_yamllaunch.language.actions.parameter_files import (
     sections_in,
 )
 from colcon_yamllaunch.language.actions.process_actions import (
+    EMPTY_LIST,
     full_node_name,
+    nested_parameters,
     node_name,
+    node_name_problem,
     node_namespace,
+    parameter_value,
     remap_rules,
     run_node,
 )
-from colcon_yamllaunch.language.actions.scope_actions import node_name_problem
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.findings import PluginUse
-from colcon_yamllaunch.language.evaluation.values import Value
+from colcon_yamllaunch.language.evaluation.scope import Value
 from colcon_yamllaunch.language.evaluation.walk import Handler, Walk
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.launch_tree import Entity

@@ -13,7 +13,7 @@ from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.findings import SectionUse
-from colcon_yamllaunch.language.evaluation.values import Place, Value
+from colcon_yamllaunch.language.evaluation.scope import Place, Value
 from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.syntax.diagnostics import (
     Diagnostic,

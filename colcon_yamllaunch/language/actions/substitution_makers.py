@@ -31,8 +31,8 @@ from colcon_yamllaunch.common.process_scan import (
 )
 from colcon_yamllaunch.common.suggestions import did_you_mean, is_slip
 from colcon_yamllaunch.common.text_files import content_of
-from colcon_yamllaunch.language.evaluation.scope import ANY_NAME
-from colcon_yamllaunch.language.evaluation.values import (
+from colcon_yamllaunch.language.evaluation.scope import (
+    ANY_NAME,
     derived,
     known,
     LeftOpen,

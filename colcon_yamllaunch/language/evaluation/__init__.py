@@ -4,10 +4,9 @@
 """
 The walk through the actions, and what it knows on the way.
 
-- `walk` visits the actions in order; it starts from a `request`.
-- `attributes` reads the attributes of an action, `values` has texts that are
-  known or left open, `scope` what earlier actions have set.
+- `walk` visits the actions in order; it starts from a `request`, which
+  also declares the worker for Python launch files.
+- `attributes` reads the attributes of an action. `scope` has what earlier
+  actions have set, and texts that are known or left open.
 - `findings` collects problems, packages, programs and nodes.
-- `launch_worker` is the worker for Python launch files, as the walk sees
-  it.
 """

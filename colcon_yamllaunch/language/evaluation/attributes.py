@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 import math
 from typing import NamedTuple, TYPE_CHECKING, TypeVar
 
-from colcon_yamllaunch.language.evaluation.values import Value
+from colcon_yamllaunch.language.evaluation.scope import Value
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.launch_tree import Entity, Item
 from colcon_yamllaunch.language.syntax.text import (

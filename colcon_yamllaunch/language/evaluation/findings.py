@@ -9,8 +9,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.language.evaluation.scope import Guard
-from colcon_yamllaunch.language.evaluation.values import Place
+from colcon_yamllaunch.language.evaluation.scope import Guard, Place
 from colcon_yamllaunch.language.syntax.diagnostics import (
     Diagnostic,
     error,

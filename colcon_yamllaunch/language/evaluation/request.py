@@ -5,14 +5,11 @@
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import field
-from typing import Protocol, TYPE_CHECKING
+from typing import Any, Protocol, TYPE_CHECKING
 
 from colcon_yamllaunch.common.frozen import dataclass
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.language.evaluation.launch_worker import (
-        LaunchWorker,
-    )
     from colcon_yamllaunch.language.syntax.launch_tree import LaunchFile
 
 
@@ -108,6 +105,44 @@ class NothingExposed:
 FindExposed = Callable[[], Exposed]
 
 
+#: A message of the worker or for it; see `python_launch/worker/channel.py`.
+WorkerMessage = Mapping[str, Any]
+
+
+class WorkerError(Exception):
+    """The worker cannot answer; the text says what became of it."""
+
+
+class NoWorkerError(WorkerError):
+    """There is no worker, as the environment lacks what it needs."""
+
+
+class WorkerTimeoutError(WorkerError):
+    """The worker does not answer; the text says for how long."""
+
+
+class LaunchWorker(Protocol):
+    """A process that reads launch files with ROS 2's own packages."""
+
+    def send(self, message: WorkerMessage) -> None:
+        """
+        Send a message.
+
+        :raises WorkerError: when there is none, or it has ended
+        """
+
+    def receive(self) -> WorkerMessage:
+        """
+        Wait for the next message.
+
+        :raises WorkerTimeoutError: when none comes in time
+        :raises WorkerError: when the worker has ended
+        """
+
+    def doing(self) -> WorkerMessage:
+        """Return what the worker is doing, a message `where`, and end it."""
+
+
 @dataclass(frozen=True, slots=True)
 class Request:
     """
@@ -135,5 +170,5 @@ class Request:
     cwd: str
     log_folder: str = ''
     exposed: FindExposed = NothingExposed
-    open_worker: 'Callable[[], LaunchWorker] | None' = None
+    open_worker: Callable[[], LaunchWorker] | None = None
     trees: 'dict[str, LaunchFile]' = field(default_factory=dict, compare=False)

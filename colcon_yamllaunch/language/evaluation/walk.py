@@ -7,7 +7,7 @@ The walk through the actions of launch files, in order.
 Running a launch file and checking it are its two policies: :class:`Walk` does
 what a launch does, and its subclass in `policies/check.py` what a check does.
 Values are known or not, see
-:mod:`colcon_yamllaunch.language.evaluation.values`.
+:mod:`colcon_yamllaunch.language.evaluation.scope`.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -27,13 +27,14 @@ from colcon_yamllaunch.language.evaluation.findings import (
     PlanDraft,
 )
 from colcon_yamllaunch.language.evaluation.request import Exposed, Request
-from colcon_yamllaunch.language.evaluation.scope import Guard, Scope
-from colcon_yamllaunch.language.evaluation.values import (
+from colcon_yamllaunch.language.evaluation.scope import (
     AlreadyReportedError,
+    Guard,
     joined,
     known,
     LeftOpen,
     Place,
+    Scope,
     unknown,
     UNSET,
     Value,

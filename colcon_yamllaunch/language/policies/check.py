@@ -25,9 +25,9 @@ from colcon_yamllaunch.language.evaluation.findings import (
     DeclaredArgument,
 )
 from colcon_yamllaunch.language.evaluation.request import Request
-from colcon_yamllaunch.language.evaluation.scope import Guard
-from colcon_yamllaunch.language.evaluation.values import (
+from colcon_yamllaunch.language.evaluation.scope import (
     AlreadyReportedError,
+    Guard,
     Place,
     Value,
 )

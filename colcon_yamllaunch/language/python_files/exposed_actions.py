@@ -14,9 +14,11 @@ from typing import Any, TypeGuard
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
-from colcon_yamllaunch.language.evaluation.launch_worker import WorkerMessage
-from colcon_yamllaunch.language.evaluation.request import FindExposed
-from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
+from colcon_yamllaunch.language.evaluation.request import (
+    FindExposed,
+    WorkerMessage,
+)
+from colcon_yamllaunch.language.evaluation.scope import AlreadyReportedError
 from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.python_files.python_visit import (
     ask_worker,

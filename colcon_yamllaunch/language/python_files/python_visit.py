@@ -19,14 +19,16 @@ import shutil
 from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.language.actions.process_actions import general_timeout
 from colcon_yamllaunch.language.evaluation.findings import DeclaredArgument
-from colcon_yamllaunch.language.evaluation.launch_worker import (
+from colcon_yamllaunch.language.evaluation.request import (
     NoWorkerError,
     WorkerError,
     WorkerMessage,
     WorkerTimeoutError,
 )
-from colcon_yamllaunch.language.evaluation.scope import environment_changes
-from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
+from colcon_yamllaunch.language.evaluation.scope import (
+    AlreadyReportedError,
+    environment_changes,
+)
 from colcon_yamllaunch.language.evaluation.walk import EndlessError, Walk
 from colcon_yamllaunch.language.python_files.worker_dialogue import (
     Intake,

@@ -22,14 +22,14 @@ from colcon_yamllaunch.language.evaluation.findings import (
     ExecutableUse,
     PluginUse,
 )
-from colcon_yamllaunch.language.evaluation.launch_worker import (
+from colcon_yamllaunch.language.evaluation.request import (
     LaunchWorker,
     WorkerMessage,
 )
-from colcon_yamllaunch.language.evaluation.scope import Names
-from colcon_yamllaunch.language.evaluation.values import (
+from colcon_yamllaunch.language.evaluation.scope import (
     AlreadyReportedError,
     known,
+    Names,
     UNSET,
     Value,
 )

@@ -248,7 +248,7 @@ class _Holder:
     def __str__(self) -> str:
         name = f'process {self.pid}'
         if self.title:
-            name = f"'{self.title}' ({name})"
+            name = f"'{self.title}' (process {self.pid})"
         return f'{name}, which {self.what}'
 
 

@@ -5,8 +5,9 @@
 
 from pathlib import Path
 import re
+from textwrap import dedent
 
-from colcon_yamllaunch.language.actions import scope_actions
+from colcon_yamllaunch.language.actions import handlers
 from colcon_yamllaunch.language.actions.handlers import HANDLERS
 from colcon_yamllaunch.language.policies.check import check, find_declarations
 from colcon_yamllaunch.language.vocabulary import actions
@@ -22,15 +23,13 @@ def name(monkeypatch: pytest.MonkeyPatch) -> str:
     """Add the action of the page, and give its name."""
     page = (ROOT / 'CONTRIBUTING.md').read_text(encoding='utf-8')
     section = page.partition('\n## Add an action\n')[2].partition('\n## ')[0]
-    blocks = re.findall(r'```python\n(.*?)```', section, re.DOTALL)
-    entry, function, handler, example = blocks
-    action = eval(f'({entry})[0]', vars(actions))
-    made = dict(vars(scope_actions))
+    blocks = re.findall(r'(?:^ {7}.*\n)+', section, re.MULTILINE)
+    entry, function, example = map(dedent, blocks)
+    action = eval(entry, vars(actions))
+    made = dict(vars(handlers))
     exec(function, made)
-    handlers = eval(f'{{{handler}}}', made)
-    assert list(handlers) == [action.name]
     monkeypatch.setitem(actions.ACTIONS, action.name, action)
-    monkeypatch.setitem(HANDLERS, action.name, handlers[action.name])  # type: ignore[misc]
+    monkeypatch.setitem(HANDLERS, action.name, made[f'_{action.name}'])  # type: ignore[misc]
     for key, text in eval(f'{{{example}}}').items():
         monkeypatch.setitem(EXAMPLES, key, text)
     return str(action.name)

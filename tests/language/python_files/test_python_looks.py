@@ -6,7 +6,7 @@
 from dataclasses import replace
 
 from colcon_yamllaunch.language.evaluation.findings import DeclaredArgument
-from colcon_yamllaunch.language.evaluation.launch_worker import NoWorkerError
+from colcon_yamllaunch.language.evaluation.request import NoWorkerError
 from colcon_yamllaunch.language.policies.check import find_declarations
 from colcon_yamllaunch.language.python_files.python_visit import (
     named_packages,

@@ -3,7 +3,7 @@
 
 """Launch files in Python become a part of the plan."""
 
-from colcon_yamllaunch.language.evaluation.launch_worker import (
+from colcon_yamllaunch.language.evaluation.request import (
     NoWorkerError,
     WorkerError,
     WorkerTimeoutError,

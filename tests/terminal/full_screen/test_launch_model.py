@@ -15,13 +15,7 @@ from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.observers.log_levels import Level
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.terminal.full_screen.launch_model import (
-    HISTORY,
-    LaunchModel,
-    level_of_event,
-    sentence_of,
-    SENTENCES,
-)
+from colcon_yamllaunch.terminal.full_screen import launch_model
 from colcon_yamllaunch.terminal.full_screen.screen_texts import curve
 import pytest
 from support.shown_launch import (
@@ -34,6 +28,7 @@ from support.shown_launch import (
 )
 
 SIGNAL = 'died by SIGSEGV (segmentation fault), core dumped'
+DOWN: dict[str, Any] = {'phase': 'failed', 'pid': None}
 
 
 class Clock:
@@ -45,15 +40,15 @@ class Clock:
         return self.now
 
 
-def model_of(*parts: Any) -> LaunchModel:
-    return LaunchModel(ShownLaunch(*parts))
+def model_of(*parts: Any) -> launch_model.LaunchModel:
+    return launch_model.LaunchModel(ShownLaunch(*parts))
 
 
-def lines_of(model: LaunchModel) -> list[tuple[str | None, str]]:
+def lines_of(model: launch_model.LaunchModel) -> list[tuple[str | None, str]]:
     return [(line.label, line.text) for line in model.view.lines]
 
 
-def rows_of(model: LaunchModel) -> list[str]:
+def rows_of(model: launch_model.LaunchModel) -> list[str]:
     return [f'{r.look.sign} {r.title} {r.note}'.strip() for r in model.rows()]
 
 
@@ -64,9 +59,7 @@ def test_rows_show_state_restarts_and_cpu() -> None:
         process('b', lifecycle='inactive'),
         process('c', phase='respawn', ending='exited with code 1', pid=None),
         process('d', phase='waiting', pid=None),
-        process(
-            'e', phase='failed', pid=None, condition='failed', ending=SIGNAL
-        ),
+        process('e', **DOWN, condition='failed', ending=SIGNAL),
         component('talker', 'box', lifecycle='active'),
         component('lost', 'box', phase='failed', ending='no such class'),
         component('remote', None, phase='waiting'),
@@ -128,7 +121,7 @@ def test_end_marks_processes_ended_and_stops_the_clock() -> None:
     names = ('a', 'b', 'c')
     parts = *map(process, names), component('talker', 'a')
     launch = ShownLaunch(*parts, stopping=True, clock=clock)
-    model = LaunchModel(launch)
+    model = launch_model.LaunchModel(launch)
     clock.now += 4
     plan = Process('a', ('true',), Position('/ws/demo.yaml', 1, 1), '/')
     finished = Exited(plan, 7, Outcome(code=0), 1.0, False, False)
@@ -139,19 +132,15 @@ def test_end_marks_processes_ended_and_stops_the_clock() -> None:
     clock.now += 50
     assert model.state.seconds == 10.0
     assert model.state.exit_code == 1
-    assert rows_of(model) == [
-        '✓ a finished',
-        '✓ talker unloaded',
-        '■ b ended',
-        '■ c ended',
-    ]
+    ended = ['✓ a finished', '✓ talker unloaded', '■ b ended', '■ c ended']
+    assert rows_of(model) == ended
 
 
 def test_usage_history_is_limited() -> None:
     model = model_of(process('a', pid=7))
-    for number in range(HISTORY + 5):
+    for number in range(launch_model.HISTORY + 5):
         model.add_usage({7: Usage(float(number), 1)})
-    assert len(model.usage['a']) == HISTORY
+    assert len(model.usage['a']) == launch_model.HISTORY
     assert model.usage['a'][0].cpu == 5.0
     # those of other machines come with the state
     there = process('b', pid=7, machine='arm', cpu=0.25, memory=2)
@@ -160,6 +149,10 @@ def test_usage_history_is_limited() -> None:
     assert list(model.usage['b']) == [Usage(0.25, 2)]
     assert curve([0.0, 0.5, 1.0]) == '▁▅█'
     assert curve([0.0, 0.0]) == '▁▁'
+
+
+CHECK = {'passed': False, 'missing': ['ok'], 'failures': ['a failed']}
+CHECKED = happened('checked', **CHECK)
 
 
 @pytest.mark.parametrize(
@@ -173,13 +166,7 @@ def test_usage_history_is_limited() -> None:
             Level.ERROR,
         ),
         (happened('message', level='WARNING', text='hm'), 'hm', Level.WARN),
-        (
-            happened(
-                'checked', passed=False, missing=['ok'], failures=['a failed']
-            ),
-            "red: a failed, 'ok' was not seen",
-            Level.ERROR,
-        ),
+        (CHECKED, "red: a failed, 'ok' was not seen", Level.ERROR),
         (happened('requested', 'a', action='change'), '', Level.INFO),
         (happened('changed', files=['x']), '', Level.INFO),
         (happened('started', 'a'), 'started', Level.INFO),
@@ -188,12 +175,14 @@ def test_usage_history_is_limited() -> None:
 def test_event_becomes_sentence_and_level(
     event: Any, text: str, level: int
 ) -> None:
-    assert sentence_of(event.name, event.fields) == text
-    assert level_of_event(event.name, event.fields) == level
+    assert launch_model.sentence_of(event.name, event.fields) == text
+    assert launch_model.level_of_event(event.name, event.fields) == level
 
 
 def test_each_documented_event_has_a_sentence() -> None:
     page = Path(__file__).parents[3] / 'docs' / 'logs.md'
     table = page.read_text(encoding='utf-8').partition('what happened | f')[2]
     rows = table.partition('\n\n')[0]
-    assert set(re.findall(r'^\| `(\w+)` \|', rows, re.M)) == set(SENTENCES)
+    assert set(re.findall(r'^\| `(\w+)` \|', rows, re.M)) == set(
+        launch_model.SENTENCES
+    )

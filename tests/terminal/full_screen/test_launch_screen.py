@@ -232,17 +232,6 @@ def test_output_can_be_read_after_the_end() -> None:
     assert around.asked == []
 
 
-def test_killed_launcher_is_shown() -> None:
-    launch = ShownLaunch(process('kitchen'))
-
-    async def act(shown: Shown) -> None:
-        launch.end()
-        await shown.shows('the launcher is gone')
-        await shown.types('ctrl+c')
-
-    assert not play(launch, act).is_running
-
-
 def test_owned_launch_is_stopped_on_request() -> None:
     launch = ShownLaunch(process('kitchen'))
     around = Around(owns_launch=True)

@@ -7,18 +7,13 @@ from collections.abc import Iterable
 
 from colcon_yamllaunch.control.subscription import Wrote
 from colcon_yamllaunch.observers.log_levels import Level
-from colcon_yamllaunch.terminal.full_screen.output_store import (
-    Line,
-    LONGEST_LINE,
-    OutputStore,
-    OutputView,
-)
+from colcon_yamllaunch.terminal.full_screen import output_store
 from colcon_yamllaunch.terminal.full_screen.widgets import RowIndex
 from colcon_yamllaunch.terminal.line_filter import Filtering
 from support.shown_launch import wrote
 
 
-def texts(lines: Iterable[Line]) -> list[str]:
+def texts(lines: Iterable[output_store.Line]) -> list[str]:
     return [line.text for line in lines]
 
 
@@ -27,7 +22,7 @@ def raw(data: bytes, stream: str = 'stdout') -> Wrote:
 
 
 def test_lines_of_all_processes_are_in_order() -> None:
-    store = OutputStore()
+    store = output_store.OutputStore()
     store.add(wrote('a', '1', '2'))
     store.add(wrote('b', '3'))
     store.add_note(None, '4', 1.0, Level.INFO)
@@ -37,14 +32,11 @@ def test_lines_of_all_processes_are_in_order() -> None:
 
 
 def test_store_keeps_at_most_its_limits() -> None:
-    store = OutputStore(limit=10, characters=1000)
+    store = output_store.OutputStore(limit=10, characters=1000)
     made = store.add(wrote('a', *map(str, range(100))))
-    assert (
-        texts(made)
-        == texts(store.lines(None))
-        == list(map(str, range(90, 100)))
-    )
-    store.add(wrote('b', 'x' * 2 * LONGEST_LINE))
+    latest = list(map(str, range(90, 100)))
+    assert texts(made) == texts(store.lines(None)) == latest
+    store.add(wrote('b', 'x' * 2 * output_store.LONGEST_LINE))
     assert store.size <= 1000
     for label in 'abcdef':
         for number in range(20):
@@ -54,7 +46,7 @@ def test_store_keeps_at_most_its_limits() -> None:
 
 
 def test_repeated_line_is_counted() -> None:
-    store = OutputStore()
+    store = output_store.OutputStore()
     store.add(wrote('a', 'same', 'same'))
     assert store.add(wrote('a', 'same')) == []
     store.add(wrote('b', 'same'))
@@ -63,7 +55,7 @@ def test_repeated_line_is_counted() -> None:
 
 
 def test_repeated_line_with_other_time_is_counted() -> None:
-    store = OutputStore()
+    store = output_store.OutputStore()
     (line,) = store.add(wrote('a', '[INFO] [1732000000.1] [a]: same'))
     store.add(wrote('a', '[INFO] [1732000001.20] [a]: same'))
     assert (line.count, line.text) == (2, '[INFO] [1732000001.20] [a]: same')
@@ -74,7 +66,7 @@ def test_repeated_line_with_other_time_is_counted() -> None:
 
 
 def test_progress_display_is_one_line() -> None:
-    store = OutputStore()
+    store = output_store.OutputStore()
     (line,) = store.add(raw(b'10 %\r'))
     for data in (b'20 %\r', b'30 %\r40 %\r'):
         assert store.add(raw(data)) == []
@@ -85,29 +77,27 @@ def test_progress_display_is_one_line() -> None:
 
 
 def test_control_characters_are_removed() -> None:
-    store = OutputStore()
+    store = output_store.OutputStore()
     store.add(raw(b'\x1b[2J\x1b[31mred\x1b[0m\x07\xff\r\n'))
     assert texts(store.lines(None)) == ['\x1b[31mred\x1b[0m\ufffd\ufffd']
 
 
 def test_line_without_level_has_the_level_before() -> None:
-    store = OutputStore()
+    store = output_store.OutputStore()
     data = b'plain\n[ERROR] [1.2] [a]: hot\n  trace\n'
     lines = store.add(raw(data)) + store.add(raw(b'other\n', 'stderr'))
-    assert [line.level for line in lines] == [
-        Level.INFO,
-        Level.ERROR,
-        Level.ERROR,
-        Level.ERROR,
-    ]
+    levels = [line.level for line in lines]
+    assert levels == [Level.INFO, *[Level.ERROR] * 3]
     assert [line.is_leveled for line in lines] == [False, True, False, False]
-    (line,) = OutputStore(form='{severity}, ').add(raw(b'WARN, hm\n'))
+    (line,) = output_store.OutputStore(form='{severity}, ').add(
+        raw(b'WARN, hm\n')
+    )
     assert line.level == Level.WARN
 
 
 def test_view_has_lines_that_the_filter_lets_through() -> None:
-    store = OutputStore()
-    view = OutputView(store)
+    store = output_store.OutputStore()
+    view = output_store.OutputView(store)
     for label in 'abc':
         view.add(store.add(wrote(label, f'[INFO] [1] [x]: {label} Hello')))
         view.add(store.add(wrote(label, f'[ERROR] [1] [x]: {label} Hot')))
@@ -126,8 +116,8 @@ def test_view_has_lines_that_the_filter_lets_through() -> None:
 
 
 def test_view_drops_oldest_lines_at_its_limit() -> None:
-    store = OutputStore(limit=4)
-    view = OutputView(store, limit=8)
+    store = output_store.OutputStore(limit=4)
+    view = output_store.OutputView(store, limit=8)
     for number in range(100):
         view.add(store.add(wrote('a', str(number))))
     assert len(view.lines) <= 8
@@ -141,14 +131,8 @@ def test_row_index_finds_lines_of_several_rows() -> None:
     index = RowIndex()
     for rows in (1, 3, 2):
         index.add(rows)
-    assert [index.at(row) for row in range(index.rows)] == [
-        (0, 0),
-        (1, 0),
-        (1, 1),
-        (1, 2),
-        (2, 0),
-        (2, 1),
-    ]
+    rows = [index.at(row) for row in range(index.rows)]
+    assert rows == [(0, 0), (1, 0), (1, 1), (1, 2), (2, 0), (2, 1)]
     index.alter(1, 1)
     assert [index.first_row(line) for line in range(3)] == [0, 1, 2]
     assert index.drop(2) == 2
@@ -159,8 +143,8 @@ def test_row_index_finds_lines_of_several_rows() -> None:
 
 
 def test_altered_lines_are_found_in_the_view() -> None:
-    store = OutputStore()
-    view = OutputView(store)
+    store = output_store.OutputStore()
+    view = output_store.OutputView(store)
     view.add(store.add(wrote('a', 'warm')))
     view.add(store.add(wrote('b', 'same')))
     assert view.pop_altered() == []

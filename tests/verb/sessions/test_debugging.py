@@ -44,7 +44,9 @@ launch:
 @pytest.fixture
 def second(second: User) -> User:
     second.write('launch.yaml', LAUNCH.format(sys.executable))
-    second.write('script.py', SCRIPT)
+    # as --symlink-install does
+    second.write('source.py', SCRIPT)
+    (second.root / 'script.py').symlink_to('source.py')
     second.write('program', '#!/bin/sh\necho value 42\nexec sleep 99\n')
     (second.root / 'program').chmod(0o755)
     return second
@@ -111,7 +113,7 @@ def test_an_editor_debugs_a_program_in_python(second: User, port: int) -> None:
     output = second.launch('--debug', f'python-1:{port}')
     assert f'python-1: waits for a debugger at 127.0.0.1:{port}' in output
     assert launch.output.count('value 42') < 4
-    script = str(second.root / 'script.py')
+    source = second.root / 'source.py'
     with connected(port) as editor:
         editor.ask('initialize', adapterID='debugpy')
         editor.wait_for('initialize')
@@ -119,7 +121,7 @@ def test_an_editor_debugs_a_program_in_python(second: User, port: int) -> None:
         editor.wait_for('initialized')
         editor.ask(
             'setBreakpoints',
-            source={'path': script},
+            source={'path': str(source)},
             breakpoints=[{'line': 3}],
         )
         editor.wait_for('setBreakpoints')
@@ -127,7 +129,8 @@ def test_an_editor_debugs_a_program_in_python(second: User, port: int) -> None:
         stopped = editor.wait_for('stopped')
         editor.ask('stackTrace', threadId=stopped['threadId'])
         frame = editor.wait_for('stackTrace')['stackFrames'][0]
-        assert (frame['source']['path'], frame['line']) == (script, 3)
+        path = Path(frame['source']['path']).resolve()
+        assert (path, frame['line']) == (source, 3)
         editor.ask('evaluate', expression='value', frameId=frame['id'])
         assert editor.wait_for('evaluate')['result'] == '40'
         # who asks for the same port meanwhile ends nothing
