@@ -25,7 +25,7 @@ import socket
 import stat
 import struct
 
-from colcon_yamllaunch.common.temporary_folders import temporary_folders
+from colcon_yamllaunch.common.files import temporary_folders
 from colcon_yamllaunch.engine.own_files import Place
 
 #: The ending of a socket's name; before it stands the launcher's process id.

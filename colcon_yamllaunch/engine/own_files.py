@@ -164,7 +164,7 @@ def _make_folder(file: str, content: str) -> Place:
     # few launches need one, and the guard never does
     import tempfile
 
-    from colcon_yamllaunch.common.temporary_folders import temporary_folders
+    from colcon_yamllaunch.common.files import temporary_folders
 
     problem: OSError | None = None
     for temporary in temporary_folders(os.environ):

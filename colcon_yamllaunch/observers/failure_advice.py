@@ -10,7 +10,7 @@ import re
 import signal
 import sys
 
-from colcon_yamllaunch.common.search_path import split_path
+from colcon_yamllaunch.common.files import split_path
 from colcon_yamllaunch.common.suggestions import did_you_mean, is_slip
 from colcon_yamllaunch.engine import events, limits
 from colcon_yamllaunch.engine.events import Exited

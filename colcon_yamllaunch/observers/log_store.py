@@ -22,8 +22,8 @@ import stat
 import sys
 from typing import Any
 
+from colcon_yamllaunch.common.files import read_json, write_json
 from colcon_yamllaunch.common.frozen import mutable
-from colcon_yamllaunch.common.json_files import read_json, write_json
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.observers.log_files import (
     COMMON_LOG,

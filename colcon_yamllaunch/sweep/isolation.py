@@ -25,7 +25,7 @@ from pathlib import Path
 import socket
 import struct
 
-from colcon_yamllaunch.common.temporary_folders import temporary_folders
+from colcon_yamllaunch.common.files import temporary_folders
 
 VARIABLE = 'ROS_DOMAIN_ID'
 #: 0 is the domain of everybody who does not choose.

@@ -26,9 +26,9 @@ import socket
 import sys
 from typing import Any, Literal
 
+from colcon_yamllaunch.common.adoption import end_with_parent
 from colcon_yamllaunch.common.codec import to_json
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.common.prctl import end_with_parent
 from colcon_yamllaunch.engine.cgroup import expect_moves
 from colcon_yamllaunch.engine.guard_link import GuardProcess
 from colcon_yamllaunch.engine.loop import caught, Loop, received, STOPPING

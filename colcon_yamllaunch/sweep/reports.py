@@ -11,8 +11,8 @@ import re
 import time
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.files import write_file
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.common.text_files import write_file
 from colcon_yamllaunch.observers.junit import (
     junit_case,
     junit_document,

@@ -23,9 +23,9 @@ from typing import Any, Literal
 
 from colcon_yamllaunch.common.codec import Codec, CodecError, to_json
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.files import read_json, write_json
 from colcon_yamllaunch.common.fingerprint import digest
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.common.json_files import read_json, write_json
 from colcon_yamllaunch.plan.position import shown_path
 from colcon_yamllaunch.sweep.table import RunTable
 

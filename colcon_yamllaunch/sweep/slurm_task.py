@@ -22,9 +22,8 @@ from typing import Any
 
 from colcon_yamllaunch.common.codec import Codec, to_json
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.files import read_json, write_file
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.common.json_files import read_json
-from colcon_yamllaunch.common.text_files import write_file
 from colcon_yamllaunch.engine.line_pattern import LinePattern
 from colcon_yamllaunch.plan.plan_json import plan_from_json
 from colcon_yamllaunch.sweep.isolation import (

@@ -23,8 +23,8 @@ from pathlib import Path
 import re
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.files import content_of
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.common.text_files import content_of
 
 #: Runs that a sweep may have; more of them are more often a slip of the pen
 #: than a plan for the next years.

@@ -16,8 +16,8 @@ import shlex
 from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.files import text_of
 from colcon_yamllaunch.common.suggestions import did_you_mean
-from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.verb.command_line import parse_create_options
 from colcon_yamllaunch.verb.git import git_output
 from colcon_yamllaunch.verb.messages import (

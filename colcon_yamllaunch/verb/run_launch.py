@@ -61,7 +61,7 @@ def _saved_plan(path: Path, cwd: Path) -> Plan:
     :raises UserError: when it has none, or one that cannot be run
     """
     # few plans are saved
-    from colcon_yamllaunch.common.text_files import content_of
+    from colcon_yamllaunch.common.files import content_of
     from colcon_yamllaunch.plan.plan_json import (
         plan_from_json,
         PlanFormatError,

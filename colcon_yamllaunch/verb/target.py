@@ -10,10 +10,10 @@ from pathlib import Path
 import re
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.files import text_of
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.common.suggestions import nearest
-from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.packages.package import BrokenManifest
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 from colcon_yamllaunch.workspace.packages.workspace_root import (

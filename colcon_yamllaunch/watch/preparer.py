@@ -30,7 +30,7 @@ import sys
 import time
 from typing import Any, Literal, NamedTuple, NoReturn
 
-from colcon_yamllaunch.common.file_sync import catch_up, put_off
+from colcon_yamllaunch.common.files import catch_up, put_off
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.engine.loop import has_ended, Loop, readable
 from colcon_yamllaunch.plan.plan import Plan

@@ -10,7 +10,7 @@ import shutil
 import subprocess
 import warnings
 
-from colcon_yamllaunch.common.text_files import content_of
+from colcon_yamllaunch.common.files import content_of
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.plan.position import Position
 

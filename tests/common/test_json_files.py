@@ -6,7 +6,7 @@
 from pathlib import Path
 import stat
 
-from colcon_yamllaunch.common.json_files import read_json, write_json
+from colcon_yamllaunch.common.files import read_json, write_json
 import pytest
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import shutil
 import socket
 
-from colcon_yamllaunch.common import temporary_folders
+from colcon_yamllaunch.common import files as common_files
 from colcon_yamllaunch.control import protocol, socket_folder
 from colcon_yamllaunch.control.protocol import ProtocolError
 from colcon_yamllaunch.control.socket_folder import (
@@ -53,7 +53,7 @@ def test_both_terminals_try_the_same_places(place, tmp_path, monkeypatch):
     runtime.mkdir(parents=True, mode=0o700)
     monkeypatch.setattr(socket_folder, 'USER_FOLDERS', str(users))
     monkeypatch.setattr(
-        temporary_folders, 'SHARED_FOLDERS', (str(tmp_path / 'shared'),)
+        common_files, 'SHARED_FOLDERS', (str(tmp_path / 'shared'),)
     )
     with_variables = {'XDG_RUNTIME_DIR': str(runtime), 'TMPDIR': '/far/away'}
     for one, other in ((with_variables, {}), ({}, with_variables)):
@@ -75,7 +75,7 @@ def test_both_terminals_try_the_same_places(place, tmp_path, monkeypatch):
 @pytest.mark.hostile
 def test_a_socket_is_never_in_the_current_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(temporary_folders, 'SHARED_FOLDERS', ('/not/there',))
+    monkeypatch.setattr(common_files, 'SHARED_FOLDERS', ('/not/there',))
     for folder in ('.', '', '/does/not/exist'):
         with pytest.raises(FolderError, match='colcon-launch') as caught:
             Address({'TMPDIR': folder, 'XDG_RUNTIME_DIR': folder})

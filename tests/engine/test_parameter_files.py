@@ -7,7 +7,7 @@ from pathlib import Path
 import subprocess
 import sys
 
-from colcon_yamllaunch.common import temporary_folders
+from colcon_yamllaunch.common import files as common_files
 from colcon_yamllaunch.engine.own_files import ParameterFiles
 from colcon_yamllaunch.plan.plan import ParameterFile
 import pytest
@@ -18,11 +18,11 @@ pytestmark = pytest.mark.hostile
 #: Writes 64 KiB for a process, and prints where.
 WRITING = """\
 import sys
-from colcon_yamllaunch.common import temporary_folders
+from colcon_yamllaunch.common import files as common_files
 from colcon_yamllaunch.plan.plan import ParameterFile, Process
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.engine.own_files import ParameterFiles
-temporary_folders.SHARED_FOLDERS = tuple(sys.argv[1:])
+common_files.SHARED_FOLDERS = tuple(sys.argv[1:])
 process = Process(
     label='a', argv=(ParameterFile('#' * 65536),), cwd='/',
     position=Position('/ws/demo.yaml', 1, 1),
@@ -52,7 +52,7 @@ def test_no_file_is_written_to_the_current_folder(
 ):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv('TMPDIR', '/not/there')
-    monkeypatch.setattr(temporary_folders, 'SHARED_FOLDERS', ('/nowhere',))
+    monkeypatch.setattr(common_files, 'SHARED_FOLDERS', ('/nowhere',))
     made = []
     files = ParameterFiles(made.append)
     with pytest.raises(OSError, match='not/there'):

@@ -8,7 +8,7 @@ import os
 from pathlib import Path
 import subprocess
 
-from colcon_yamllaunch.common import temporary_folders
+from colcon_yamllaunch.common import files as common_files
 from colcon_yamllaunch.control import socket_folder
 from colcon_yamllaunch.engine import commands, events
 from colcon_yamllaunch.engine.participants import Participant
@@ -155,7 +155,7 @@ def test_hidden_launch_is_visible_once_a_participant_shows_it(
     process, tmp_path, monkeypatch
 ):
     monkeypatch.setattr(socket_folder, 'USER_FOLDERS', '/does/not/exist')
-    monkeypatch.setattr(temporary_folders, 'SHARED_FOLDERS', ())
+    monkeypatch.setattr(common_files, 'SHARED_FOLDERS', ())
     showing = Showing(tmp_path)
     environment = {'PATH': os.environ['PATH'], 'TMPDIR': str(tmp_path)}
     hidden = {'about': About('demo', None, '', '/'), 'is_hidden': True}

@@ -9,7 +9,7 @@ from pathlib import Path
 import signal
 import time
 
-from colcon_yamllaunch.common import temporary_folders
+from colcon_yamllaunch.common import files as common_files
 from colcon_yamllaunch.control import socket_folder
 from colcon_yamllaunch.control.client import running_launches
 from colcon_yamllaunch.engine import limits
@@ -42,7 +42,7 @@ def test_what_comes_later_is_a_part_like_any_other(
     launch, sh, sleep, told, wait_until, monkeypatch
 ):
     monkeypatch.setattr(socket_folder, 'USER_FOLDERS', '/does/not/exist')
-    monkeypatch.setattr(temporary_folders, 'SHARED_FOLDERS', ())
+    monkeypatch.setattr(common_files, 'SHARED_FOLDERS', ())
     answer = [
         {'kind': 'message', 'level': 'INFO', 'text': 'a is over'},
         sh('b', 'echo hello; exec sleep 99', name='b-2'),

@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 import time
 
-from colcon_yamllaunch.common import temporary_folders
+from colcon_yamllaunch.common import files as common_files
 from colcon_yamllaunch.control import socket_folder
 from colcon_yamllaunch.control.client import running_launches
 import pytest
@@ -24,7 +24,7 @@ ABOUT = {
 def no_shared_folders(monkeypatch: pytest.MonkeyPatch) -> None:
     """Have no folder for sockets but those that a test names."""
     monkeypatch.setattr(socket_folder, 'USER_FOLDERS', '/does/not/exist')
-    monkeypatch.setattr(temporary_folders, 'SHARED_FOLDERS', ())
+    monkeypatch.setattr(common_files, 'SHARED_FOLDERS', ())
 
 
 class Controlled:

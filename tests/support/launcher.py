@@ -9,7 +9,7 @@ from pathlib import Path
 import sys
 from typing import Any
 
-from colcon_yamllaunch.common import temporary_folders
+from colcon_yamllaunch.common import files as common_files
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.control import socket_folder
 from colcon_yamllaunch.engine import limits
@@ -69,7 +69,7 @@ def main() -> int:
     """Run the plan, and return the exit code."""
     # sockets and parameter files are where TMPDIR says, and nowhere else
     socket_folder.USER_FOLDERS = '/does/not/exist'
-    temporary_folders.SHARED_FOLDERS = ()
+    common_files.SHARED_FOLDERS = ()
     data = json.loads(Path(sys.argv[1]).read_text(encoding='utf-8'))
     if 'FAKE_ROS' in os.environ:
         from colcon_yamllaunch.engine import ros_link

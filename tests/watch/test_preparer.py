@@ -9,7 +9,7 @@ import subprocess
 import sys
 import time
 
-from colcon_yamllaunch.common import file_sync
+from colcon_yamllaunch.common import files as common_files
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.watch import preparer
 from colcon_yamllaunch.watch.preparer import Announced, Begun, Failed, Preparer
@@ -98,19 +98,19 @@ def test_file_systems_are_synchronized_once_after_put_off(
     tmp_path, monkeypatch
 ):
     opened = []
-    monkeypatch.setattr(file_sync, '_put_off', None)
+    monkeypatch.setattr(common_files, '_put_off', None)
 
     def refuse(path, _):
         opened.append(path)
         raise OSError
 
     monkeypatch.setattr(os, 'open', refuse)
-    file_sync.put_off()
-    file_sync.sync_file_systems([tmp_path])
+    common_files.put_off()
+    common_files.sync_file_systems([tmp_path])
     assert opened == []
-    file_sync.catch_up()
+    common_files.catch_up()
     assert opened == [tmp_path]
-    file_sync.catch_up()
+    common_files.catch_up()
     assert opened == [tmp_path]
 
 

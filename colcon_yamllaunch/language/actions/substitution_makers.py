@@ -24,13 +24,13 @@ import shutil
 import signal
 import subprocess
 
+from colcon_yamllaunch.common.files import content_of
 from colcon_yamllaunch.common.process_scan import (
     read_process,
     variable_of,
     young_processes,
 )
 from colcon_yamllaunch.common.suggestions import did_you_mean, is_slip
-from colcon_yamllaunch.common.text_files import content_of
 from colcon_yamllaunch.language.evaluation.scope import (
     ANY_NAME,
     derived,

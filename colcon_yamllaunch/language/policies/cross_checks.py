@@ -9,8 +9,8 @@ import os
 from pathlib import Path
 import re
 
+from colcon_yamllaunch.common.files import text_of
 from colcon_yamllaunch.common.suggestions import did_you_mean, listing
-from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.language.actions.parameter_files import Section
 from colcon_yamllaunch.language.evaluation.findings import SectionUse
 from colcon_yamllaunch.language.evaluation.walk import Walk

@@ -16,7 +16,7 @@ from pathlib import Path
 import re
 import shutil
 
-from colcon_yamllaunch.common.text_files import text_of
+from colcon_yamllaunch.common.files import text_of
 from colcon_yamllaunch.language.actions.process_actions import general_timeout
 from colcon_yamllaunch.language.evaluation.findings import DeclaredArgument
 from colcon_yamllaunch.language.evaluation.request import (

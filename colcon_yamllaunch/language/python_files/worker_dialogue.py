@@ -17,7 +17,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from colcon_yamllaunch.common.text_files import text_of
+from colcon_yamllaunch.common.files import text_of
 from colcon_yamllaunch.language.evaluation.findings import (
     ExecutableUse,
     PluginUse,

@@ -9,8 +9,8 @@ from dataclasses import replace
 from typing import Literal
 import unicodedata
 
+from colcon_yamllaunch.common.files import content_of
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.common.text_files import content_of
 from colcon_yamllaunch.plan.position import Position, shown_position, Span
 
 Severity = Literal['error', 'warning']

@@ -9,8 +9,8 @@ from functools import lru_cache
 import os
 import re
 
+from colcon_yamllaunch.common.files import content_of
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.common.text_files import content_of
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.plan.position import Position
 

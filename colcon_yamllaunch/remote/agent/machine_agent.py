@@ -33,9 +33,9 @@ import sys
 import time
 from typing import Any, TYPE_CHECKING
 
+from colcon_yamllaunch.common.adoption import end_with_parent
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.escalation import Timeouts
-from colcon_yamllaunch.common.prctl import end_with_parent
 from colcon_yamllaunch.control.protocol import ProtocolError
 from colcon_yamllaunch.engine.launch_scan import (
     LAUNCH_ID_VARIABLE,

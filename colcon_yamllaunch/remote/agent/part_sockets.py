@@ -30,8 +30,8 @@ from colcon_yamllaunch.common.escalation import (
     Timeouts,
     WHOLE,
 )
+from colcon_yamllaunch.common.files import temporary_folders
 from colcon_yamllaunch.common.process_scan import read_process
-from colcon_yamllaunch.common.temporary_folders import temporary_folders
 from colcon_yamllaunch.control.socket_folder import (
     FolderError,
     inside,

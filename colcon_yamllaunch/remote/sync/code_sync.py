@@ -13,9 +13,9 @@ import platform
 from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.files import content_of
 from colcon_yamllaunch.common.fingerprint import digest
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.common.text_files import content_of
 from colcon_yamllaunch.remote.agent.part_sockets import boot_of_machine
 from colcon_yamllaunch.remote.connection.machine_connection import (
     MachineConnection,

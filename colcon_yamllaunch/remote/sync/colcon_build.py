@@ -19,8 +19,8 @@ import signal
 import sys
 from typing import Any
 
+from colcon_yamllaunch.common.adoption import end_with_parent
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.common.prctl import end_with_parent
 from colcon_yamllaunch.workspace.building.build_lock import WorkspaceLock
 from colcon_yamllaunch.workspace.building.build_processes import interruption
 from colcon_yamllaunch.workspace.building.update import (

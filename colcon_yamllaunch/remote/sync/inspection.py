@@ -18,14 +18,13 @@ import subprocess
 from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError, WorkspaceError
+from colcon_yamllaunch.common.files import content_of, split_path
 from colcon_yamllaunch.common.fingerprint import (
     content_digest,
     digest,
     Fingerprint,
     fingerprint,
 )
-from colcon_yamllaunch.common.search_path import split_path
-from colcon_yamllaunch.common.text_files import content_of
 from colcon_yamllaunch.plan.labels import ANY_PACKAGE
 from colcon_yamllaunch.workspace.environment.environment_cache import (
     cached_environment,

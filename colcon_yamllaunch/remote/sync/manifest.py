@@ -25,8 +25,8 @@ import time
 from typing import Any, NamedTuple
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.files import read_json, save_json
 from colcon_yamllaunch.common.fingerprint import content_digest, Fingerprint
-from colcon_yamllaunch.common.json_files import read_json, save_json
 
 Say = Callable[[str], None]
 

@@ -257,7 +257,7 @@ class _Builder:
                 else:
                     freshness.record_failure(attempt)
             # most launches build nothing
-            from colcon_yamllaunch.common.file_sync import sync_file_systems
+            from colcon_yamllaunch.common.files import sync_file_systems
 
             # the records, and what they vouch for
             sync_file_systems([colcon.build_base, colcon.install_base])

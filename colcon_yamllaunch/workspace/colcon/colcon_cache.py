@@ -26,13 +26,13 @@ from typing import Any, ClassVar, TYPE_CHECKING
 from colcon_core.extension_point import get_extension_points
 import colcon_yamllaunch
 from colcon_yamllaunch.common.codec import from_json, to_json
+from colcon_yamllaunch.common.files import read_json, write_json
 from colcon_yamllaunch.common.fingerprint import (
     are_settled,
     Fingerprint,
     fingerprints,
 )
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.common.json_files import read_json, write_json
 from colcon_yamllaunch.workspace.packages.package import (
     closure,
     is_merged,

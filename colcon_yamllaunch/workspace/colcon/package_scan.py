@@ -14,7 +14,7 @@ import os
 from pathlib import Path
 
 from colcon_yamllaunch.common.codec import from_json
-from colcon_yamllaunch.common.search_path import split_path
+from colcon_yamllaunch.common.files import split_path
 from colcon_yamllaunch.workspace.colcon.colcon_cache import (
     BuildArguments,
     read_cache,

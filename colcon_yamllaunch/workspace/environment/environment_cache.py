@@ -24,6 +24,7 @@ from pathlib import Path
 import time
 
 from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.files import read_json, write_json
 from colcon_yamllaunch.common.fingerprint import (
     are_settled,
     COARSE_TICK,
@@ -32,7 +33,6 @@ from colcon_yamllaunch.common.fingerprint import (
     fingerprints,
     TICK,
 )
-from colcon_yamllaunch.common.json_files import read_json, write_json
 from colcon_yamllaunch.workspace.environment.sourcing import (
     Environment,
     gone_notes,

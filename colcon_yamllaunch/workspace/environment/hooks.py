@@ -21,9 +21,13 @@ import os
 from pathlib import Path
 import re
 
+from colcon_yamllaunch.common.files import (
+    content_of,
+    names_in,
+    split_path,
+    text_of,
+)
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.common.search_path import split_path
-from colcon_yamllaunch.common.text_files import content_of, names_in, text_of
 from colcon_yamllaunch.workspace.environment.sourcing import (
     chained_underlays,
     Environment,

@@ -22,9 +22,8 @@ import subprocess
 import time
 
 from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.files import split_path, text_of
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.common.search_path import split_path
-from colcon_yamllaunch.common.text_files import text_of
 
 #: How long a setup script may take (seconds). With hundreds of packages on a
 #: small board it takes some ten.

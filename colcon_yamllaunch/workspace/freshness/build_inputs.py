@@ -15,7 +15,7 @@ import re
 import struct
 import sys
 
-from colcon_yamllaunch.common.text_files import content_of
+from colcon_yamllaunch.common.files import content_of
 from colcon_yamllaunch.workspace.packages.build_files import (
     cmake_texts,
     may_be_named,

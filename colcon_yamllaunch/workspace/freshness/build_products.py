@@ -23,14 +23,13 @@ import stat
 import sys
 
 from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.files import read_json, text_of
 from colcon_yamllaunch.common.fingerprint import (
     digest,
     Fingerprint,
     with_content,
 )
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.common.json_files import read_json
-from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
 from colcon_yamllaunch.workspace.freshness.source_changes import (
     HEADER_SUFFIXES,

@@ -21,10 +21,9 @@ import sys
 from typing import Any
 
 from colcon_yamllaunch.common.codec import Codec, only
+from colcon_yamllaunch.common.files import content_of, write_json
 from colcon_yamllaunch.common.fingerprint import Fingerprint
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.common.json_files import write_json
-from colcon_yamllaunch.common.text_files import content_of
 
 #: What a build may read, beside all that begins with CMAKE_.
 _VARIABLES = (

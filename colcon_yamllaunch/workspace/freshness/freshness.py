@@ -25,9 +25,9 @@ from typing import TYPE_CHECKING
 import uuid
 
 from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.files import text_of
 from colcon_yamllaunch.common.fingerprint import TICK
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.freshness.build_products import (
     are_same,
     ARGUMENTS,

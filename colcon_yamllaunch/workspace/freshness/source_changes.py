@@ -17,6 +17,7 @@ from pathlib import Path
 import re
 from typing import TYPE_CHECKING
 
+from colcon_yamllaunch.common.files import text_of
 from colcon_yamllaunch.common.fingerprint import (
     content_digest,
     Fingerprint,
@@ -25,7 +26,6 @@ from colcon_yamllaunch.common.fingerprint import (
     with_content,
 )
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.freshness.build_record import Record
 from colcon_yamllaunch.workspace.packages.package import (
     entries_of,

@@ -19,7 +19,7 @@ from pathlib import Path, PurePosixPath
 import re
 from typing import NamedTuple
 
-from colcon_yamllaunch.common.text_files import text_of
+from colcon_yamllaunch.common.files import text_of
 from colcon_yamllaunch.workspace.packages.package_index import cmake_files
 from colcon_yamllaunch.workspace.packages.python_modules import (
     last_name,

@@ -9,9 +9,9 @@ from pathlib import Path, PurePosixPath
 import re
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.files import text_of
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.common.suggestions import nearest_first
-from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.packages.package import source_files
 
 #: The names of launch files end in these, longer ones first.

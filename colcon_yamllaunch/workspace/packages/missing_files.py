@@ -10,8 +10,8 @@ import re
 from typing import NamedTuple
 
 from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.files import text_of
 from colcon_yamllaunch.common.suggestions import did_you_mean, nearest_first
-from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.packages.package import Package, source_files
 from colcon_yamllaunch.workspace.packages.package_locator import (
     is_executable,

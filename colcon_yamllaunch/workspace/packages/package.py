@@ -17,8 +17,8 @@ import re
 import stat
 
 from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.files import text_of
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.packages.workspace_root import is_ignored
 
 _SKIPPED_FOLDERS = {

@@ -24,8 +24,8 @@ from pathlib import Path
 import re
 from typing import Any, Protocol
 
+from colcon_yamllaunch.common.files import text_of
 from colcon_yamllaunch.common.fingerprint import Fingerprint, fingerprint
-from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.workspace_root import (
     IGNORE_MARKERS,

@@ -9,9 +9,8 @@ import os
 from pathlib import Path
 
 from colcon_yamllaunch.common.errors import WorkspaceError
-from colcon_yamllaunch.common.search_path import split_path
+from colcon_yamllaunch.common.files import names_in, split_path, text_of
 from colcon_yamllaunch.common.suggestions import no_package
-from colcon_yamllaunch.common.text_files import names_in, text_of
 from colcon_yamllaunch.workspace.packages.package import (
     Package,
     prefix_of,

@@ -24,9 +24,13 @@ import re
 import shutil
 from typing import NamedTuple
 
+from colcon_yamllaunch.common.files import (
+    content_of,
+    names_in,
+    split_path,
+    text_of,
+)
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.common.search_path import split_path
-from colcon_yamllaunch.common.text_files import content_of, names_in, text_of
 from colcon_yamllaunch.workspace.packages.package import Package, source_files
 
 _TESTS = frozenset(('test', 'tests'))

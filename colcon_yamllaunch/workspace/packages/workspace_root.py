@@ -19,8 +19,7 @@ import shlex
 import stat
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.common.search_path import split_path
-from colcon_yamllaunch.common.text_files import text_of
+from colcon_yamllaunch.common.files import split_path, text_of
 
 #: The variable that lists the folders of others whose workspaces are used.
 TRUST = 'COLCON_LAUNCH_TRUST'

@@ -6,7 +6,7 @@
 from pathlib import Path
 from types import SimpleNamespace
 
-from colcon_yamllaunch.common import file_sync
+from colcon_yamllaunch.common import files as common_files
 from colcon_yamllaunch.workspace.building import update
 from colcon_yamllaunch.workspace.colcon.colcon_cache import BuildResult
 from colcon_yamllaunch.workspace.environment.sourcing import Environment
@@ -77,7 +77,7 @@ def test_records_are_written_before_what_survives_a_power_cut(
         record = colcon.build_base / 'flow/colcon_launch.json'
         records.append('"succeeded": true' in record.read_text())
 
-    monkeypatch.setattr(file_sync, 'sync_file_systems', sync)
+    monkeypatch.setattr(common_files, 'sync_file_systems', sync)
     bring_up_to_date(colcon)
     assert records == [True]
     bring_up_to_date(colcon)

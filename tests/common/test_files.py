@@ -6,8 +6,7 @@
 import os
 from pathlib import Path
 
-from colcon_yamllaunch.common.json_files import read_json
-from colcon_yamllaunch.common.text_files import content_of, text_of
+from colcon_yamllaunch.common.files import content_of, read_json, text_of
 import pytest
 
 pytestmark = pytest.mark.hostile
