@@ -117,7 +117,7 @@ def run(
     """
     Run a plan to its end, and return the exit code.
 
-    It is 0 when all ended well or was stopped by the user, 1 when a process
+    It is 0 when everything ended well or the user stopped it, 1 when a process
     failed, could not be started or could not be stopped, when a condition was
     not met, or when output could not be shown.
 

@@ -734,7 +734,7 @@ class Supervisor:
                 events.Warned(
                     f'{task.process.label} ended within '
                     f'{limits.QUICK_END_SECONDS:g} s of its start '
-                    f'{limits.QUICK_ENDS} times in a row; it '
+                    f'more than {limits.QUICK_ENDS} times in a row; it '
                     'is started again after a pause now, which grows to '
                     f'{limits.LONGEST_PAUSE:g} s; set respawn_delay for a '
                     'fixed pause'

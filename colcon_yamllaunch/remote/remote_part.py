@@ -27,7 +27,7 @@ from colcon_yamllaunch.engine import commands, events
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.event_codec import EventError, EventReader
 from colcon_yamllaunch.engine.events import LinkState
-from colcon_yamllaunch.engine.loop import TimerHandle
+from colcon_yamllaunch.engine.loop import do_nothing, TimerHandle
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.state import ProcessState
 from colcon_yamllaunch.engine.supervisor import timeouts_of, UNATTRIBUTED
@@ -164,7 +164,9 @@ class RemotePart:
     def ask(
         self,
         command: commands.Command[commands.Response],
-        reply: Callable[[commands.Response | commands.Refused], object] = bool,
+        reply: Callable[
+            [commands.Response | commands.Refused], object
+        ] = do_nothing,
     ) -> None:
         """
         Send a command, and pass on the response.

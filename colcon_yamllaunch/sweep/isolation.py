@@ -27,7 +27,7 @@ import struct
 
 from colcon_yamllaunch.common.files import temporary_folders
 
-VARIABLE = 'ROS_DOMAIN_ID'
+DOMAIN_VARIABLE = 'ROS_DOMAIN_ID'
 #: 0 is the domain of everybody who does not choose.
 DOMAIN_IDS = (*range(1, 102), *range(215, 233))
 
@@ -64,7 +64,7 @@ class DomainIds:
     def __init__(
         self, environment: Mapping[str, str], *, shared: bool
     ) -> None:
-        own = environment.get(VARIABLE, '').strip()
+        own = environment.get(DOMAIN_VARIABLE, '').strip()
         others = (n for n in DOMAIN_IDS if str(n) != own)
         self._ids: deque[int] = deque(others)
         self._shared = shared

@@ -34,10 +34,10 @@ from colcon_yamllaunch.engine.guard_link import GuardProcess
 from colcon_yamllaunch.engine.loop import caught, Loop, received, STOPPING
 from colcon_yamllaunch.engine.outcome import signal_name
 from colcon_yamllaunch.sweep.isolation import (
+    DOMAIN_VARIABLE,
     DomainIds,
     enter_own_network,
     reason_for_no_network,
-    VARIABLE,
 )
 from colcon_yamllaunch.sweep.results import (
     failed_run,
@@ -308,7 +308,7 @@ class LocalRunner:
                 self._sweep.progress.planned(child.run)
                 with suppress(OSError):
                     child.link.send(_GO)
-        self._sweep.progress.began(running)
+        self._sweep.progress.set_running(running)
 
     def _build(self) -> None:
         """Build the packages that runs need, and plan all runs again."""
@@ -530,7 +530,7 @@ class _RunLauncher:
         sweep = self._sweep
         folder = sweep.folder.run_folder(run.number)
         try:
-            variables = {VARIABLE: str(self._child.domain)}
+            variables = {DOMAIN_VARIABLE: str(self._child.domain)}
             planned = sweep.plan(run, folder, variables)
         except NotBuiltError:
             return {'not built': True}

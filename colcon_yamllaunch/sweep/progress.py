@@ -79,7 +79,7 @@ class Progress:
         self._shown = -_PLAIN_INTERVAL
         self._is_drawn = False
 
-    def began(self, running: int) -> None:
+    def set_running(self, running: int) -> None:
         """Set the number of running runs."""
         self._running = running
 

@@ -17,6 +17,7 @@ from colcon_yamllaunch.engine.exit_conditions import ExitConditions
 from colcon_yamllaunch.engine.guard_link import GuardProcess
 from colcon_yamllaunch.engine.line_pattern import LinePattern, SearchTimeError
 from colcon_yamllaunch.engine.lines import bare
+from colcon_yamllaunch.engine.loop import do_nothing
 from colcon_yamllaunch.engine.participants import Participant
 from colcon_yamllaunch.observers.failures import OwnerOf
 from colcon_yamllaunch.observers.presentation import Presentation
@@ -87,7 +88,7 @@ class PlannedRun:
     participants: Sequence[Participant] = ()
     owner_of: OwnerOf = lambda _module, _package: None
     uses: tuple[str, ...] = ()
-    close: Callable[[], object] = bool
+    close: Callable[[], object] = do_nothing
 
 
 class NotBuiltError(Exception):
@@ -246,8 +247,8 @@ def perform(
     folder: Path,
     goal: Goal,
     guard: GuardProcess | None = None,
-    wait: Callable[[], object] = bool,
-    over: Callable[[], object] = bool,
+    wait: Callable[[], object] = do_nothing,
+    over: Callable[[], object] = do_nothing,
 ) -> RunResult | None:
     """
     Launch a run, and return its result, None if it was interrupted.

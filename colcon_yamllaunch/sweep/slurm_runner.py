@@ -534,7 +534,7 @@ class SlurmRunner:
                 running += 1
             else:
                 self._handle_end(task, now)
-        progress.began(running)
+        progress.set_running(running)
         waiting = reasons.total()
         progress.waiting(f'{waiting:,} waiting' if waiting else '')
         for reason, count in reasons.items():

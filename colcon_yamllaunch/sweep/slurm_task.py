@@ -27,9 +27,9 @@ from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.engine.line_pattern import LinePattern
 from colcon_yamllaunch.plan.plan_json import plan_from_json
 from colcon_yamllaunch.sweep.isolation import (
+    DOMAIN_VARIABLE,
     DomainIds,
     enter_own_network,
-    VARIABLE,
 )
 from colcon_yamllaunch.sweep.results import (
     ARRAYS,
@@ -202,7 +202,7 @@ def _launch(number: int, folder: Path, common: Common) -> RunResult | None:
         reason = 'every ROS_DOMAIN_ID of the node is taken by other runs'
         return failed_run(number, reason)
     environment = environment_here(sourced, common.user, os.environ)
-    environment[VARIABLE] = str(domain)
+    environment[DOMAIN_VARIABLE] = str(domain)
     plan = plan_from_json(json.dumps(values['plan']))
     planned = PlannedRun(plan, environment)
     return perform(number, planned, folder, common.goal)

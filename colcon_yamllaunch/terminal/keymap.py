@@ -201,7 +201,7 @@ BLOCK_HELP = (
     *((key.key, f'then {key.text}') for key in FOR_ONE),
     ('Esc', 'choose none; without one chosen, show all again'),
     *((key.key, key.text) for key in FOR_ALL),
-    ('Enter', 'end a line, to tell what comes from what was'),
+    ('Enter', 'print an empty line, to separate what comes from what was'),
     (QUIT.key, QUIT.text),
     (ESCAPE_NAME, 'go back from the process that is typed at'),
 )

@@ -61,7 +61,7 @@ def shown(
 
 def test_progress_without_a_terminal_is_some_lines(tmp_path: Path) -> None:
     one = shown(tmp_path)
-    one.progress.began(2)
+    one.progress.set_running(2)
     for one.now in range(30):
         one.progress.tick()
     one.done(1, 2, 3)
@@ -79,7 +79,7 @@ def test_progress_on_a_terminal_is_one_line(
 ) -> None:
     monkeypatch.setenv('TERM', 'xterm')
     one = shown(tmp_path, tty=True)
-    one.progress.began(2)
+    one.progress.set_running(2)
     one.progress.tick()
     one.done(1, failed=True)
     one.now = 1.0

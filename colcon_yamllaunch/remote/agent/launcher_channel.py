@@ -13,6 +13,7 @@ from typing import Any
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.control.protocol import MessageReader
+from colcon_yamllaunch.engine.loop import do_nothing
 
 #: Seconds without a word after which the launcher is gone; it says one each
 #: second.
@@ -100,7 +101,7 @@ class LauncherChannel:
         return new
 
     def next_message(
-        self, idle: Callable[[], object] = bool
+        self, idle: Callable[[], object] = do_nothing
     ) -> dict[str, Any]:
         """
         Return what comes next.

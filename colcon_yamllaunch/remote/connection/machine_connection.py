@@ -31,6 +31,7 @@ from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import one_line, printable
 from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.control.protocol import MessageReader, ProtocolError
+from colcon_yamllaunch.engine.loop import do_nothing
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan_json import plan_to_json
 from colcon_yamllaunch.remote.agent.launcher_channel import stream_message
@@ -352,8 +353,8 @@ class MachineConnection:
         on_line: Say | None = None,
         timeout: float = math.inf,
         *,
-        on_stream: Callable[[bytes], object] = bool,
-        when_sent: Callable[[], object] = bool,
+        on_stream: Callable[[bytes], object] = do_nothing,
+        when_sent: Callable[[], object] = do_nothing,
     ) -> dict[str, Any]:
         """
         Send a request, and return its result.

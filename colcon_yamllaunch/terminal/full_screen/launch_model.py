@@ -20,6 +20,7 @@ from colcon_yamllaunch.control.client import (
 from colcon_yamllaunch.control.resource_usage import Usage, use_of
 from colcon_yamllaunch.engine import commands, events
 from colcon_yamllaunch.engine.description import Branch
+from colcon_yamllaunch.engine.loop import do_nothing
 from colcon_yamllaunch.engine.state import ComponentState, LaunchState
 from colcon_yamllaunch.observers.log_levels import Level, level_of
 from colcon_yamllaunch.terminal.full_screen.output_store import (
@@ -190,7 +191,7 @@ class LaunchModel(StatusModel):
         """Request the CPU and memory use of processes on other machines."""
         if any(process.machine for process in self.state.processes):
             # the answer updates the state
-            self.send(self._launch.send_request, 'status', bool)
+            self.send(self._launch.send_request, 'status', do_nothing)
 
     def receive(self, received: subscription.Received) -> None:
         """Add an event, output or gap."""
@@ -391,7 +392,7 @@ class LaunchModel(StatusModel):
         self.send(
             self._launch.send_request,
             'subscribe',
-            bool,
+            do_nothing,
             processes=wanted,
             behind=BEHIND,
             raw=True,
