@@ -159,6 +159,8 @@ def test_silence_counts_from_lost_after(
     script = 'echo begun; sleep 1000'
     with LinkedPart(machine, [process('arm│a', script)]) as part:
         part.wait_for(part.out)
+        # the shell starts it after what it prints
+        part.wait_for(lambda: 'sleep 1000' in map(command_of, plain.pids()))
         if victim == 'engine':
             os.kill(part.engine, signal.SIGSTOP)
             part.wait_for_told('lost')
