@@ -129,6 +129,10 @@ def find_orphans(
     """
     Find the running processes of a launch whose group has no leader.
 
+    This process is never one of them. The guard is a child of the launcher
+    until that has ended, and a launcher that was killed while it started a
+    process is in the control group of the launch.
+
     :param session: The session of the launcher, as the id of a group may be
       reused after its end
     :param groups: The process groups that it made, with their numbers
@@ -145,6 +149,8 @@ def find_orphans(
     found: list[RunningProcess] = []
     children: dict[int, list[RunningProcess]] = {}
     for process in young_processes(since, set() if elders is None else elders):
+        if process.pid == os.getpid():
+            continue
         number = number_of(process.pid, identity)
         if number is None:
             owner, marked = mark_of(process.pid)

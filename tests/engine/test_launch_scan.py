@@ -56,6 +56,20 @@ def test_a_process_is_found_by_its_mark_wherever_it_went(start):
     assert [(m.pid, m.number) for m in found] == [(process.pid, 7)]
 
 
+def test_who_looks_is_no_orphan_although_its_parent_is_one(start):
+    identity = new_identity()
+    program = (
+        'import os; from colcon_yamllaunch.engine.launch_scan import *; '
+        f'found = {{o.pid for o in find_orphans({identity!r}, -1, {{}})}}; '
+        'print(os.getppid() in found, os.getpid() in found)'
+    )
+    script = f'env -i "{sys.executable}" -c "$PROGRAM"; read x'
+    process = start(
+        {LAUNCH_ID_VARIABLE: f'{identity}.7', 'PROGRAM': program}, script
+    )
+    assert process.stdout.readline().split() == [b'True', b'False']
+
+
 def test_who_is_older_than_the_launcher_is_none_of_the_launch(start):
     identity = new_identity()
     process = start({LAUNCH_ID_VARIABLE: f'{identity}.7'})
