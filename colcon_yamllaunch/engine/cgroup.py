@@ -16,7 +16,7 @@ the launch silently runs without a control group.
 This module is part of the guard and imports little.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 import fcntl
 from functools import cached_property
@@ -209,6 +209,11 @@ class LaunchCgroup:
                 _write(f'{folder}/cgroup.kill', b'1')
 
 
+def is_wanted(environment: Mapping[str, str]) -> bool:
+    """Return whether a launch with these variables has a control group."""
+    return environment.get(CGROUP_VARIABLE) != '0'
+
+
 def make_ready() -> None:
     """
     Make the kernel ready for moves that this process is about to make.
@@ -220,19 +225,11 @@ def make_ready() -> None:
     # the guard, which imports this module, has no use for it
     from threading import Thread
 
-    _early_move = Thread(target=_move_home)
+    _early_move = Thread(target=expect_moves, args=(1,))
     _early_move.start()
 
 
-def _move_home() -> None:
-    path = cgroup_of('self')
-    folder = None if path is None else _mounted(path)
-    if folder is not None:
-        with suppress(OSError):
-            _move_to(folder)
-
-
-def expect_moves() -> bool:
+def expect_moves(count: int | None = None) -> bool:
     """
     Keep the kernel ready for moves for a moment; they then take no time.
 
@@ -240,15 +237,18 @@ def expect_moves() -> bool:
     (see :meth:`LaunchCgroup.entered`) that one of any process takes else. To
     be called in a thread or a process of its own, as it returns only when that
     moment is over. Return False where there can be no moves.
+
+    :param count: The number of moves, by default those of half a second
     """
     path = cgroup_of('self')
     folder = None if path is None else _mounted(path)
     if folder is None:
         return False
     with suppress(OSError):
-        for _ in range(_VAIN_MOVES):
-            _move_to(folder)
+        _move_to(folder)
+        for _ in range((count or _VAIN_MOVES) - 1):
             time.sleep(_READY_FOR)
+            _move_to(folder)
         return True
     return False
 

@@ -8,7 +8,7 @@ import errno
 import os
 from typing import TYPE_CHECKING
 
-from colcon_yamllaunch.engine.cgroup import CGROUP_VARIABLE, LaunchCgroup
+from colcon_yamllaunch.engine.cgroup import is_wanted, LaunchCgroup
 from colcon_yamllaunch.engine.channels import Channel, open_terminal
 from colcon_yamllaunch.engine.guard_link import GuardLink
 from colcon_yamllaunch.engine.launch_scan import LAUNCH_ID_VARIABLE
@@ -54,7 +54,7 @@ class ProcessStarter:
         #: The control group of the launch.
         self.cgroup = LaunchCgroup(
             settings.identity,
-            wanted=settings.environment.get(CGROUP_VARIABLE) != '0',
+            wanted=is_wanted(settings.environment),
         )
         #: How many files may be open.
         self.descriptors = DescriptorLimit(processes)

@@ -22,7 +22,6 @@ from colcon_yamllaunch.control.client import (
 )
 from colcon_yamllaunch.control.resource_usage import Usage, usage_of, use_of
 from colcon_yamllaunch.engine import commands
-from colcon_yamllaunch.engine.debugging import HOST
 from colcon_yamllaunch.engine.state import (
     ComponentState,
     LaunchState,
@@ -272,6 +271,9 @@ def _wait_for(chosen: Candidate, part: Part) -> Part | None:
 
 def _debug(chosen: Candidate, names: Sequence[str], port: int) -> int:
     """Restart a process under a debugger that waits for a connection."""
+    # few requests need it
+    from colcon_yamllaunch.engine.debugging import HOST
+
     parts = choose_parts(chosen.state, names)
     if len(parts) != 1:
         found = listing(p.label for p in parts)

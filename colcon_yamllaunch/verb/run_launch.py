@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.engine.cgroup import CGROUP_VARIABLE, make_ready
+from colcon_yamllaunch.engine.cgroup import is_wanted, make_ready
 from colcon_yamllaunch.engine.events import Ended, Event, Started, StartFailed
 from colcon_yamllaunch.engine.exit_conditions import ExitConditions
 from colcon_yamllaunch.observers.presentation import Presentation
@@ -93,7 +93,7 @@ def _run(
 ) -> 'tuple[int, ChangeLoop | None]':
     """Run a plan that is prepared."""
     # an error of the launch file needs nothing of this
-    if environment.get(CGROUP_VARIABLE) != '0':
+    if is_wanted(environment):
         make_ready()
     from colcon_yamllaunch.run import run, RunContext
 

@@ -18,7 +18,7 @@ import time
 from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.engine.cgroup import CGROUP_VARIABLE, expect_moves
+from colcon_yamllaunch.engine.cgroup import expect_moves, is_wanted
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import render
 from colcon_yamllaunch.plan.plan import Plan
@@ -160,7 +160,7 @@ def _described(
 
 
 def _expect_restarts(environment: Mapping[str, str]) -> None:
-    if environment.get(CGROUP_VARIABLE) != '0':
+    if is_wanted(environment):
         # it ends with the child at the latest
         threading.Thread(target=expect_moves, daemon=True).start()
 
