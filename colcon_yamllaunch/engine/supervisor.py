@@ -644,9 +644,10 @@ class Supervisor:
             group = self._engine.start(task.number, once or process)
         except StartError as error:
             # the program may just be written again, or memory be short
-            delay = self._respawn_delay(task, 0.0, failed=True)
+            asked = self.is_stopping
+            delay = None if asked else self._respawn_delay(task, 0.0, True)
             event = events.StartFailed(process, str(error), delay)
-            self._ended(task, event, asked=False, failed=True)
+            self._ended(task, event, asked=asked, failed=True)
             return
         task.started = self._loop.time()
         task.group = group
