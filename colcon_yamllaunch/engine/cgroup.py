@@ -51,7 +51,7 @@ _INTERVAL = 0.002
 _READY_FOR = 0.004
 _VAIN_MOVES = 125
 
-# makes a move to where we are, which must have ended before any other
+# the thread of :func:`make_ready`; its move must end before any other
 _early_move: 'Thread | None' = None
 
 

@@ -115,7 +115,7 @@ def test_the_same_content_written_anew(file: Path) -> None:
 
 @pytest.fixture
 def large(file: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return a file that is not read, as it is large."""
+    """Return a file that is too large to be read."""
     monkeypatch.setattr(module, 'READ_SIZE', 1)
     return file
 

@@ -762,7 +762,7 @@ class Walk(Findings):
                 self.visit(entity)
 
     def count_action(self, place: Item | Attributes | Position) -> None:
-        """Count an action, or a round of a loop."""
+        """Count an action or a loop iteration towards the limit."""
         self._actions += 1
         if self._actions > MAXIMUM_ACTIONS:
             self.end(

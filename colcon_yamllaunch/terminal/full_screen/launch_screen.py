@@ -408,7 +408,7 @@ class LaunchScreen(Screen[None]):
         if said:
             return Text(said, style, no_wrap=True, overflow='ellipsis')
         if self._prompt.display:
-            # most keys are text now
+            # while a text is typed, most keys are part of it
             return Text(_PROMPT_HINT, 'dim', no_wrap=True)
         width = self.size.width
         return screen_texts.keys_text(

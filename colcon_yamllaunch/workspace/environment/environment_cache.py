@@ -149,7 +149,7 @@ def _source(
     if not described.matches(result.variables):
         return result
     result = replace(result, packages=frozenset(described.packages))
-    # nothing was changed since it started, or just before
+    # a file that changed while it ran, or a tick before, may show no change
     is_older = all(
         one is None
         or one.ctime + (TICK if one.ctime % _SECOND else COARSE_TICK) < started
