@@ -447,6 +447,7 @@ def test_a_virtual_environment_has_no_packages(plain, cached):
     plain.write(f'{site}/numpy/setup.py', SETUP.format('numpy'))
     plain.write(f'{site}/share/ros_a/package.xml', manifest('ros_a', 'cmake'))
     plain.write('venv/pyvenv.cfg', 'home = /usr/bin')
+    let_files_settle(plain.root)
     found, asked = cached()
     assert (found, asked) == (plain.known, True)
     assert cached() == (plain.known, False)
