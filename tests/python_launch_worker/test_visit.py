@@ -609,3 +609,30 @@ def test_it_tells_where_it_is_at_any_time(
     calls, *_ = lines_of(told['frames'])
     assert calls == 'wait()'
     assert told['frames'][-1]['position'][1] in (8, 9)
+
+
+def test_a_parameter_file_that_nodes_share_is_made_once(
+    launch: Launch, tmp_path: Path
+) -> None:
+    launch("""
+        class Made(Substitution):
+            def perform(self, context):
+                with open(os.path.join(HERE, 'times'), 'a') as times:
+                    times.write('x')
+                return os.path.join(HERE, 'made.yaml')
+
+        def describe():
+            with open(os.path.join(HERE, 'made.yaml'), 'w') as file:
+                file.write('/**: {ros__parameters: {rate: 1}}')
+            shared = ParameterFile(Made(), allow_substs=True)
+            return [
+                Node(
+                    package='demo',
+                    executable='talker',
+                    name=name,
+                    parameters=[shared],
+                )
+                for name in ('one', 'other')
+            ]
+    """)
+    assert (tmp_path / 'times').read_text() == 'x'

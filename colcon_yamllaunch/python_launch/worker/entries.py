@@ -281,17 +281,18 @@ class Entries:
     def _patch_files(self, module: Any) -> None:
         """Make ROS 2 find parameter files that are not installed yet."""
         visitor = self._visitor
-        name = '_ParameterFile__param_file'
+        given = '_ParameterFile__param_file'
+        evaluated = '_ParameterFile__evaluated_param_file'
 
         def evaluate(old: Callable[..., Any], file: Any, context: Any) -> Any:
-            path = getattr(file, name, None)
-            if path is not None:
+            path = getattr(file, given, None)
+            # several nodes may share one file, which ROS 2 evaluates once
+            if path is not None and getattr(file, evaluated, None) is None:
                 if not isinstance(path, (str, os.PathLike)):
                     path = visitor.text_of(path)
+                # the text, so that ROS 2 does not make it once more
                 path = os.fspath(path)
-                found = visitor.packages.source(path)
-                if found != path:
-                    setattr(file, name, Path(found))
+                setattr(file, given, Path(visitor.packages.source(path)))
             return old(file, context)
 
         replace_method(module.ParameterFile, 'evaluate', evaluate)

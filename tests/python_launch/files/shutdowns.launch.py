@@ -41,7 +41,8 @@ def docked(context):
 
 
 def generate_launch_description():
-    drive = ExecuteProcess(cmd=['part', 'drive'])
+    # `stays` is to have begun before the launch ends
+    drive = ExecuteProcess(cmd=['part', 'drive', '--started', '2'])
     return LaunchDescription(
         [
             RegisterEventHandler(
