@@ -125,6 +125,12 @@ def listing(names: Iterable[str]) -> str:
     return ', '.join(sorted(names))
 
 
+def enumeration(items: Iterable[str]) -> str:
+    """Return items as a sentence has them; there is at least one."""
+    *first, last = items
+    return f'{", ".join(first)} and {last}' if first else last
+
+
 def _key(name: str) -> str:
     # a dash for an underscore is the most common slip of all
     return name.lower().replace('-', '_')

@@ -15,7 +15,7 @@ The colcon verbs: arguments in, exit code out.
   `--check`); `watch_launch` (`--watch`) and `sweep_main` prepare it several
   times.
 - `workspace_session` is the workspace of a launch, `log_folders` has its logs
-  and `doubled_nodes` finds nodes that run already. `messages` prints.
+  and `doubled_nodes` finds nodes that run already.
 - `machines` connects with other machines, each a `launch_machine`, and
   `plan_references` finds what their parts need.
 - `controlling` acts on running launches, which `selecting` chooses and

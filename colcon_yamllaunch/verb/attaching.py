@@ -10,6 +10,7 @@ import select
 import signal
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.messages import say, show, show_bytes
 from colcon_yamllaunch.common.suggestions import listing
 from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.control.client import (
@@ -25,7 +26,6 @@ from colcon_yamllaunch.engine.state import ComponentState, Part
 from colcon_yamllaunch.engine.terminals import with_terminals
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.terminal.keyboard import ESCAPE, ESCAPE_NAME, Keyboard
-from colcon_yamllaunch.verb.messages import say, show, show_bytes
 from colcon_yamllaunch.verb.selecting import Candidate
 
 

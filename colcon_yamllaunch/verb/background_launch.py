@@ -20,9 +20,9 @@ import tempfile
 import time
 from typing import BinaryIO, TextIO
 
+from colcon_yamllaunch.common.messages import report_errors, say
 from colcon_yamllaunch.engine.loop import readable
 from colcon_yamllaunch.verb import full_screen
-from colcon_yamllaunch.verb.messages import report_errors, say
 
 #: Seconds between two looks at a launch that begins, or ends.
 _INTERVAL = 0.05

@@ -9,7 +9,7 @@ from dataclasses import replace
 import sys
 from typing import Any
 
-from colcon_yamllaunch.verb.messages import ForgivingOutput, say_line
+from colcon_yamllaunch.common.messages import ForgivingOutput, say_line
 from colcon_yamllaunch.verb.workspace_session import WorkspaceSession
 from colcon_yamllaunch.workspace.building.build_processes import interruption
 from colcon_yamllaunch.workspace.building.build_report import (

@@ -11,13 +11,16 @@ these options are written with '=' before it gets them.
 """
 
 import argparse
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 import os
 import re
 from typing import Any, NoReturn
 
+import colcon_core
+import colcon_yamllaunch
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.verb.messages import enumeration, report_errors, show
+from colcon_yamllaunch.common.messages import report_errors, show
+from colcon_yamllaunch.common.suggestions import enumeration
 from colcon_yamllaunch.verb.options import (
     CreateOptions,
     EXCLUSIVE,
@@ -30,6 +33,8 @@ from colcon_yamllaunch.verb.options import (
     SweepOptions,
     Verb,
 )
+
+AnyOptions = LaunchOptions | RunOptions | CreateOptions | SweepOptions
 
 SEPARATOR = '--'
 _PATHS_FIX = "put it behind PKG and FILE, or '--' after the paths"
@@ -87,7 +92,7 @@ def _add(group: Any, option: Option[Any]) -> None:
 
 
 def show_help(parser: Any, verb: Verb) -> int:
-    """Show the help without rare options; return the exit code."""
+    """Show the help without rare options, and return 0."""
     daily = OPTIONS[verb].DAILY
     rare = {o.key for o in OPTIONS[verb].all() if o.name not in daily}
     for action in parser._actions:
@@ -104,9 +109,34 @@ def print_help(parser: Any, verb: Verb) -> None:
         parser.exit(code)
 
 
-def asks_for_help(words: Sequence[str]) -> bool:
-    """Return whether `--help` is among words that argparse did not read."""
-    return not {'-h', '--help'}.isdisjoint(words)
+def read_command_line(known: Any, verb: Verb) -> AnyOptions | None:
+    """
+    Return the options, or None if the user asked for help or versions.
+
+    In this case, these are shown.
+
+    :param known: What colcon's parser has made of it: options that stand
+      before the first other word, and `positionals`
+    :raises UserError: when it makes no sense
+    """
+    words = known.positionals
+    if verb == 'run':
+        # also where the executable would stand; all behind is the program's
+        words = [word for word in words[:3] if word != SEPARATOR][:2]
+    if not {'-h', '--help'}.isdisjoint(words):
+        show_help(known.verb_parser, verb)
+        return None
+    options = _PARSERS[verb](known)
+    if options.version:
+        show(
+            f'colcon-yamllaunch {colcon_yamllaunch.__version__}, '
+            f'colcon-core {colcon_core.__version__}'
+        )
+    elif isinstance(options, LaunchOptions) and options.help_all:
+        show(known.verb_parser.format_help(), end='')
+    else:
+        return options
+    return None
 
 
 def written_for_argparse(words: Sequence[str], verb: Verb) -> list[str]:
@@ -298,10 +328,8 @@ def _as_argument(word: str, rest: Sequence[str]) -> str | None:
 
 def parse_launch_options(known: Any) -> LaunchOptions:
     """
-    Read the whole command line.
+    Read the command line of `colcon launch`; see `read_command_line`.
 
-    :param known: What colcon's parser has made of it: options that stand
-      before the first word, and `positionals`
     :raises UserError: when it makes no sense
     """
     values, positionals, arguments = split_line(known)
@@ -454,10 +482,8 @@ _SWEEP_USAGE = (
 
 def parse_sweep_options(known: Any) -> SweepOptions:
     """
-    Read the whole command line.
+    Read the command line of `colcon sweep`; see `read_command_line`.
 
-    :param known: What colcon's parser has made of it: options that stand
-      before the first word, and `positionals`
     :raises UserError: when it makes no sense
     """
     values, positionals, arguments = split_line(known, 'sweep')
@@ -496,14 +522,14 @@ _RUN_USAGE = 'usage: colcon run [options] PKG EXEC [argument ...]'
 
 def parse_run_options(known: Any) -> RunOptions:
     """
-    Read the whole command line.
+    Read the command line of `colcon run`; see `read_command_line`.
 
-    :param known: What colcon's parser has made of it: the options, and
-      `positionals` from the first word on that is none
     :raises UserError: when it makes no sense
     """
     words = known.positionals
-    words = words[1:] if words[:1] == ['--'] else words
+    words = words[1:] if words[:1] == [SEPARATOR] else words
+    if known.version:
+        return RunOptions(version=True)
     read = read_options(known, 'run')
     if not words:
         _refuse_taken_words(known, 'paths', "put '--' after the paths")
@@ -528,11 +554,13 @@ _CREATE_USAGE = 'usage: colcon create PKG [options]'
 
 def parse_create_options(known: Any) -> CreateOptions:
     """
-    Read the whole command line.
+    Read the command line of `colcon create`; see `read_command_line`.
 
     :raises UserError: when it makes no sense
     """
     words = known.positionals
+    if known.version:
+        return CreateOptions(version=True)
     refuse_unknown(words, 'create')
     if not words:
         fix = 'put it behind the name of the package'
@@ -545,3 +573,11 @@ def parse_create_options(known: Any) -> CreateOptions:
             _CREATE_USAGE,
         )
     return CreateOptions(package=words[0], **read_options(known, 'create'))
+
+
+_PARSERS: Mapping[Verb, Callable[[Any], AnyOptions]] = {
+    'launch': parse_launch_options,
+    'run': parse_run_options,
+    'create': parse_create_options,
+    'sweep': parse_sweep_options,
+}

@@ -22,9 +22,9 @@ from typing import Any, TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import OutputError
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.messages import say
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.verb.command_line import given_options, split_line
-from colcon_yamllaunch.verb.messages import say
 from colcon_yamllaunch.verb.options import Option, OPTIONS, REQUESTS, Verb
 from colcon_yamllaunch.verb.target import (
     find_workspace,

@@ -11,6 +11,7 @@ from pathlib import Path
 import time
 from typing import NoReturn, TYPE_CHECKING
 
+from colcon_yamllaunch.common.messages import GiveUpError, say, say_line, show
 from colcon_yamllaunch.engine.state import About
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.syntax.diagnostics import (
@@ -20,7 +21,6 @@ from colcon_yamllaunch.language.syntax.diagnostics import (
 )
 from colcon_yamllaunch.language.syntax.launch_tree import LaunchFile
 from colcon_yamllaunch.verb.log_folders import ros_log_folder
-from colcon_yamllaunch.verb.messages import GiveUpError, say, say_line, show
 from colcon_yamllaunch.verb.options import LaunchOptions
 from colcon_yamllaunch.verb.target import (
     find_workspace,

@@ -14,6 +14,7 @@ import time
 from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.messages import say, say_line, show, show_json
 from colcon_yamllaunch.common.suggestions import listing
 from colcon_yamllaunch.control.client import (
     ControlError,
@@ -30,7 +31,6 @@ from colcon_yamllaunch.engine.state import (
     to_json,
 )
 from colcon_yamllaunch.plan.plan import TRANSITIONS, transitions_of
-from colcon_yamllaunch.verb.messages import say, say_line, show, show_json
 from colcon_yamllaunch.verb.options import LaunchOptions, TEXT
 from colcon_yamllaunch.verb.selecting import (
     Candidate,

@@ -17,15 +17,9 @@ from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.files import text_of
-from colcon_yamllaunch.common.suggestions import did_you_mean
-from colcon_yamllaunch.verb.command_line import parse_create_options
+from colcon_yamllaunch.common.messages import say, show
+from colcon_yamllaunch.common.suggestions import did_you_mean, enumeration
 from colcon_yamllaunch.verb.git import git_output
-from colcon_yamllaunch.verb.messages import (
-    enumeration,
-    say,
-    show,
-    show_versions,
-)
 from colcon_yamllaunch.verb.options import CreateOptions
 from colcon_yamllaunch.verb.target import find_workspace
 from colcon_yamllaunch.workspace.colcon.package_scan import scan_packages
@@ -45,11 +39,10 @@ _BUILD_TYPE = re.compile(r'<build_type\b[^>]*>\s*(\w+)')
 _DEPENDENCY = re.compile(r'[a-zA-Z0-9][a-zA-Z0-9_.+-]*')
 
 
-def main(known: Any, environment: Mapping[str, str]) -> int:
+def main(
+    options: CreateOptions, _known: Any, environment: Mapping[str, str]
+) -> int:
     """Make a package, and return the exit code."""
-    if known.version:
-        return show_versions()
-    options = parse_create_options(known)
     cwd = Path.cwd()
     if options.add_node is not None:
         show(_add_node(options.package, options.add_node, cwd, environment))

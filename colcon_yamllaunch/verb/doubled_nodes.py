@@ -13,10 +13,10 @@ from collections.abc import Iterable, Iterator, Mapping
 import os
 
 from colcon_yamllaunch.common.process_scan import arguments_of, variable_of
+from colcon_yamllaunch.common.suggestions import enumeration
 from colcon_yamllaunch.control.client import ControlError, running_launches
 from colcon_yamllaunch.engine.state import LaunchState, ProcessState
 from colcon_yamllaunch.plan.plan import Plan, Process
-from colcon_yamllaunch.verb.messages import enumeration
 
 #: Seconds that a running launch may take to answer; one that is suspended
 #: must not hold up another one.

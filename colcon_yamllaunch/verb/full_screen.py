@@ -16,6 +16,7 @@ import time
 from typing import Any, TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.messages import flush_or_drop, say
 from colcon_yamllaunch.common.process_scan import is_suspended
 from colcon_yamllaunch.control.client import (
     ControlError,
@@ -27,7 +28,6 @@ from colcon_yamllaunch.control.subscription import BEGINNING
 from colcon_yamllaunch.observers.presentation import only_prints
 from colcon_yamllaunch.terminal.pager import command, LESS
 from colcon_yamllaunch.verb.attaching import attach
-from colcon_yamllaunch.verb.messages import flush_or_drop, say
 from colcon_yamllaunch.verb.selecting import Candidate
 
 if TYPE_CHECKING:

@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.messages import show, show_json
+from colcon_yamllaunch.common.suggestions import enumeration
 from colcon_yamllaunch.language import reports
 from colcon_yamllaunch.language.actions.parameter_files import parameters_of
 from colcon_yamllaunch.language.evaluation.findings import (
@@ -30,7 +32,6 @@ from colcon_yamllaunch.plan.plan_script import plan_to_script
 from colcon_yamllaunch.plan.plan_text import plan_to_text
 from colcon_yamllaunch.plan.position import Position, shown_position
 from colcon_yamllaunch.verb.context import LaunchContext
-from colcon_yamllaunch.verb.messages import enumeration, show, show_json
 from colcon_yamllaunch.verb.options import TEXT
 from colcon_yamllaunch.verb.prepare import (
     explain,

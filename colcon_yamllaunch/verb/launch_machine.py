@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.messages import say
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic, Severity
 from colcon_yamllaunch.plan.labels import MACHINE_SEPARATOR
 from colcon_yamllaunch.plan.plan import Entry, Plan, Process, Timer
@@ -27,7 +28,6 @@ from colcon_yamllaunch.remote.machine_link import MachineLink
 from colcon_yamllaunch.remote.part_protocol import PartSettings
 from colcon_yamllaunch.remote.sync.code_sync import Code, sync_code, Synced
 from colcon_yamllaunch.verb.context import LaunchContext
-from colcon_yamllaunch.verb.messages import say
 from colcon_yamllaunch.verb.plan_references import named_paths
 
 #: Seconds that the clocks of a machine and this computer may differ.

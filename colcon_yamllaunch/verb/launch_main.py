@@ -16,13 +16,8 @@ import time
 from typing import Any, TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.messages import GiveUpError, show
 from colcon_yamllaunch.common.process_scan import need_proc
-from colcon_yamllaunch.verb.command_line import (
-    asks_for_help,
-    parse_launch_options,
-    show_help,
-)
-from colcon_yamllaunch.verb.messages import GiveUpError, show, show_versions
 from colcon_yamllaunch.verb.options import LaunchOptions
 
 if TYPE_CHECKING:
@@ -32,16 +27,10 @@ if TYPE_CHECKING:
 # what few launches need is imported where it is needed
 
 
-def main(known: Any, environment: Mapping[str, str]) -> int:
+def main(
+    options: LaunchOptions, known: Any, environment: Mapping[str, str]
+) -> int:
     """Build, source and launch, and return the exit code."""
-    if asks_for_help(known.positionals):
-        return show_help(known.verb_parser, 'launch')
-    options = parse_launch_options(known)
-    if options.version:
-        return show_versions()
-    if options.help_all:
-        show(known.verb_parser.format_help(), end='')
-        return 0
     if options.request is not None:
         from colcon_yamllaunch.verb.controlling import control
 

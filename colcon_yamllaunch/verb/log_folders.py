@@ -12,6 +12,7 @@ from typing import Any, TYPE_CHECKING
 
 from colcon_core.location import get_log_path
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.messages import say
 from colcon_yamllaunch.observers.log_files import lock_folder
 from colcon_yamllaunch.verb.command_line import request_of, split_line
 from colcon_yamllaunch.verb.environment_variables import (
@@ -20,7 +21,6 @@ from colcon_yamllaunch.verb.environment_variables import (
     LOG_FOLDERS,
     LOG_TOTAL,
 )
-from colcon_yamllaunch.verb.messages import say
 from colcon_yamllaunch.verb.options import read_size
 from colcon_yamllaunch.verb.target import find_workspace
 

@@ -39,8 +39,8 @@ class OptionsVerb(VerbExtensionPoint):  # type: ignore[misc]
         self._environment: dict[str, str] = {}
 
     def add_arguments(self, *, parser: Any) -> None:  # noqa: D102
+        from colcon_yamllaunch.common.messages import open_standard_streams
         from colcon_yamllaunch.verb.command_line import add_options, print_help
-        from colcon_yamllaunch.verb.messages import open_standard_streams
 
         open_standard_streams()
         # on a full disk each message to colcon's log would show a traceback
@@ -65,11 +65,18 @@ class OptionsVerb(VerbExtensionPoint):  # type: ignore[misc]
             complete(self.NAME, parser, self._environment)
 
     def main(self, *, context: Any) -> int:  # noqa: D102
-        from colcon_yamllaunch.verb.messages import report_errors
+        from colcon_yamllaunch.common.messages import report_errors
+        from colcon_yamllaunch.engine.loop import accept_signals
 
+        accept_signals()
         return report_errors(self.NAME, partial(self._execute, context.args))
 
     def _execute(self, known: Any) -> int:
         """Call `main` of the module for this verb, such as `launch_main`."""
+        from colcon_yamllaunch.verb.command_line import read_command_line
+
+        options = read_command_line(known, self.NAME)
+        if options is None:
+            return 0
         module = import_module(f'{__package__}.{self.NAME}_main')
-        return int(module.main(known, self._environment))
+        return int(module.main(options, known, self._environment))

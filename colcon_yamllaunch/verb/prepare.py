@@ -13,6 +13,7 @@ import sys
 from typing import Literal
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.messages import GiveUpError, say
 from colcon_yamllaunch.common.suggestions import way_to_program
 from colcon_yamllaunch.control.socket_folder import has_sockets
 from colcon_yamllaunch.language.evaluation.findings import (
@@ -26,7 +27,6 @@ from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic, Severity
 from colcon_yamllaunch.plan.plan import Plan, Process
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.verb.context import LaunchContext
-from colcon_yamllaunch.verb.messages import GiveUpError, say
 from colcon_yamllaunch.verb.target import Target
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 

@@ -10,6 +10,7 @@ import signal
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.messages import say
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.cgroup import is_wanted, make_ready
 from colcon_yamllaunch.engine.events import Ended, Event, Started, StartFailed
@@ -18,7 +19,6 @@ from colcon_yamllaunch.observers.presentation import Presentation
 from colcon_yamllaunch.plan.plan import Plan, Process, SetParameter
 from colcon_yamllaunch.verb.context import LaunchContext
 from colcon_yamllaunch.verb.log_folders import locked, log_store_of
-from colcon_yamllaunch.verb.messages import say
 from colcon_yamllaunch.verb.options import WATCH_WITH_BELL
 from colcon_yamllaunch.verb.prepare import (
     prepare,

@@ -12,14 +12,13 @@ import sys
 from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.messages import say, say_line
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.engine.spawn import exec_program, StartError
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic, render
 from colcon_yamllaunch.observers.failure_advice import Advisor
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.verb import command_line
 from colcon_yamllaunch.verb.builds import Builds
-from colcon_yamllaunch.verb.messages import say, say_line, show_versions
 from colcon_yamllaunch.verb.options import RunOptions
 from colcon_yamllaunch.verb.target import find_workspace, unknown_package
 from colcon_yamllaunch.verb.workspace_session import WorkspaceSession
@@ -28,15 +27,10 @@ from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 from colcon_yamllaunch.workspace.packages.python_modules import certain_imports
 
 
-def main(known: Any, environment: Mapping[str, str]) -> int:
+def main(
+    options: RunOptions, _known: Any, environment: Mapping[str, str]
+) -> int:
     """Build, source and become the program; return only when that fails."""
-    # also where the executable would stand
-    words = [word for word in known.positionals[:3] if word != '--']
-    if command_line.asks_for_help(words[:2]):
-        return command_line.show_help(known.verb_parser, 'run')
-    if known.version:
-        return show_versions()
-    options = command_line.parse_run_options(known)
     package, executable = options.package, options.executable
     with _program_streams_replaced():
         workspace = WorkspaceSession(

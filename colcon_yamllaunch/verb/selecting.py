@@ -10,6 +10,7 @@ from pathlib import Path
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.messages import say
 from colcon_yamllaunch.common.process_scan import need_proc
 from colcon_yamllaunch.common.suggestions import did_you_mean, listing
 from colcon_yamllaunch.control import client
@@ -19,7 +20,6 @@ from colcon_yamllaunch.control.orphaned_launches import (
 )
 from colcon_yamllaunch.control.process_names import meant_by, ProcessNames
 from colcon_yamllaunch.engine.state import LaunchState, Part, ProcessState
-from colcon_yamllaunch.verb.messages import say
 
 
 @dataclass(frozen=True, slots=True)

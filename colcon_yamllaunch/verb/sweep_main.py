@@ -11,6 +11,7 @@ import sys
 from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.messages import GiveUpError, say, say_line
 from colcon_yamllaunch.common.process_scan import need_proc
 from colcon_yamllaunch.language.actions.process_actions import OUTPUT_OVERRIDE
 from colcon_yamllaunch.plan.plan import Plan
@@ -27,19 +28,8 @@ from colcon_yamllaunch.sweep.run import (
 )
 from colcon_yamllaunch.sweep.table import read_table, Run, run_table
 from colcon_yamllaunch.verb.code_state import CodeState, files_of
-from colcon_yamllaunch.verb.command_line import (
-    asks_for_help,
-    parse_sweep_options,
-    show_help,
-)
 from colcon_yamllaunch.verb.context import LaunchContext
 from colcon_yamllaunch.verb.log_folders import log_folder_of, ros_log_folder
-from colcon_yamllaunch.verb.messages import (
-    GiveUpError,
-    say,
-    say_line,
-    show_versions,
-)
 from colcon_yamllaunch.verb.options import (
     AGAIN_ALL,
     AGAIN_FAILED,
@@ -54,13 +44,10 @@ _SWEEPS = 'sweeps'
 _SIGNALLED = 128
 
 
-def main(known: Any, environment: Mapping[str, str]) -> int:
+def main(
+    options: SweepOptions, known: Any, environment: Mapping[str, str]
+) -> int:
     """Run a sweep, and return the exit code."""
-    if asks_for_help(known.positionals):
-        return show_help(known.verb_parser, 'sweep')
-    options = parse_sweep_options(known)
-    if options.version:
-        return show_versions()
     need_proc()
     cwd = Path.cwd()
     log_folder = log_folder_of(known, environment)

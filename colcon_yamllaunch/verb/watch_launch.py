@@ -18,12 +18,12 @@ import time
 from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.messages import GiveUpError, say
 from colcon_yamllaunch.engine.cgroup import expect_moves, is_wanted
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import render
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.verb.context import LaunchContext
-from colcon_yamllaunch.verb.messages import GiveUpError, say
 from colcon_yamllaunch.verb.prepare import prepare
 from colcon_yamllaunch.watch import preparer
 from colcon_yamllaunch.watch.change_loop import ChangeLoop

@@ -204,7 +204,7 @@ def test_what_cannot_be_written_any_more_does_not_count() -> None:
     # as the screen leaves it when it could still close
     script = """\
 import sys
-from colcon_yamllaunch.verb.messages import flush_or_drop
+from colcon_yamllaunch.common.messages import flush_or_drop
 
 sys.stdin.read()
 for stream in (sys.stdout, sys.stderr):

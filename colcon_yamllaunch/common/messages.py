@@ -1,9 +1,9 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Messages and results of the verbs, and their errors."""
+"""Messages and results of a command, and its errors."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 import errno
 import logging
@@ -12,16 +12,12 @@ import signal
 import sys
 from typing import Any, TextIO
 
-import colcon_core
-from colcon_core.location import get_log_path
-import colcon_yamllaunch
 from colcon_yamllaunch.common.errors import OutputError, UserError
 from colcon_yamllaunch.common.printable import (
     one_line,
     printable,
     printable_json,
 )
-from colcon_yamllaunch.engine.loop import accept_signals
 
 #: The exit code after Ctrl-C before anything runs (128 + SIGINT).
 INTERRUPTED = 130
@@ -163,21 +159,6 @@ def open_standard_streams() -> None:
     sys.stderr = sys.stderr or os.fdopen(2, 'w', closefd=False)
 
 
-def enumeration(items: Iterable[str]) -> str:
-    """Return items as a sentence has them; there is at least one."""
-    *first, last = items
-    return f'{", ".join(first)} and {last}' if first else last
-
-
-def show_versions() -> int:
-    """Print the versions for `--version`, and return the exit code."""
-    show(
-        f'colcon-yamllaunch {colcon_yamllaunch.__version__}, '
-        f'colcon-core {colcon_core.__version__}'
-    )
-    return 0
-
-
 @contextmanager
 def _ended_by_signals() -> Iterator[None]:
     """
@@ -208,7 +189,6 @@ def report_errors(verb: str, action: Callable[[], int]) -> int:
     Return the exit code.
     """
     try:
-        accept_signals()
         with _ended_by_signals():
             code = action()
         with written():
@@ -229,6 +209,8 @@ def report_errors(verb: str, action: Callable[[], int]) -> int:
             say(f'colcon {verb}: error: {lack}')
             return 1
         # a defect of ours: the user gets one line, the log the traceback
+        from colcon_core.location import get_log_path
+
         logger.debug('unexpected exception', exc_info=True)
         say(
             f'colcon {verb}: internal error: {type(e).__name__}: {e}\n'

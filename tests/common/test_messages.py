@@ -7,7 +7,7 @@ import io
 import os
 
 from colcon_yamllaunch.common.errors import OutputError
-from colcon_yamllaunch.verb.messages import (
+from colcon_yamllaunch.common.messages import (
     ForgivingOutput,
     report_errors,
     say,
