@@ -10,12 +10,12 @@ The colcon verbs: arguments in, exit code out.
   the workspace and the launch file.
 - `launch_main`, `run_main`, `sweep_main` and `create_main` execute a verb. All
   steps of a launch are functions of one `LaunchContext` (`context`): `prepare`
-  evaluates the launch file, builds and checks (`builds`, `machines`), and
+  evaluates the launch file, builds and checks (`machines`), and
   `run_launch` runs the plan. `inspect_launch` shows it instead (`--plan`,
   `--check`); `watch_launch` (`--watch`) and `sweep_main` prepare it several
   times.
-- `workspace_session` is the workspace of a launch, `log_folders` has its logs
-  and `doubled_nodes` finds nodes that run already.
+- `log_folders` has the logs of a launch, and `doubled_nodes` finds nodes that
+  run already.
 - `machines` connects with other machines, each a `launch_machine`, and
   `plan_references` finds what their parts need.
 - `controlling` acts on running launches, which `selecting` chooses and

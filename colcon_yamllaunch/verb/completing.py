@@ -355,10 +355,7 @@ def launch_arguments(
     from colcon_yamllaunch.language.actions.handlers import BOOLEAN_CHOICES
     from colcon_yamllaunch.language.evaluation.request import Request
     from colcon_yamllaunch.language.policies.check import find_declarations
-    from colcon_yamllaunch.verb.workspace_session import (
-        exposed_by_packages,
-        LaunchPackages,
-    )
+    from colcon_yamllaunch.workspace.workspace_session import LaunchPackages
 
     locator = cursor.locator(positionals)
     cwd = Path.cwd()
@@ -375,7 +372,7 @@ def launch_arguments(
         environment=cursor.environment,
         arguments=values,
         cwd=str(cwd),
-        exposed=exposed_by_packages(locator, cursor.environment),
+        exposed=lambda: locator.exposed,
     )
     arguments = find_declarations(request).arguments
     name, is_begun, _ = cursor.prefix.partition(':=')

@@ -28,11 +28,11 @@ from colcon_yamllaunch.verb.target import (
     path_target,
     Target,
 )
-from colcon_yamllaunch.verb.workspace_session import (
+from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
+from colcon_yamllaunch.workspace.workspace_session import (
     LaunchPackages,
     WorkspaceSession,
 )
-from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.engine.participants import Participant
@@ -41,8 +41,8 @@ if TYPE_CHECKING:
     from colcon_yamllaunch.python_launch.worker_process import WorkerProcess
     from colcon_yamllaunch.remote.deployment.deployment import Deployment
     from colcon_yamllaunch.verb.background_launch import Background
-    from colcon_yamllaunch.verb.builds import Builds
     from colcon_yamllaunch.verb.machines import Machines
+    from colcon_yamllaunch.workspace.building.builds import Builds
 
 # what few launches need is imported where it is needed
 
@@ -180,7 +180,7 @@ class LaunchContext:
     @cached_property
     def builds(self) -> 'Builds':
         """The builds of this launch."""
-        from colcon_yamllaunch.verb.builds import Builds
+        from colcon_yamllaunch.workspace.building.builds import Builds
 
         return Builds(
             self.workspace,
@@ -243,6 +243,7 @@ class LaunchContext:
         self.packages = LaunchPackages(
             self.locator, built=built, remote_only=self.remote_only
         )
+        locator = self.locator
         located = self.packages.locate(target.name)
         environment = self.process_environment()
         return Request(
@@ -253,7 +254,7 @@ class LaunchContext:
             arguments=self.options.arguments,
             cwd=str(self.cwd),
             log_folder=self.log_dir,
-            exposed=self.workspace.exposed,
+            exposed=lambda: locator.exposed,
             open_worker=lambda: self.worker(environment),
             trees=self.trees,
         )

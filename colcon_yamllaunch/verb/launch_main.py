@@ -52,12 +52,10 @@ def _schema(options: LaunchOptions, environment: Mapping[str, str]) -> str:
     """Return the JSON Schema, with the actions that packages here bring."""
     from colcon_yamllaunch.language.vocabulary.json_schema import schema_text
     from colcon_yamllaunch.verb.target import find_workspace
-    from colcon_yamllaunch.verb.workspace_session import exposed_by_packages
     from colcon_yamllaunch.workspace.colcon.package_scan import scan_packages
 
     root = find_workspace(options.workspace, ())
-    locator = scan_packages(root, environment)
-    return schema_text(exposed_by_packages(locator, environment)().actions())
+    return schema_text(scan_packages(root, environment).exposed.actions())
 
 
 def _launch(
@@ -99,7 +97,7 @@ def _launch(
             if ''.join(options.positionals[-1:]).endswith('.py'):
                 # it imports `launch` while this process imports the rest
                 context.worker(context.process_environment()).start()
-                import_module('colcon_yamllaunch.verb.builds')
+                import_module('colcon_yamllaunch.workspace.building.builds')
                 import_module('colcon_yamllaunch.run')
             if options.inspects:
                 from colcon_yamllaunch.verb.inspect_launch import inspect

@@ -18,13 +18,13 @@ from colcon_yamllaunch.engine.spawn import exec_program, StartError
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic, render
 from colcon_yamllaunch.observers.failure_advice import Advisor
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.verb.builds import Builds
 from colcon_yamllaunch.verb.options import RunOptions
 from colcon_yamllaunch.verb.target import find_workspace, unknown_package
-from colcon_yamllaunch.verb.workspace_session import WorkspaceSession
+from colcon_yamllaunch.workspace.building.builds import Builds
 from colcon_yamllaunch.workspace.packages import missing_files
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 from colcon_yamllaunch.workspace.packages.python_modules import certain_imports
+from colcon_yamllaunch.workspace.workspace_session import WorkspaceSession
 
 
 def main(

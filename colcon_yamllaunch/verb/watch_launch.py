@@ -40,7 +40,7 @@ logger = logging.getLogger('colcon.colcon_yamllaunch')
 WATCHER_LOG = 'watcher.log'
 #: Modules that a build needs, and few launches have loaded when they begin.
 _BUILD_MODULES = (
-    'colcon_yamllaunch.verb.builds',
+    'colcon_yamllaunch.workspace.building.builds',
     'colcon_yamllaunch.workspace.colcon.colcon_adapter',
     'colcon_yamllaunch.workspace.freshness.build_inputs',
     'colcon_yamllaunch.workspace.packages.build_files',

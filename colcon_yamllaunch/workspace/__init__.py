@@ -4,13 +4,16 @@
 """
 The workspace: its packages, their build, the sourced environment.
 
+Start with `workspace_session`: a workspace for a launch, and how a launch file
+sees its packages.
+
 - `packages/` finds the workspace and its packages, and the files and programs
   in them. `package.closure` returns the packages that a launch needs,
   `build_files` reads CMake files and `setup.py`.
 - `freshness/` decides whether a package is built (`freshness`), from the
   record of its last build (`build_record`) and what has changed since.
 - `building/` builds what is stale (`update`), one launch at a time
-  (`build_lock`). `colcon/` is the only part that uses colcon
+  (`build_lock`); `builds` are those of one launch. `colcon/` is the only part that uses colcon
   (`colcon_adapter`), and keeps what it said (`colcon_cache`).
 - `environment/` sources `setup.bash` in a bash subshell (`sourcing`), or
   returns the same variables from its cache (`environment_cache`).

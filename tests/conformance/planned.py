@@ -16,8 +16,8 @@ from typing import Any
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.policies.evaluate import evaluate
 from colcon_yamllaunch.plan.plan import Entry, Plan, Process, Shutdown
-from colcon_yamllaunch.verb.workspace_session import LaunchPackages
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
+from colcon_yamllaunch.workspace.workspace_session import LaunchPackages
 
 from tests.conformance.case import (
     environment_of,

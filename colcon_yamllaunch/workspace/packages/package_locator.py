@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from functools import cached_property
 import os
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import WorkspaceError
 from colcon_yamllaunch.common.files import names_in, split_path, text_of
@@ -16,6 +17,11 @@ from colcon_yamllaunch.workspace.packages.package import (
     prefix_of,
     source_files,
 )
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.workspace.packages.python_modules import (
+        ExposedNames,
+    )
 
 _AMENT_INDEX = 'share/ament_index/resource_index/packages'
 _COMPONENT_INDEX = 'share/ament_index/resource_index/rclcpp_components'
@@ -78,6 +84,14 @@ class PackageLocator:
         return python_modules.undeclared_owner(
             module, package, self.packages()
         )
+
+    @cached_property
+    def exposed(self) -> 'ExposedNames':
+        """The actions and substitutions that packages bring."""
+        # most launch files use none
+        from colcon_yamllaunch.workspace.packages import python_modules
+
+        return python_modules.ExposedNames(self._environment, self.packages())
 
     def prefix(self, name: str) -> str | None:
         """Return the prefix of a package, or None if there is no such one."""

@@ -9,8 +9,8 @@ import shutil
 
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.policies.check import check
-from colcon_yamllaunch.verb.workspace_session import LaunchPackages
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
+from colcon_yamllaunch.workspace.workspace_session import LaunchPackages
 import pytest
 
 from tests.conformance.case import CASES, expected

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""The workspace of a launch, as far as it has been built and sourced."""
+"""A workspace as far as it has been built and sourced, and its packages."""
 
 from collections.abc import (
     Callable,
@@ -11,13 +11,11 @@ from collections.abc import (
     Mapping,
     Sequence,
 )
-from functools import cache
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import WorkspaceError
-from colcon_yamllaunch.language.evaluation.request import Exposed, FindExposed
 from colcon_yamllaunch.workspace.building.build_lock import (
     is_locked,
     WorkspaceLock,
@@ -244,8 +242,6 @@ class WorkspaceSession:
             colcon is not None and colcon.merge_install,
             self.environment,
         )
-        #: Gives the actions and substitutions that packages bring.
-        self.exposed = exposed_by_packages(self.locator, self.environment)
 
     def refuse_invalid_manifests(self, names: Collection[str]) -> None:
         """
@@ -354,22 +350,3 @@ class LaunchPackages:
             return os.listdir(os.path.dirname(path))
         except OSError:
             return ()
-
-
-def exposed_by_packages(
-    locator: PackageLocator, environment: Mapping[str, str]
-) -> FindExposed:
-    """
-    Return what gives the actions and substitutions that packages bring.
-
-    :param environment: Where the packages are that are installed
-    """
-
-    @cache
-    def find() -> Exposed:
-        # most launch files use none
-        from colcon_yamllaunch.workspace.packages import python_modules
-
-        return python_modules.ExposedNames(environment, locator.packages())
-
-    return find

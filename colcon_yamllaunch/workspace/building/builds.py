@@ -10,7 +10,6 @@ import sys
 from typing import Any
 
 from colcon_yamllaunch.common.messages import ForgivingOutput, say_line
-from colcon_yamllaunch.verb.workspace_session import WorkspaceSession
 from colcon_yamllaunch.workspace.building.build_processes import interruption
 from colcon_yamllaunch.workspace.building.build_report import (
     after_build,
@@ -23,6 +22,7 @@ from colcon_yamllaunch.workspace.building.update import (
     Update,
 )
 from colcon_yamllaunch.workspace.freshness.build_record import Decision
+from colcon_yamllaunch.workspace.workspace_session import WorkspaceSession
 
 
 class Builds:
