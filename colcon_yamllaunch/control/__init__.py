@@ -13,9 +13,10 @@ requests and answers, and how messages are read from bytes.
   requests; most are commands of the engine. :mod:`.journal` keeps events and
   output for clients that subscribe.
 - Client: :mod:`.client` finds running launches, sends commands and receives
-  events, which :mod:`.subscription` describes. :mod:`.process_names` matches
+  events, which :mod:`.subscription` describes. :mod:`.selection` chooses the
+  launches and processes that a user means, and :mod:`.process_names` matches
   names such as `--restart NAME`. :mod:`.orphaned_launches` finds the launches
-  whose launcher was killed.
+  whose launcher was killed, :mod:`.doubled_nodes` nodes that run already.
 - Both: :mod:`.socket_folder` creates and finds sockets,
   :mod:`.command_codec` makes requests of commands and back, and
   :mod:`.resource_usage` measures processes.

@@ -32,6 +32,8 @@ Reply = Callable[[Mapping[str, Any]], object]
 
 #: Seconds that a launch may take to answer; a suspended one does not answer.
 ANSWER_TIMEOUT = 3.0
+#: The same where a suspended launch must not hold up another one.
+SHORT_TIMEOUT = 0.2
 #: Seconds of waiting after which a line says what is waited for.
 PROGRESS_INTERVAL = 1.0
 _CHUNK = 64 * 1024
@@ -328,6 +330,33 @@ def running_launches(
       enter
     """
     return [RunningLaunch(c) for c in connections(environment, warn)]
+
+
+def answering_launches(
+    environment: Mapping[str, str],
+) -> Iterator[LaunchState]:
+    """Iterate over the states of running launches that answer at once."""
+    for launch in running_launches(environment, do_nothing):
+        launch.connection.settimeout(SHORT_TIMEOUT)
+        try:
+            yield launch.status()
+        except ControlError:
+            continue
+        finally:
+            launch.close()
+
+
+def find_launch(
+    pid: int, environment: Mapping[str, str]
+) -> RunningLaunch | None:
+    """Return the launch with the launcher `pid`, None if there is none."""
+    found = None
+    for launch in running_launches(environment, do_nothing):
+        if found is None and launch.pid == pid:
+            found = launch
+        else:
+            launch.close()
+    return found
 
 
 def wait_for_exit(pid: int) -> None:

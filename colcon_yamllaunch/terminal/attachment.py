@@ -7,15 +7,40 @@ from abc import abstractmethod
 import termios
 from typing import ClassVar
 
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.suggestions import listing
+from colcon_yamllaunch.control.process_names import meant_by, ProcessNames
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.engine import Engine
+from colcon_yamllaunch.engine.terminals import with_terminals
 from colcon_yamllaunch.observers.screen import Screen
+from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.terminal.keyboard import (
     ESCAPE,
     ESCAPE_NAME,
     WatchedKeyboard,
 )
 from colcon_yamllaunch.terminal.keys import Keys
+
+
+def with_terminal(plan: Plan, name: str) -> tuple[Plan, str]:
+    """
+    Return the plan with a terminal for the attached process, and its label.
+
+    :param name: Its name, or a glob
+    :raises UserError: when not exactly one is meant
+    """
+    known = [ProcessNames.of_plan(p) for p in plan.processes()]
+    labels = [names.label for names in known]
+    meant = [labels[index] for index in meant_by(name, known)]
+    if len(meant) != 1:
+        raise UserError(
+            f'--attach {name} means {listing(meant)}: it takes one process'
+            if meant
+            else f"--attach: there is no process '{name}'; there is "
+            f'{listing(labels) or "none"}'
+        )
+    return with_terminals(plan, meant[0]), meant[0]
 
 
 class Attachment:

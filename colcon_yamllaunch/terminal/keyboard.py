@@ -11,6 +11,7 @@ import select
 import termios
 from typing import Any
 
+from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.engine.loop import Loop
 
 #: Seconds after which an Esc is the key, and not the start of a sequence.
@@ -132,6 +133,19 @@ def _read(descriptor: int) -> bytes:
         return b''
     finally:
         os.close(unblocked)
+
+
+def need_terminal() -> int:
+    """
+    Return the descriptor of the keyboard.
+
+    :raises UserError: when standard input is no terminal
+    """
+    if not os.isatty(0):
+        raise UserError(
+            '--attach needs a keyboard, but standard input is no terminal'
+        )
+    return 0
 
 
 def is_in_foreground(descriptor: int) -> bool:

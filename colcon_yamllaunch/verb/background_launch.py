@@ -21,8 +21,9 @@ import time
 from typing import BinaryIO, TextIO
 
 from colcon_yamllaunch.common.messages import report_errors, say
+from colcon_yamllaunch.control.client import find_launch
 from colcon_yamllaunch.engine.loop import readable
-from colcon_yamllaunch.verb import full_screen
+from colcon_yamllaunch.terminal.full_screen import session
 
 #: Seconds between two looks at a launch that begins, or ends.
 _INTERVAL = 0.05
@@ -85,7 +86,7 @@ def launch_for_screen(
     :param plain: Whether there are to be no colours
     :raises UserError: when there can be no full screen here
     """
-    full_screen.need_screen(environment)
+    session.need_screen(environment)
     if plain:
         os.environ['NO_COLOR'] = '1'
     with tempfile.TemporaryFile() as messages:
@@ -203,7 +204,7 @@ def _show(child: _Child, environment: Mapping[str, str]) -> int | None:
     if not child.begins():
         return None
     deadline = time.monotonic() + _TIMEOUT
-    while (launch := full_screen.launch_of(child.pid, environment)) is None:
+    while (launch := find_launch(child.pid, environment)) is None:
         if child.has_ended():
             return None
         if time.monotonic() > deadline:
@@ -212,8 +213,8 @@ def _show(child: _Child, environment: Mapping[str, str]) -> int | None:
             child.wait()
             return None
         time.sleep(_INTERVAL)
-    terminal = full_screen.OuterTerminal(
+    terminal = session.OuterTerminal(
         child.pid, environment, lambda: child.signal(signal.SIGINT)
     )
-    number, child.is_over = full_screen.show(launch, terminal)
+    number, child.is_over = session.show(launch, terminal)
     return number

@@ -22,17 +22,7 @@ from colcon_yamllaunch.control.client import (
     PROGRESS_INTERVAL,
 )
 from colcon_yamllaunch.control.resource_usage import Usage, usage_of, use_of
-from colcon_yamllaunch.engine import commands
-from colcon_yamllaunch.engine.state import (
-    ComponentState,
-    LaunchState,
-    Part,
-    ProcessState,
-    to_json,
-)
-from colcon_yamllaunch.plan.plan import TRANSITIONS, transitions_of
-from colcon_yamllaunch.verb.options import LaunchOptions, TEXT
-from colcon_yamllaunch.verb.selecting import (
+from colcon_yamllaunch.control.selection import (
     Candidate,
     choose_launch,
     choose_parts,
@@ -42,7 +32,17 @@ from colcon_yamllaunch.verb.selecting import (
     matches,
     nearest_first,
 )
-from colcon_yamllaunch.verb.status_table import table
+from colcon_yamllaunch.engine import commands
+from colcon_yamllaunch.engine.state import (
+    ComponentState,
+    LaunchState,
+    Part,
+    ProcessState,
+    to_json,
+)
+from colcon_yamllaunch.plan.plan import TRANSITIONS, transitions_of
+from colcon_yamllaunch.terminal.status_table import table
+from colcon_yamllaunch.verb.options import LaunchOptions, TEXT
 from colcon_yamllaunch.workspace.packages.workspace_root import (
     find_root,
     UntrustedError,
@@ -84,11 +84,13 @@ def control(options: LaunchOptions, environment: Mapping[str, str]) -> int:
         if options.debug is not None:
             return _debug(chosen, names, options.debug[1])
         if options.request == 'attach':
-            from colcon_yamllaunch.verb.attaching import attach
+            from colcon_yamllaunch.terminal.client_attachment import attach
 
             return attach(chosen, choose_parts(chosen.state, names))
         if options.request == 'ui':
-            from colcon_yamllaunch.verb.full_screen import show_launch
+            from colcon_yamllaunch.terminal.full_screen.session import (
+                show_launch,
+            )
 
             return show_launch(chosen, environment)
         from colcon_yamllaunch.verb.reading_logs import show_logs

@@ -88,7 +88,7 @@ def _launch(
     sigint = signal.getsignal(signal.SIGINT)
     with _junit_report(options, cwd) as report, _time_limit(options):
         if options.attach is not None:
-            from colcon_yamllaunch.verb.attaching import need_terminal
+            from colcon_yamllaunch.terminal.keyboard import need_terminal
 
             need_terminal()
         context = LaunchContext(options, cwd, environment, log_folder)

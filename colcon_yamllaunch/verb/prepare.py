@@ -115,10 +115,10 @@ def warn_of_doubled_nodes(
     """Warn of nodes that another launch of the user runs already."""
     if context.is_again or not has_sockets(context.environment):
         return
-    from colcon_yamllaunch.verb import doubled_nodes
+    from colcon_yamllaunch.control import client, doubled_nodes
 
     file = context.about().file
-    for other in doubled_nodes.running(context.environment):
+    for other in client.answering_launches(context.environment):
         nodes = doubled_nodes.doubled_nodes(plan, environment, file, other)
         if nodes and other.pid not in context.known_doubles:
             context.known_doubles.add(other.pid)

@@ -9,15 +9,14 @@ from contextlib import suppress
 from itertools import chain
 from pathlib import Path
 
-from colcon_yamllaunch.control.client import ControlError
+from colcon_yamllaunch.control.client import answering_launches, ControlError
 from colcon_yamllaunch.control.orphaned_launches import orphaned_launches
 from colcon_yamllaunch.control.process_names import ProcessNames
+from colcon_yamllaunch.control.selection import is_selected, matches
 from colcon_yamllaunch.engine.state import LaunchState, ProcessState, UNKNOWN
 from colcon_yamllaunch.plan.plan import TRANSITIONS, transitions_of
 from colcon_yamllaunch.verb.completing import Candidates, Cursor
-from colcon_yamllaunch.verb.doubled_nodes import running
 from colcon_yamllaunch.verb.options import Completer
-from colcon_yamllaunch.verb.selecting import is_selected, matches
 
 
 def candidates_of(
@@ -114,7 +113,7 @@ def _launches(states: Sequence[LaunchState]) -> Candidates:
 
 
 def _running(environment: Mapping[str, str]) -> list[LaunchState]:
-    states = list(running(environment))
+    states = list(answering_launches(environment))
     for orphaned in orphaned_launches(environment):
         with suppress(ControlError):
             states.append(orphaned.status())

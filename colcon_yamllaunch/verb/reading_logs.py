@@ -15,6 +15,7 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.messages import say, show_bytes
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.control.client import ControlError, LaunchEndedError
+from colcon_yamllaunch.control.selection import Candidate
 from colcon_yamllaunch.engine.lines import (
     legible,
     LineBuffer,
@@ -22,7 +23,6 @@ from colcon_yamllaunch.engine.lines import (
     prefixed,
 )
 from colcon_yamllaunch.engine.state import ProcessState
-from colcon_yamllaunch.verb.selecting import Candidate
 
 #: Lines of each process that are shown before those to come, as by tail(1).
 LINES = 10

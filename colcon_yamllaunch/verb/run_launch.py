@@ -102,7 +102,7 @@ def _run(
     warn_of_doubled_nodes(context, plan, environment)
     attached = None
     if options.attach is not None:
-        from colcon_yamllaunch.verb.attaching import with_terminal
+        from colcon_yamllaunch.terminal.attachment import with_terminal
 
         plan, attached = with_terminal(plan, options.attach)
     whole = plan

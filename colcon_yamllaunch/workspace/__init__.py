@@ -13,8 +13,9 @@ sees its packages.
 - `freshness/` decides whether a package is built (`freshness`), from the
   record of its last build (`build_record`) and what has changed since.
 - `building/` builds what is stale (`update`), one launch at a time
-  (`build_lock`); `builds` are those of one launch. `colcon/` is the only part that uses colcon
-  (`colcon_adapter`), and keeps what it said (`colcon_cache`).
+  (`build_lock`); `builds` are those of one launch. `colcon/` is the only part
+  that uses colcon (`colcon_adapter`), and keeps what it said
+  (`colcon_cache`).
 - `environment/` sources `setup.bash` in a bash subshell (`sourcing`), or
   returns the same variables from its cache (`environment_cache`).
 - `create/` makes packages (`colcon create`).

@@ -7,7 +7,7 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.plan.labels import with_labels
 from colcon_yamllaunch.plan.plan import Plan, Process
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.verb.attaching import with_terminal
+from colcon_yamllaunch.terminal.attachment import with_terminal
 import pytest
 
 

@@ -14,7 +14,7 @@ import time
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.control.client import running_launches
 from colcon_yamllaunch.engine.commands import Shutdown
-from colcon_yamllaunch.verb.full_screen import MISSING, need_screen
+from colcon_yamllaunch.terminal.full_screen.session import MISSING, need_screen
 import pytest
 from support.terminal import DEADLINE, Terminal
 from support.user import User

@@ -9,6 +9,7 @@ from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.control.client import ControlError, LaunchEndedError
+from colcon_yamllaunch.control.selection import Candidate
 from colcon_yamllaunch.engine.commands import ChangeState, PartCommand
 from colcon_yamllaunch.engine.state import (
     About,
@@ -17,15 +18,14 @@ from colcon_yamllaunch.engine.state import (
     Part,
     ProcessState,
 )
+from colcon_yamllaunch.terminal import client_attachment
 from colcon_yamllaunch.verb import (
-    attaching,
     controlling,
     process_candidates,
     reading_logs,
 )
 from colcon_yamllaunch.verb.completing import Cursor
 from colcon_yamllaunch.verb.options import Completer, LaunchOptions
-from colcon_yamllaunch.verb.selecting import Candidate
 import pytest
 from support.launch_states import component_state, launch_state, process_state
 
@@ -229,7 +229,7 @@ def test_logs_of_a_component_are_its_containers(
 
 def test_a_component_has_no_keyboard(running: FakeLaunch) -> None:
     with pytest.raises(UserError, match='its container box-1'):
-        attaching.attach(
+        client_attachment.attach(
             Candidate(running, LAUNCH),  # type: ignore[arg-type]
             LAUNCH.components[:1],
         )

@@ -6,11 +6,11 @@
 from collections.abc import Callable
 from dataclasses import replace
 
+from colcon_yamllaunch.control import doubled_nodes
 from colcon_yamllaunch.engine.state import About, ProcessState
 from colcon_yamllaunch.plan.plan import Plan, Process
 from colcon_yamllaunch.plan.plan_json import plan_to_json
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.verb import doubled_nodes
 import pytest
 from support.launch_states import launch_state, process_state
 from support.user import User

@@ -19,8 +19,8 @@ import pytest
 #: Shows a launch that is none.
 SCREEN = """\
 import sys
-from colcon_yamllaunch.verb.full_screen import OuterTerminal
-from colcon_yamllaunch.verb.full_screen import show
+from colcon_yamllaunch.terminal.full_screen.session import OuterTerminal
+from colcon_yamllaunch.terminal.full_screen.session import show
 from support.shown_launch import process
 from support.shown_launch import ShownLaunch
 

@@ -14,7 +14,7 @@ import pytest
 #: Has a screen, until it is killed or told to leave.
 SCREEN = """\
 import os, sys, tty
-from colcon_yamllaunch.verb.full_screen import ScreenWatchdog
+from colcon_yamllaunch.terminal.full_screen.session import ScreenWatchdog
 with ScreenWatchdog(0) as keeper:
     tty.setraw(0)
     for word in sys.argv[1:]:

@@ -9,35 +9,19 @@ publish, and nobody can distinguish them. Mostly somebody has launched
 the same file twice.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 import os
 
 from colcon_yamllaunch.common.process_scan import arguments_of, variable_of
 from colcon_yamllaunch.common.suggestions import enumeration
-from colcon_yamllaunch.control.client import ControlError, running_launches
 from colcon_yamllaunch.engine.state import LaunchState, ProcessState
 from colcon_yamllaunch.plan.plan import Plan, Process
 
-#: Seconds that a running launch may take to answer; one that is suspended
-#: must not hold up another one.
-ANSWER_TIMEOUT = 0.2
 #: How many nodes are named.
 _SHOWN = 3
 
 _DOMAIN = 'ROS_DOMAIN_ID'
 _NAMESPACE = '__ns:='
-
-
-def running(environment: Mapping[str, str]) -> Iterator[LaunchState]:
-    """Iterate over the running launches of the user that answer at once."""
-    for launch in running_launches(environment, lambda _: None):
-        launch.connection.settimeout(ANSWER_TIMEOUT)
-        try:
-            yield launch.status()
-        except ControlError:
-            continue
-        finally:
-            launch.close()
 
 
 def doubled_nodes(

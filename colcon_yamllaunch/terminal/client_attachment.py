@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Connecting the terminal to one process."""
+"""The connection of the keyboard to one process of another launch."""
 
 from collections.abc import Sequence
 from contextlib import suppress
@@ -19,47 +19,16 @@ from colcon_yamllaunch.control.client import (
     RunningLaunch,
 )
 from colcon_yamllaunch.control.orphaned_launches import ONLY_STOPS
-from colcon_yamllaunch.control.process_names import meant_by, ProcessNames
 from colcon_yamllaunch.control.protocol import ProtocolError
+from colcon_yamllaunch.control.selection import Candidate
 from colcon_yamllaunch.engine.loop import caught, received, STOPPING
 from colcon_yamllaunch.engine.state import ComponentState, Part
-from colcon_yamllaunch.engine.terminals import with_terminals
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.terminal.keyboard import ESCAPE, ESCAPE_NAME, Keyboard
-from colcon_yamllaunch.verb.selecting import Candidate
-
-
-def need_terminal() -> int:
-    """
-    Return the descriptor of the keyboard.
-
-    :raises UserError: when standard input is no terminal
-    """
-    if not os.isatty(0):
-        raise UserError(
-            '--attach needs a keyboard, but standard input is no terminal'
-        )
-    return 0
-
-
-def with_terminal(plan: Plan, name: str) -> tuple[Plan, str]:
-    """
-    Return the plan with a terminal for the attached process, and its label.
-
-    :param name: Its name, or a glob
-    :raises UserError: when not exactly one is meant
-    """
-    known = [ProcessNames.of_plan(p) for p in plan.processes()]
-    labels = [names.label for names in known]
-    meant = [labels[index] for index in meant_by(name, known)]
-    if len(meant) != 1:
-        raise UserError(
-            f'--attach {name} means {listing(meant)}: it takes one process'
-            if meant
-            else f"--attach: there is no process '{name}'; there is "
-            f'{listing(labels) or "none"}'
-        )
-    return with_terminals(plan, meant[0]), meant[0]
+from colcon_yamllaunch.terminal.keyboard import (
+    ESCAPE,
+    ESCAPE_NAME,
+    Keyboard,
+    need_terminal,
+)
 
 
 def attach(chosen: Candidate, parts: Sequence[Part]) -> int:

@@ -14,7 +14,7 @@ from colcon_yamllaunch.engine.state import (
     LaunchState,
     ProcessState,
 )
-from colcon_yamllaunch.verb.status_table import table
+from colcon_yamllaunch.terminal.status_table import table
 import pytest
 from support.launch_states import component_state, launch_state
 from support.launch_states import process_state as process

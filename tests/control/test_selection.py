@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any, cast
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.engine.state import About
-from colcon_yamllaunch.verb.selecting import (
+from colcon_yamllaunch.control.selection import (
     Candidate,
     choose_launch,
     is_selected,
     nearest_first,
 )
+from colcon_yamllaunch.engine.state import About
 import pytest
 from support.launch_states import launch_state, process_state
 

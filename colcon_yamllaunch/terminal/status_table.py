@@ -21,6 +21,7 @@ from colcon_yamllaunch.engine.state import (
     Part,
     ProcessState,
 )
+from colcon_yamllaunch.terminal.status_model import state_of
 
 _HEADS = ('PROCESS', 'STATE', 'PID', 'UP', 'RESTARTS', 'CPU', 'MEMORY')
 _RIGHT = frozenset((2, 3, 4, 5, 6))
@@ -124,11 +125,7 @@ def _phase(part: Part) -> str:
         return f'{part.phase}, {part.lifecycle}'
     if part.phase == 'failed':
         return f'not loaded: {part.ending}'
-    if isinstance(part, ComponentState):
-        return part.phase
-    if part.phase == 'respawn':
-        return f'respawns ({part.ending})'
-    return part.ending or part.phase
+    return state_of(part)
 
 
 def _narrow(widths: list[int], width: int) -> None:

@@ -20,15 +20,15 @@ from colcon_yamllaunch.common.messages import flush_or_drop, say
 from colcon_yamllaunch.common.process_scan import is_suspended
 from colcon_yamllaunch.control.client import (
     ControlError,
+    find_launch,
     LaunchEndedError,
-    running_launches,
     RunningLaunch,
 )
+from colcon_yamllaunch.control.selection import Candidate
 from colcon_yamllaunch.control.subscription import BEGINNING
 from colcon_yamllaunch.observers.presentation import only_prints
+from colcon_yamllaunch.terminal.client_attachment import attach
 from colcon_yamllaunch.terminal.pager import command, LESS
-from colcon_yamllaunch.verb.attaching import attach
-from colcon_yamllaunch.verb.selecting import Candidate
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.terminal.full_screen.launch_screen import LaunchApp
@@ -162,7 +162,7 @@ class OuterTerminal:
 
     def attach(self, label: str) -> None:
         """Connect the terminal to a process, until that is over."""
-        launch = launch_of(self._pid, self._environment)
+        launch = find_launch(self._pid, self._environment)
         if launch is None:
             return
         try:
@@ -193,19 +193,6 @@ class OuterTerminal:
     def _wait(self) -> None:
         say('Enter goes back')
         sys.stdin.readline()
-
-
-def launch_of(
-    pid: int, environment: Mapping[str, str]
-) -> RunningLaunch | None:
-    """Return the launch with the launcher `pid`, None if there is none."""
-    found = None
-    for launch in running_launches(environment, lambda _: None):
-        if found is None and launch.pid == pid:
-            found = launch
-        else:
-            launch.close()
-    return found
 
 
 @contextmanager
