@@ -21,6 +21,15 @@ _OWN_PIPE = '/pipe:['
 #: last one is in memory, so that a full disk does not matter to it (glibc).
 SHARED_FOLDERS = ('/tmp', '/var/tmp', '/dev/shm')
 
+#: Where installers put files; nobody edits them.
+_SYSTEM = tuple(
+    f'/{name}/'
+    for name in (
+        *('bin', 'boot', 'dev', 'etc', 'lib', 'lib32', 'lib64', 'nix', 'opt'),
+        *('proc', 'run', 'sbin', 'snap', 'sys', 'usr'),
+    )
+)
+
 # what is written later, or None if all is written at once
 _put_off: list[Path] | None = None
 
@@ -191,3 +200,15 @@ def _refuse_endless(mode: int, path: str | Path) -> None:
         raise OSError(
             errno.EINVAL, f'it is {kind}, not an ordinary file', str(path)
         )
+
+
+def is_user_file(path: str, workspace: tuple[str, ...] = ()) -> bool:
+    """
+    Return whether users may edit `path`: installers did not put it there.
+
+    :param workspace: Folders of the user, with a separator at the end; they
+      may be below a system folder
+    """
+    return os.path.isabs(path) and (
+        not path.startswith(_SYSTEM) or path.startswith(workspace)
+    )

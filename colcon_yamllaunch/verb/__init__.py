@@ -14,13 +14,10 @@ The colcon verbs: arguments in, exit code out.
   `run_launch` runs the plan. `inspect_launch` shows it instead (`--plan`,
   `--check`); `watch_launch` (`--watch`) and `sweep_main` prepare it several
   times.
-- `log_folders` has the logs of a launch, and `doubled_nodes` finds nodes that
-  run already.
-- `machines` connects with other machines, each a `launch_machine`, and
-  `plan_references` finds what their parts need.
-- `controlling` acts on running launches, which `selecting` chooses and
-  `status_table` lists. `reading_logs` shows logs, `attaching` types at a
-  process, `full_screen` shows a launch, and `background_launch` a new one.
+- `log_folders` has the logs of a launch.
+- `machines` connects with other machines, each a `launch_machine`.
+- `controlling` acts on running launches. `reading_logs` shows logs, and
+  `background_launch` a new launch on the full screen.
 - `completing` answers Tab, with `process_candidates`.
 - `code_state` says which code a sweep ran; it asks `git`.
 

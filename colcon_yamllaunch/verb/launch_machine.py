@@ -20,6 +20,7 @@ from colcon_yamllaunch.remote.connection.machine_connection import (
     MachineConnection,
 )
 from colcon_yamllaunch.remote.deployment.deployment import Machine
+from colcon_yamllaunch.remote.deployment.plan_references import named_paths
 from colcon_yamllaunch.remote.deployment.remote_paths import (
     RemotePaths,
     sent_variables,
@@ -28,7 +29,6 @@ from colcon_yamllaunch.remote.machine_link import MachineLink
 from colcon_yamllaunch.remote.part_protocol import PartSettings
 from colcon_yamllaunch.remote.sync.code_sync import Code, sync_code, Synced
 from colcon_yamllaunch.verb.context import LaunchContext
-from colcon_yamllaunch.verb.plan_references import named_paths
 
 #: Seconds that the clocks of a machine and this computer may differ.
 CLOCKS = 0.1

@@ -27,13 +27,16 @@ from colcon_yamllaunch.remote.deployment.placement import (
     Placer,
     rules_in_vain,
 )
+from colcon_yamllaunch.remote.deployment.plan_references import (
+    files_of,
+    packages_of,
+)
 from colcon_yamllaunch.remote.part_protocol import PartSettings
 from colcon_yamllaunch.remote.remote_parts import RemoteParts
 from colcon_yamllaunch.remote.sync.code_sync import Code, Synced
 from colcon_yamllaunch.verb.context import LaunchContext
 from colcon_yamllaunch.verb.launch_machine import LaunchMachine
 from colcon_yamllaunch.verb.log_folders import log_store_of
-from colcon_yamllaunch.verb.plan_references import files_of, packages_of
 from colcon_yamllaunch.watch.dependencies import Products, RemoteDependencies
 from colcon_yamllaunch.workspace.packages.package import closure
 

@@ -19,6 +19,7 @@ import re
 import shlex
 import shutil
 
+from colcon_yamllaunch.common.files import is_user_file
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.plan.labels import MACHINE_SEPARATOR
@@ -52,14 +53,6 @@ _LONGEST_PATH = 4096
 _SHELLS = frozenset(('bash', 'dash', 'sh', 'zsh'))
 _ROS = 'ros2'
 _DELETED = ' (deleted)'
-#: Where installers put files; nobody edits them.
-_SYSTEM = tuple(
-    f'/{name}/'
-    for name in (
-        *('bin', 'boot', 'dev', 'etc', 'lib', 'lib32', 'lib64', 'nix', 'opt'),
-        *('proc', 'run', 'sbin', 'snap', 'sys', 'usr'),
-    )
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,18 +175,6 @@ class Dependencies:
         """Return the labels among `wanted`, in the order of the launch."""
         names = set(wanted)
         return tuple(p.label for p in self.processes if p.label in names)
-
-
-def is_user_file(path: str, workspace: tuple[str, ...] = ()) -> bool:
-    """
-    Return whether users may edit `path`: installers did not put it there.
-
-    :param workspace: Folders of the user, with a separator at the end; they
-      may be below a system folder
-    """
-    return os.path.isabs(path) and (
-        not path.startswith(_SYSTEM) or path.startswith(workspace)
-    )
 
 
 def find_dependencies(

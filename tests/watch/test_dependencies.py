@@ -187,9 +187,7 @@ def test_workspace_below_a_system_folder_is_watched(
 ) -> None:
     # as in /opt/my_ws
     system = f'{workspace.root}/'
-    monkeypatch.setattr(
-        'colcon_yamllaunch.watch.dependencies._SYSTEM', (system,)
-    )
+    monkeypatch.setattr('colcon_yamllaunch.common.files._SYSTEM', (system,))
     workspace.build('arm')
     file = workspace.file('src/arm/a.yaml')
     known = learn(workspace, process('x', file, '/dev/null', '/etc/passwd'))

@@ -8,12 +8,12 @@ import os.path
 from pathlib import Path
 import re
 
+from colcon_yamllaunch.common.files import is_user_file
 from colcon_yamllaunch.plan.plan import Component, ParameterFile, Plan, Process
 from colcon_yamllaunch.remote.deployment.remote_paths import (
     is_of_system,
     paths_in,
 )
-from colcon_yamllaunch.watch.dependencies import is_user_file
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 #: What no path of a package has, and what stands around paths has.
