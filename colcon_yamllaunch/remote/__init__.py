@@ -13,13 +13,14 @@ Only launches with `--deploy` or `--on` import this.
   our program.
 - `sync/` sends the code by rsync, and builds it there.
 - `agent/` runs on the machine: it answers requests, and runs its part.
-- The other modules are the launcher's side while the launch runs.
-  `remote_parts` is the participant in the launch. `remote_part` emits the
-  events of a part here, and sends it commands. `machine_link` is a client of
-  the control socket of a part. It detects a lost connection (silence in
-  `_beat`, the end of the stream in `_receive`, that of the process in
-  `ended`), handles that in `_lose`, connects again, and goes on where it was,
-  so that everything arrives exactly once.
+- The other modules are the launcher's side. `launch_machine` prepares a
+  machine, and starts its part. While the launch runs, `remote_parts` is the
+  participant in the launch. `remote_part` emits the events of a part here, and
+  sends it commands. `machine_link` is a client of the control socket of a
+  part. It detects a lost connection (silence in `_beat`, the end of the stream
+  in `_receive`, that of the process in `ended`), handles that in `_lose`,
+  connects again, and goes on where it was, so that everything arrives exactly
+  once.
 - `part_protocol` has what a part is given besides its plan, and the commands
   that only a launcher sends.
 

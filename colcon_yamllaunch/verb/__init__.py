@@ -10,12 +10,10 @@ The colcon verbs: arguments in, exit code out.
   the workspace and the launch file.
 - `launch_main`, `run_main`, `sweep_main` and `create_main` execute a verb. All
   steps of a launch are functions of one `LaunchContext` (`context`): `prepare`
-  evaluates the launch file, builds and checks (`machines`), and
-  `run_launch` runs the plan. `inspect_launch` shows it instead (`--plan`,
-  `--check`); `watch_launch` (`--watch`) and `sweep_main` prepare it several
-  times.
-- `log_folders` has the logs of a launch.
-- `machines` connects with other machines, each a `launch_machine`.
+  evaluates the launch file, builds and checks, on other `machines` too, and
+  `run_launch` runs the plan; `log_folders` has its logs. `inspect_launch`
+  shows it instead (`--plan`, `--check`); `watch_launch` (`--watch`) and
+  `sweep_main` prepare it several times.
 - `controlling` acts on running launches. `reading_logs` shows logs, and
   `background_launch` a new launch on the full screen.
 - `completing` answers Tab, with `process_candidates`.

@@ -31,11 +31,11 @@ from colcon_yamllaunch.remote.deployment.plan_references import (
     files_of,
     packages_of,
 )
+from colcon_yamllaunch.remote.launch_machine import Launcher, LaunchMachine
 from colcon_yamllaunch.remote.part_protocol import PartSettings
 from colcon_yamllaunch.remote.remote_parts import RemoteParts
 from colcon_yamllaunch.remote.sync.code_sync import Code, Synced
 from colcon_yamllaunch.verb.context import LaunchContext
-from colcon_yamllaunch.verb.launch_machine import LaunchMachine
 from colcon_yamllaunch.verb.log_folders import log_store_of
 from colcon_yamllaunch.watch.dependencies import Products, RemoteDependencies
 from colcon_yamllaunch.workspace.packages.package import closure
@@ -114,6 +114,14 @@ class Machines:
     def __init__(self, context: LaunchContext, deployment: Deployment) -> None:
         self._context = context
         self._session = context.workspace
+        self._launcher = Launcher(
+            context.workspace,
+            context.environment,
+            context.cwd,
+            context.log_folder,
+            builds=not context.options.no_build,
+            quiet=context.options.quiet,
+        )
         self._deployment = deployment
         # the machines that are connected, or about to be
         self._machines: dict[str, LaunchMachine] = {}
@@ -458,7 +466,7 @@ class Machines:
 
     def _machine(self, name: str, *, may_ask: bool = False) -> LaunchMachine:
         machine = LaunchMachine(
-            self._context, self._deployment.machines[name], may_ask=may_ask
+            self._launcher, self._deployment.machines[name], may_ask=may_ask
         )
         self._machines[name] = machine
         return machine

@@ -13,12 +13,12 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.messages import GiveUpError
 from colcon_yamllaunch.plan.plan import Plan, Process, WorkerCall
 from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.remote import launch_machine
 from colcon_yamllaunch.remote.deployment.deployment import (
     Deployment,
     Machine,
     Rule,
 )
-from colcon_yamllaunch.verb import launch_machine
 from colcon_yamllaunch.verb.machines import Machines
 from colcon_yamllaunch.verb.options import LaunchOptions
 import pytest

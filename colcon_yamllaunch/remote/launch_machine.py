@@ -4,12 +4,13 @@
 """One machine of a launch: its connection, its paths and its code."""
 
 from collections import deque
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.messages import say
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic, Severity
 from colcon_yamllaunch.plan.labels import MACHINE_SEPARATOR
@@ -28,7 +29,7 @@ from colcon_yamllaunch.remote.deployment.remote_paths import (
 from colcon_yamllaunch.remote.machine_link import MachineLink
 from colcon_yamllaunch.remote.part_protocol import PartSettings
 from colcon_yamllaunch.remote.sync.code_sync import Code, sync_code, Synced
-from colcon_yamllaunch.verb.context import LaunchContext
+from colcon_yamllaunch.workspace.workspace_session import WorkspaceSession
 
 #: Seconds that the clocks of a machine and this computer may differ.
 CLOCKS = 0.1
@@ -36,6 +37,27 @@ CLOCKS = 0.1
 UNSEEN = 1000
 #: What is asked of the machine.
 LOOK = 'inspection.find_missing'
+
+
+@dataclass(frozen=True, slots=True)
+class Launcher:
+    """
+    The launch on this computer, as far as its machines need it.
+
+    :param workspace: Its workspace
+    :param environment: The user's
+    :param cwd: The folder in which it was begun
+    :param log_folder: The folder for its logs, None for none
+    :param builds: Whether code may be built and sent
+    :param quiet: Whether lines of the machines are shown only on failure
+    """
+
+    workspace: WorkspaceSession
+    environment: Mapping[str, str]
+    cwd: Path
+    log_folder: Path | None
+    builds: bool
+    quiet: bool
 
 
 class LaunchMachine:
@@ -48,22 +70,22 @@ class LaunchMachine:
 
     def __init__(
         self,
-        context: LaunchContext,
+        launcher: Launcher,
         machine: Machine,
         *,
         may_ask: bool = False,
     ) -> None:
         self.name = machine.name
         #: How it gets code: `build`, `install` or `none`.
-        self.sync_mode = 'none' if context.options.no_build else machine.sync
+        self.sync_mode = machine.sync if launcher.builds else 'none'
         #: Whether it is connected, and its properties are known.
         self.is_ready = False
         #: The packages that were sent; None before that.
         self.packages: frozenset[str] | None = None
         #: Where folders of this computer are on the machine.
         self.folders = RemotePaths({})
-        self._context = context
-        self._session = context.workspace
+        self._launcher = launcher
+        self._session = launcher.workspace
         self._machine = machine
         self._workspace: str | None = None
         self._home = ''
@@ -79,13 +101,17 @@ class LaunchMachine:
         if not places and root is not None:
             places = [str(root), f'~/{root.name}']
         self.connection = MachineConnection(
-            machine, places, context.environment, may_ask=may_ask, say=self.say
+            machine,
+            places,
+            launcher.environment,
+            may_ask=may_ask,
+            say=self.say,
         )
 
     def say(self, line: str) -> None:
         """Show a line of the machine; with `--quiet`, keep it."""
         text = f'{self.name}{MACHINE_SEPARATOR} {line}'
-        if self._context.options.quiet:
+        if self._launcher.quiet:
             self._unseen.append(text)
         else:
             self._session.announce(text)
@@ -139,7 +165,7 @@ class LaunchMachine:
             if not install_base.is_relative_to(session.colcon.root):
                 folders[str(install_base)] = f'{workspace}/{install_base.name}'
             folders[str(session.root)] = workspace
-        log_folder = self._context.log_folder
+        log_folder = self._launcher.log_folder
         if log_folder is not None:
             base = workspace or f'{self._home}/.ros'
             folders[str(log_folder)] = f'{base}/log/{log_folder.name}'
@@ -154,7 +180,7 @@ class LaunchMachine:
     @property
     def gets_local_builds(self) -> bool:
         """Whether the machine runs code that is built on this computer."""
-        if self.sync_mode == 'none' and not self._context.options.no_build:
+        if self.sync_mode == 'none' and self._launcher.builds:
             return self.shares_workspace
         return self.sync_mode == 'install'
 
@@ -234,7 +260,10 @@ class LaunchMachine:
         text = self.folders.text
         named = dict(named_paths(part, self.folders.covers))
         setup = f'{self._workspace}/install/setup.bash'
-        folders = [text(str(self._context.cwd)), self._workspace or self._home]
+        folders = [
+            text(str(self._launcher.cwd)),
+            self._workspace or self._home,
+        ]
         paths = {*map(text, named), setup, *folders}
         answer = self.connection.ask(LOOK, {'paths': sorted(paths)})
         found = answer.get('missing')
@@ -292,7 +321,7 @@ class LaunchMachine:
         if isinstance(entry, Timer):
             inner = tuple(map(self._with_folder, entry.entries))
             return replace(entry, entries=inner)
-        if isinstance(entry, Process) and entry.cwd == str(self._context.cwd):
+        if isinstance(entry, Process) and entry.cwd == str(self._launcher.cwd):
             return replace(entry, cwd=self._cwd)
         return entry
 
@@ -304,7 +333,7 @@ class LaunchMachine:
         :raises UserError: when it cannot be started
         """
         machine = self._machine
-        variables = sent_variables(self._context.environment, machine.env)
+        variables = sent_variables(self._launcher.environment, machine.env)
         # a part that needs no package needs no workspace
         needs_workspace = self._has_setup or self.packages
         settings = replace(
