@@ -100,6 +100,17 @@ def test_attach_with_something_to_launch_launches(line: str) -> None:
         ('--stop a -f', '-f goes with --logs'),
         ('pkg file --of 12', '--of LAUNCH goes with'),
         ('--from-plan p --launch-prefix gdb', '--launch-prefix goes with'),
+        (
+            'a.yaml --until a(',
+            r"--until: 'a\(' is no regular expression: miss",
+        ),
+        ('a.yaml --until=', '--until needs a regular expression'),
+        ('a.yaml --timeout 5m', "seconds above 0, not '5m'"),
+        ('a.yaml --for 0', "--for needs a number of seconds above 0, not '0'"),
+        ('a.yaml --for inf', "seconds above 0, not 'inf'"),
+        ('a.yaml --for 1 --timeout 2', '--for and --timeout exclude'),
+        ('a.yaml --log-limit huge', "such as 500MB or 2GB, .* not 'huge'"),
+        ('a.yaml --plan=xml', "--plan has no format 'xml'"),
     ],
 )
 def test_what_makes_no_sense_is_refused(line: str, text: str) -> None:

@@ -130,27 +130,10 @@ def test_timeout_includes_the_build(user: User) -> None:
     assert 'hello' not in output
 
 
-@pytest.mark.parametrize(
-    ('words', 'text'),
-    [
-        (['--until', 'a('], "--until: 'a(' is no regular expression: missing"),
-        (['--until', ''], '--until needs a regular expression'),
-        (['--timeout', '5m'], "seconds above 0, not '5m'"),
-        (['--for', '0'], "--for needs a number of seconds above 0, not '0'"),
-        (['--for', 'inf'], "seconds above 0, not 'inf'"),
-        (['--for', '1', '--timeout', '2'], 'exclude one another'),
-        (['--check', '--until', 'x'], '--check runs none'),
-        (['--show-args', '--quiet'], '--show-args runs none'),
-        (['--quiet', '--verbose'], 'exclude one another'),
-        (['--junit', 'a.yaml/b'], "/a.yaml/b' cannot be written: "),
-    ],
-)
-def test_options_that_make_no_sense(
-    talker: User, words: list[str], text: str
-) -> None:
-    output = talker.launch('a.yaml', *words, code=1)
-    assert text in output
-    assert 'error:' in output
+def test_report_that_cannot_be_written(talker: User) -> None:
+    output = talker.launch('a.yaml', '--junit', 'a.yaml/b', code=1)
+    assert "error: --junit: '" in output
+    assert "/a.yaml/b' cannot be written: " in output
     assert 'started' not in output
 
 

@@ -84,14 +84,6 @@ def test_mistakes_show_instead_of_a_plan(user: User) -> None:
     assert "did you mean 'who'?" in output
 
 
-def test_formats_that_do_not_exist(user: User) -> None:
-    user.package('one', SAY)
-    output = user.launch('one', 'one', '--plan=xml', code=1)
-    assert "--plan has no format 'xml'" in output
-    output = user.launch('one', 'one', '--plan', '--check', code=1)
-    assert '--check and --plan exclude one another' in output
-
-
 def test_schema(user: User) -> None:
     folder = user.package('own')
     (folder / 'setup.cfg').write_text(

@@ -74,14 +74,6 @@ def test_logs_may_have_a_limit(user: User) -> None:
     assert newest.read_bytes().count(b'\n') == 500_000
 
 
-def test_what_is_no_size_is_an_error(user: User, launch_file: str) -> None:
-    output = user.launch(launch_file, '--log-limit', 'huge', code=1)
-    assert "--log-limit takes a size such as 500MB or 2GB, or 'none', " in (
-        output
-    )
-    assert "not 'huge'" in output
-
-
 @pytest.mark.parametrize(
     ('text', 'size'),
     [

@@ -62,12 +62,6 @@ def test_path_of_a_launch_file(user: User) -> None:
     assert built(output) == []
 
 
-def test_path_that_does_not_exist(user: User) -> None:
-    user.package('one', ECHO)
-    output = user.launch('src/one/launch/on.yaml', code=1)
-    assert "did you mean 'src/one/launch/one.yaml'?" in output
-
-
 def test_below_the_root_nothing_is_littered(user: User) -> None:
     user.package('one')
     folder = user.root / 'src/one/launch'
@@ -130,18 +124,6 @@ def test_launch_arguments_stand_anywhere(user: User) -> None:
     assert 'hello me' in user.launch('who:=me', 'one', 'one', '--no-build')
 
 
-def test_malformed_launch_argument(user: User) -> None:
-    user.package('one', ECHO)
-    output = user.launch('one', 'one', 'who=you', code=1)
-    assert "malformed launch argument 'who=you'" in output
-
-
-def test_unknown_option_is_no_launch_argument(user: User) -> None:
-    user.package('one', ECHO)
-    output = user.launch('one', 'one', '--no-biuld', code=1)
-    assert "did you mean '--no-build'?" in output
-
-
 def test_unknown_launch_argument_is_a_warning(user: User) -> None:
     user.package('one', ECHO)
     output = user.launch('one', 'one', 'whom:=you')
@@ -154,17 +136,6 @@ def test_paths_that_took_everything(user: User) -> None:
     assert 'put it behind PKG and FILE' in output
     output = user.launch('--paths', 'src/one', '--', 'one', 'one')
     assert 'hello nobody' in output
-
-
-def test_options_that_exclude_one_another(user: User) -> None:
-    user.package('one', ECHO)
-    words = ['one', 'one', '--no-build', '--build-all']
-    output = user.launch(*words, code=1)
-    assert '--no-build and --build-all exclude one another' in output
-
-
-def test_help_behind_the_words(user: User) -> None:
-    assert '--no-build' in user.launch('one', 'one', '--help')
 
 
 def test_only_needed_packages_are_built(user: User) -> None:

@@ -117,21 +117,6 @@ def test_why_without_a_build(user: User, two: Path, option: str) -> None:
     assert 'new file new.txt' in user.launch('one', 'one')
 
 
-@pytest.mark.parametrize(
-    ('options', 'message'),
-    [
-        (('--force', '--no-build'), '--no-build and --force exclude'),
-        (('--why', '--check'), '--why and --check exclude'),
-        (('--why', '--show-args'), '--why and --show-args exclude'),
-    ],
-)
-def test_options_that_make_no_sense_together(
-    user: User, options: tuple[str, ...], message: str
-) -> None:
-    user.package('one')
-    assert message in user.launch('one', 'one', *options, code=1)
-
-
 def test_shell_that_sourced_the_workspace_builds_nothing(
     user: User, make_user: Callable[[], User]
 ) -> None:
