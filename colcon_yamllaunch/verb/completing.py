@@ -21,16 +21,16 @@ from types import TracebackType
 from typing import Any, TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import OutputError
+from colcon_yamllaunch.common.files import text_of
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.messages import say
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.verb.command_line import given_options, split_line
 from colcon_yamllaunch.verb.options import Option, OPTIONS, REQUESTS, Verb
 from colcon_yamllaunch.verb.target import (
+    find_target,
     find_workspace,
-    package_target,
     PATH_SUFFIXES,
-    path_target,
 )
 from colcon_yamllaunch.workspace.colcon.package_scan import scan_packages
 from colcon_yamllaunch.workspace.packages.build_files import source_programs
@@ -42,9 +42,6 @@ from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.language.evaluation.findings import DeclaredArgument
-
-#: The largest file of ssh that is read, in bytes.
-MAXIMUM_SIZE = 1_000_000
 
 #: Each candidate with its description, which zsh shows.
 Candidates = Mapping[str, str]
@@ -320,24 +317,17 @@ def hosts(cursor: Cursor) -> Candidates:
 def _ssh_hosts() -> Iterator[str]:
     """Return the hosts of the configuration of ssh, and those it knows."""
     folder = Path.home() / '.ssh'
-    for line in _lines(folder / 'config'):
+    for line in text_of(folder / 'config').splitlines():
         # ssh_config(5)
         key, *names = line.replace('=', ' ', 1).split() or ['']
         if key.lower() == 'host':
             yield from (n for n in names if not set(n) & set('*?!"'))
-    for line in _lines(folder / 'known_hosts'):
+    for line in text_of(folder / 'known_hosts').splitlines():
         known, *_ = line.split() or ['']
         # some are hashed
         if not known.startswith(('#', '|', '@')):
             # hosts with a port stand in brackets
             yield from (n for n in known.split(',') if n and n[0] not in '[!*')
-
-
-def _lines(path: Path) -> list[str]:
-    with suppress(OSError):
-        if os.path.isfile(path) and path.stat().st_size <= MAXIMUM_SIZE:
-            return path.read_text(errors='replace').splitlines()
-    return []
 
 
 def launch_arguments(
@@ -359,9 +349,7 @@ def launch_arguments(
 
     locator = cursor.locator(positionals)
     cwd = Path.cwd()
-    target = path_target(positionals, cwd, locator) or package_target(
-        positionals, locator, tuple
-    )
+    target = find_target(positionals, cwd, locator)
     values = dict(word.split(':=', 1) for word in given)
     known = LaunchPackages(locator, built=False)
     located = known.locate(target.name)

@@ -22,12 +22,7 @@ from colcon_yamllaunch.language.syntax.diagnostics import (
 from colcon_yamllaunch.language.syntax.launch_tree import LaunchFile
 from colcon_yamllaunch.verb.log_folders import ros_log_folder
 from colcon_yamllaunch.verb.options import LaunchOptions
-from colcon_yamllaunch.verb.target import (
-    find_workspace,
-    package_target,
-    path_target,
-    Target,
-)
+from colcon_yamllaunch.verb.target import find_target, find_workspace, Target
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 from colcon_yamllaunch.workspace.workspace_session import (
     LaunchPackages,
@@ -200,9 +195,11 @@ class LaunchContext:
 
         :raises UserError: when there is none
         """
-        words, locator = self.options.positionals, self.locator
-        return path_target(words, self.cwd, locator) or package_target(
-            words, locator, self.workspace.broken_manifests
+        return find_target(
+            self.options.positionals,
+            self.cwd,
+            self.locator,
+            self.workspace.broken_manifests,
         )
 
     def about(self) -> About:

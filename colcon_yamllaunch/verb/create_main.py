@@ -19,6 +19,7 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.files import text_of
 from colcon_yamllaunch.common.messages import say, show
 from colcon_yamllaunch.common.suggestions import did_you_mean, enumeration
+from colcon_yamllaunch.plan.position import shown_path
 from colcon_yamllaunch.verb.git import git_output
 from colcon_yamllaunch.verb.options import CreateOptions
 from colcon_yamllaunch.verb.target import find_workspace
@@ -105,7 +106,7 @@ def _add_node(
     if added.is_ros and missing is not None:
         say(f'colcon create: warning: {missing}')
     lines = [
-        f'Added the node {node} to {_shown(package.path, cwd)}',
+        f'Added the node {node} to {shown_path(str(package.path), str(cwd))}',
         f'  {made} (new)',
         *(f'  {file} (changed)' for file in changed),
         f'Try it:  colcon run {name} {added.executable}',
@@ -343,13 +344,10 @@ def _made(package: new_package.NewPackage, folder: Path, cwd: Path) -> str:
     command = f'colcon launch {package.name} {package.launch_file}'
     root = _root_of(folder) or _root_of(folder.parent) or folder.parent
     if not cwd.is_relative_to(root):
-        command = f'cd {shlex.quote(_shown(root, cwd))} && {command}'
-    shown = _shown(folder, cwd)
+        command = (
+            f'cd {shlex.quote(shown_path(str(root), str(cwd)))} && {command}'
+        )
+    shown = shown_path(str(folder), str(cwd))
     return (
         f'Created {shown} ({package.build_type})\n{files}\nTry it:  {command}'
     )
-
-
-def _shown(folder: Path, cwd: Path) -> str:
-    relative = os.path.relpath(folder, cwd)
-    return str(folder) if relative.startswith('..') else relative

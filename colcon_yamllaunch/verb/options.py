@@ -197,6 +197,15 @@ class Options:
         return list(dict.fromkeys(cls.by_flag().values()))
 
 
+def text(
+    name: str | None,
+    completer: Completer = 'nothing',
+    choices: tuple[str, ...] = (),
+) -> OptionValue[str]:
+    """Make a value that is a text; see `OptionValue`."""
+    return OptionValue(name, read_text, completer, choices)
+
+
 def flag(help_text: str, **more: Any) -> Option[bool]:
     """Make an option that takes no value."""
     return Option(help_text, False, **more)
@@ -207,6 +216,15 @@ def value(
 ) -> Option[_T | None]:
     """Make an option that takes a value."""
     return Option(help_text, None, value, **more)
+
+
+def choice(
+    help_text: str, name: str, choices: tuple[str, ...], **more: Any
+) -> Option[str | None]:
+    """Make an option with a value, maybe: one of `choices`, behind '='."""
+    return Option(
+        help_text, None, text(name, choices=choices), 'choice', **more
+    )
 
 
 def values(
@@ -448,8 +466,8 @@ _MADE_ALREADY = {
 # values that several options have
 _FILE = OptionValue('FILE', read_file, 'files')
 _FOLDER = OptionValue('PATH', read_path, 'folders')
-_NAME = OptionValue('NAME', read_text)
-_PARTS = OptionValue('NAME', read_text, 'parts')
+_NAME = text('NAME')
+_PARTS = text('NAME', 'parts')
 _SECONDS = OptionValue('SECONDS', read_seconds)
 _COUNT = OptionValue('N', read_count)
 _SIZE = OptionValue('SIZE', read_size)
@@ -476,27 +494,23 @@ class _Inspection(Options):
 
     TITLE = 'Looking without running'
     show_args = flag('Show the launch arguments', short='-s')
-    check = value(
+    check = choice(
         'Check every branch of the launch file and of its includes, or all '
         'launch files of the workspace; written --check=json, '
         '--check=github or --check=sarif for programs',
-        OptionValue(
-            'FORMAT', read_text, choices=(TEXT, 'json', 'github', 'sarif')
-        ),
-        arity='choice',
+        'FORMAT',
+        (TEXT, 'json', 'github', 'sarif'),
     )
     portable = flag(
         'With --check: find what `ros2 launch` would reject, too',
         needs=('--check',),
     )
-    plan = value(
+    plan = choice(
         'Show what would run; --plan=sh is a script that runs it, '
         '--plan=json can be saved and run, --plan=mermaid and '
         '--plan=dot are drawings',
-        OptionValue(
-            'FORMAT', read_text, choices=(TEXT, 'sh', 'json', 'mermaid', 'dot')
-        ),
-        arity='choice',
+        'FORMAT',
+        (TEXT, 'sh', 'json', 'mermaid', 'dot'),
     )
     run_commands = flag(
         'With --plan: run $(command …), whatever $(eval …) says, and the '
@@ -531,7 +545,7 @@ class _Building(Options):
     paths = values(
         'Build the packages at just these paths, as `colcon build --paths` '
         'takes them',
-        OptionValue('PATH', read_text, 'folders'),
+        text('PATH', 'folders'),
         'some',
     )
     no_build = flag('Build nothing')
@@ -594,12 +608,12 @@ class _Prefix(Options):
     launch_prefix = value(
         'A command to start executables with, such as "gdb -ex run --args"; '
         'in one word',
-        OptionValue('COMMAND', read_text),
+        text('COMMAND'),
         excludes=_MADE_ALREADY,
     )
     launch_prefix_filter = value(
         'Use the prefix for executables whose name matches from its start',
-        OptionValue('REGEX', read_text),
+        text('REGEX'),
         excludes=_MADE_ALREADY,
     )
 
@@ -608,14 +622,12 @@ class _Watching(Options):
     """Whether files are watched."""
 
     TITLE = 'Watching files'
-    watch = value(
+    watch = choice(
         'Go on with the files: when one is saved, build and evaluate what '
         'depends on it, and restart just what runs it; --watch=bell rings '
         'when something fails. With --until: check after each change',
-        OptionValue(
-            'HOW', read_text, choices=(WATCH_SILENTLY, WATCH_WITH_BELL)
-        ),
-        arity='choice',
+        'HOW',
+        (WATCH_SILENTLY, WATCH_WITH_BELL),
         excludes={
             **_RUNS_NONE,
             '--from-plan': '{one} goes with a launch file: {other} runs a '
@@ -633,7 +645,7 @@ class _Machines(Options):
         'Run all of it on another machine, as if it were here: USER@HOST or '
         'whatever ssh takes, slurm:partition=NAME for an allocation, or with '
         '--deploy the name of a machine',
-        OptionValue('HOST', read_text, 'hosts'),
+        text('HOST', 'hosts'),
         excludes=_ONE_COMPUTER,
     )
     deploy = value(
@@ -683,11 +695,11 @@ class _Control(Options):
     """Requests to running launches."""
 
     TITLE = 'Running launches'
-    status = value(
+    status = choice(
         'Show all running launches with their processes and components; '
         '--status=json for programs',
-        OptionValue('FORMAT', read_text, choices=(TEXT, 'json')),
-        arity='choice',
+        'FORMAT',
+        (TEXT, 'json'),
     )
     stop = values(
         'Stop processes and unload components, by name or glob; without a '
@@ -703,7 +715,7 @@ class _Control(Options):
     lifecycle = values(
         'Change the state of lifecycle nodes, by name or glob: configure, '
         'activate, deactivate, cleanup or shutdown',
-        OptionValue('NAME TRANSITION', read_text, 'lifecycles'),
+        text('NAME TRANSITION', 'lifecycles'),
         'any',
     )
     logs = values(
@@ -726,7 +738,7 @@ class _Control(Options):
     attach = value(
         'Connect the keyboard to a process: with PKG FILE to one of the new '
         'launch, else to one of a running launch; Ctrl-] detaches',
-        OptionValue('NAME', read_text, 'terminals'),
+        text('NAME', 'terminals'),
     )
     ui = flag(
         'Show a running launch on the full screen; with PKG FILE, the new one',
@@ -735,7 +747,7 @@ class _Control(Options):
     of = value(
         'Which running launch is meant, where that is not clear: its '
         "package, launch file or pid, or a glob ('*' for all)",
-        OptionValue('LAUNCH', read_text, 'launches'),
+        text('LAUNCH', 'launches'),
         needs=(*REQUESTS, '--attach', '--ui'),
     )
 
@@ -766,7 +778,7 @@ class _Runs(Options):
     )
     again = value(
         'Do runs again that are done: those that failed, or all',
-        OptionValue('WHICH', read_text, choices=(AGAIN_FAILED, AGAIN_ALL)),
+        text('WHICH', choices=(AGAIN_FAILED, AGAIN_ALL)),
     )
 
 
@@ -815,13 +827,11 @@ class _Package(Options):
         'How the package is built (default: %(default)s). That of type cmake '
         'needs no ROS',
         'ament_cmake',
-        OptionValue(
-            None, read_text, choices=('ament_cmake', 'ament_python', 'cmake')
-        ),
+        text(None, choices=('ament_cmake', 'ament_python', 'cmake')),
     )
     dependencies = values(
         'The packages that it needs, such as rclpy std_msgs',
-        OptionValue('PKG', read_text, 'packages'),
+        text('PKG', 'packages'),
         'some',
     )
     node = value(
@@ -835,17 +845,15 @@ class _Package(Options):
     license = value(
         'Its license, as SPDX calls it; for Apache-2.0, BSD-3-Clause and MIT '
         'the text comes with it',
-        OptionValue('NAME', read_text, 'licenses'),
+        text('NAME', 'licenses'),
     )
-    description = value(
-        'What the package is for', OptionValue('TEXT', read_text)
-    )
+    description = value('What the package is for', text('TEXT'))
     maintainer_name = value(
         'Who looks after it (default: user.name of git)', _NAME
     )
     maintainer_email = value(
         'The address of this person (default: user.email of git)',
-        OptionValue('ADDRESS', read_text),
+        text('ADDRESS'),
     )
     destination = value(
         'The folder that the folder of the package is made in (default: src '

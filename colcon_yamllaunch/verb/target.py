@@ -111,14 +111,27 @@ def launch_commands(locator: PackageLocator) -> str:
     return f'\nLaunch files here:{"".join(commands[:LISTED])}{more}'
 
 
-def path_target(
+def find_target(
+    positionals: tuple[str, ...],
+    cwd: Path,
+    locator: PackageLocator,
+    broken: Callable[[], Iterable[BrokenManifest]] = tuple,
+) -> Target:
+    """
+    Return the launch file that words name.
+
+    :param positionals: The path of a launch file, or a package and its file
+    :param broken: Returns the manifests in the workspace that make no package
+    :raises UserError: when there is no such launch file
+    """
+    target = _path_target(positionals, cwd, locator)
+    return target or _package_target(positionals, locator, broken)
+
+
+def _path_target(
     positionals: tuple[str, ...], cwd: Path, locator: PackageLocator
 ) -> Target | None:
-    """
-    Return the launch file that is given by its path; None for a package.
-
-    :raises UserError: when it is a path, but not one of a file
-    """
+    """Return the launch file that is given by its path; None for a package."""
     word = positionals[0]
     path = cwd / Path(word).expanduser()
     if os.path.isfile(path):
@@ -138,18 +151,12 @@ def path_target(
     return None
 
 
-def package_target(
+def _package_target(
     positionals: tuple[str, ...],
     locator: PackageLocator,
     broken: Callable[[], Iterable[BrokenManifest]],
 ) -> Target:
-    """
-    Return the launch file of a package.
-
-    :param positionals: The package and the file
-    :param broken: Returns the manifests in the workspace that make no package
-    :raises UserError: when there is no such package or file
-    """
+    """Return the launch file of a package."""
     from colcon_yamllaunch.workspace.packages import launch_files
 
     package, *rest = positionals

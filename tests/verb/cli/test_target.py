@@ -7,8 +7,8 @@ from pathlib import Path
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.verb.target import (
+    find_target,
     find_workspace,
-    path_target,
     WORKSPACE,
 )
 from colcon_yamllaunch.workspace.packages.package import Package
@@ -19,7 +19,7 @@ import pytest
 
 def refused(folder: Path, *words: str) -> str:
     with pytest.raises(UserError) as error:
-        path_target(words, folder, PackageLocator((), folder, False, {}))
+        find_target(words, folder, PackageLocator((), folder, False, {}))
     return str(error.value)
 
 
@@ -54,7 +54,7 @@ def test_launch_files_that_there_are_are_listed(tmp_path: Path) -> None:
     package = Package('weather', tmp_path / 'weather', 'ros.ament_cmake')
     locator = PackageLocator((package,), tmp_path / 'install', False, {})
     with pytest.raises(UserError) as error:
-        path_target(('weather.launch.yaml',), tmp_path, locator)
+        find_target(('weather.launch.yaml',), tmp_path, locator)
     assert error.value.hint == (
         'Launch files here:\n  colcon launch weather weather.launch.yaml'
     )
