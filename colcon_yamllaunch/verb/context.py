@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from colcon_yamllaunch.remote.deployment.deployment import Deployment
     from colcon_yamllaunch.verb.background_launch import Background
     from colcon_yamllaunch.verb.machines import Machines
-    from colcon_yamllaunch.workspace.building.builds import Builds
+    from colcon_yamllaunch.workspace.builds import Builds
 
 # what few launches need is imported where it is needed
 
@@ -175,7 +175,7 @@ class LaunchContext:
     @cached_property
     def builds(self) -> 'Builds':
         """The builds of this launch."""
-        from colcon_yamllaunch.workspace.building.builds import Builds
+        from colcon_yamllaunch.workspace.builds import Builds
 
         return Builds(
             self.workspace,

@@ -97,7 +97,7 @@ def _launch(
             if ''.join(options.positionals[-1:]).endswith('.py'):
                 # it imports `launch` while this process imports the rest
                 context.worker(context.process_environment()).start()
-                import_module('colcon_yamllaunch.workspace.building.builds')
+                import_module('colcon_yamllaunch.workspace.builds')
                 import_module('colcon_yamllaunch.run')
             if options.inspects:
                 from colcon_yamllaunch.verb.inspect_launch import inspect

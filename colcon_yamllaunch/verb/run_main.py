@@ -20,7 +20,7 @@ from colcon_yamllaunch.observers.failure_advice import Advisor
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.verb.options import RunOptions
 from colcon_yamllaunch.verb.target import find_workspace, unknown_package
-from colcon_yamllaunch.workspace.building.builds import Builds
+from colcon_yamllaunch.workspace.builds import Builds
 from colcon_yamllaunch.workspace.packages import missing_files
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 from colcon_yamllaunch.workspace.packages.python_modules import certain_imports

@@ -40,7 +40,7 @@ logger = logging.getLogger('colcon.colcon_yamllaunch')
 WATCHER_LOG = 'watcher.log'
 #: Modules that a build needs, and few launches have loaded when they begin.
 _BUILD_MODULES = (
-    'colcon_yamllaunch.workspace.building.builds',
+    'colcon_yamllaunch.workspace.builds',
     'colcon_yamllaunch.workspace.colcon.colcon_adapter',
     'colcon_yamllaunch.workspace.freshness.build_inputs',
     'colcon_yamllaunch.workspace.packages.build_files',
@@ -100,7 +100,7 @@ def prepare_again(
         return preparer.Failed('plan')
     except Exception as e:
         logger.debug('unexpected exception', exc_info=True)
-        # a bug, as in `messages.report_errors`
+        # a bug, as in `options_verb.report_errors`
         text = f'internal error: {type(e).__name__}: {e}'
         if not os.path.isdir(first.cwd):
             text = (
