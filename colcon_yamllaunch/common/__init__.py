@@ -9,7 +9,7 @@ General helpers without knowledge of launches; they import nothing else.
   `fingerprint` notices changes.
 - Processes: `process_scan` reads /proc, `adoption` is about parents and
   children, `escalation` has the steps of stopping.
-- Messages: `messages` prints them, and reports the error of a command;
-  `errors` declares exceptions, `suggestions` finds "did you mean", `printable`
-  makes texts of others safe, `table` formats columns and sizes.
+- Messages: `messages` prints them, `errors` declares exceptions, `suggestions`
+  finds "did you mean", `printable` makes texts of others safe, `table` formats
+  columns and sizes.
 """

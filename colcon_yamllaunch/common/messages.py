@@ -1,31 +1,20 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Messages and results of a command, and its errors."""
+"""Messages and results of a command."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-import errno
-import logging
 import os
-import signal
 import sys
 from typing import Any, TextIO
 
-from colcon_yamllaunch.common.errors import OutputError, UserError
+from colcon_yamllaunch.common.errors import OutputError
 from colcon_yamllaunch.common.printable import (
     one_line,
     printable,
     printable_json,
 )
-
-#: The exit code after Ctrl-C before anything runs (128 + SIGINT).
-INTERRUPTED = 130
-
-# those that end a process that does nothing about them
-_SIGNALS = (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
-
-logger = logging.getLogger('colcon.colcon_yamllaunch')
 
 
 class GiveUpError(Exception):
@@ -157,83 +146,6 @@ def open_standard_streams() -> None:
     sys.stdin = sys.stdin or os.fdopen(0, closefd=False)
     sys.stdout = sys.stdout or os.fdopen(1, 'w', closefd=False)
     sys.stderr = sys.stderr or os.fdopen(2, 'w', closefd=False)
-
-
-@contextmanager
-def _ended_by_signals() -> Iterator[None]:
-    """
-    Turn signals into exceptions, so that commands of launch files end, too.
-
-    Builds and running launches have their own handlers.
-
-    :raises SystemExit: when one arrives
-    """
-
-    def end(number: int, _frame: object) -> None:
-        raise SystemExit(128 + number)
-
-    taken = [n for n in _SIGNALS if signal.getsignal(n) is signal.SIG_DFL]
-    for number in taken:
-        signal.signal(number, end)
-    try:
-        yield
-    finally:
-        for number in taken:
-            signal.signal(number, signal.SIG_DFL)
-
-
-def report_errors(verb: str, action: Callable[[], int]) -> int:
-    """
-    Call `action`, and report its error in one message.
-
-    Return the exit code.
-    """
-    try:
-        with _ended_by_signals():
-            code = action()
-        with written():
-            sys.stdout.flush()
-        return code
-    except GiveUpError as e:
-        return e.returncode
-    except UserError as e:
-        say(e.lines(f'colcon {verb}'))
-        return 1
-    except KeyboardInterrupt:
-        return INTERRUPTED
-    except BrokenPipeError:
-        # the reader of the output has ended
-        return 1
-    except Exception as e:
-        if (lack := _lack(e)) is not None:
-            say(f'colcon {verb}: error: {lack}')
-            return 1
-        # a defect of ours: the user gets one line, the log the traceback
-        from colcon_core.location import get_log_path
-
-        logger.debug('unexpected exception', exc_info=True)
-        say(
-            f'colcon {verb}: internal error: {type(e).__name__}: {e}\n'
-            '  help: please report it with logger_all.log from '
-            f'{get_log_path() or "the log folder"}'
-        )
-        return 1
-    finally:
-        flush_or_drop(sys.stdout)
-        flush_or_drop(sys.stderr)
-
-
-def _lack(problem: Exception) -> str | None:
-    """Return which limit or device of the system is missing, with the fix."""
-    if not isinstance(problem, OSError):
-        return None
-    if problem.errno in (errno.EMFILE, errno.ENFILE):
-        reason = f'{problem.strerror}: a launch needs more of them'
-        return f'{reason}\n  help: ulimit -n 1024'
-    if problem.filename == os.devnull:
-        reason = f"'{os.devnull}' cannot be opened: {problem.strerror}"
-        return f'{reason}\n  help: mknod -m 666 {os.devnull} c 1 3, as root'
-    return None
 
 
 def flush_or_drop(stream: TextIO) -> None:

@@ -20,10 +20,11 @@ import tempfile
 import time
 from typing import BinaryIO, TextIO
 
-from colcon_yamllaunch.common.messages import report_errors, say
+from colcon_yamllaunch.common.messages import say
 from colcon_yamllaunch.control.client import find_launch
 from colcon_yamllaunch.engine.loop import readable
 from colcon_yamllaunch.terminal.full_screen import session
+from colcon_yamllaunch.verb.options_verb import report_errors
 
 #: Seconds between two looks at a launch that begins, or ends.
 _INTERVAL = 0.05

@@ -19,7 +19,7 @@ from typing import Any, NoReturn
 import colcon_core
 import colcon_yamllaunch
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.common.messages import report_errors, show
+from colcon_yamllaunch.common.messages import show
 from colcon_yamllaunch.common.suggestions import enumeration
 from colcon_yamllaunch.verb.options import (
     CreateOptions,
@@ -33,6 +33,7 @@ from colcon_yamllaunch.verb.options import (
     SweepOptions,
     Verb,
 )
+from colcon_yamllaunch.verb.options_verb import report_errors
 
 AnyOptions = LaunchOptions | RunOptions | CreateOptions | SweepOptions
 

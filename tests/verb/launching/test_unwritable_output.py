@@ -93,7 +93,7 @@ def test_an_error_keeps_its_exit_code(runs: Runs) -> None:
     script = (
         'import sys\n'
         'from colcon_yamllaunch.common.errors import UserError\n'
-        'from colcon_yamllaunch.common.messages import report_errors\n'
+        'from colcon_yamllaunch.verb.options_verb import report_errors\n'
         'def fail():\n'
         '    print("something")\n'
         '    raise UserError("no")\n'

@@ -9,11 +9,11 @@ import os
 from colcon_yamllaunch.common.errors import OutputError
 from colcon_yamllaunch.common.messages import (
     ForgivingOutput,
-    report_errors,
     say,
     show,
     show_bytes,
 )
+from colcon_yamllaunch.verb.options_verb import report_errors
 import pytest
 
 pytestmark = pytest.mark.hostile
