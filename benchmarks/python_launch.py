@@ -66,7 +66,7 @@ INCLUDES = (
     + '  - include: {file: $(dirname)/more.launch.py}\n' * (FILES - 1)
     + '  - include: {file: $(dirname)/one.launch.py}\n'
 )
-#: The same with a handler, for which the host stays alive.
+#: The same with a handler, for which the worker stays alive.
 HANDLED = PYTHON.replace(
     '[Exec',
     """[

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""The host reads what it is asked for while launch files do what they like."""
+"""The worker reads requests while launch files do what they like."""
 
 from collections.abc import Callable, Iterator
 import json
@@ -156,7 +156,7 @@ def test_low_descriptors_are_not_of_the_channel(talk_by: TalkBy) -> None:
     assert talk.end() == 0
 
 
-def test_a_copy_of_the_host_says_nothing(talk_by: TalkBy) -> None:
+def test_a_copy_of_the_worker_says_nothing(talk_by: TalkBy) -> None:
     talk = talk_by(
         'pid = os.fork()\n'
         'if pid == 0:\n'
@@ -169,7 +169,7 @@ def test_a_copy_of_the_host_says_nothing(talk_by: TalkBy) -> None:
     assert not (talk.folder / 'ended-copy').exists()
 
 
-def test_a_copy_does_not_hide_the_end_of_the_host(talk_by: TalkBy) -> None:
+def test_a_copy_does_not_hide_the_end_of_the_worker(talk_by: TalkBy) -> None:
     talk = talk_by(
         'pid = os.fork()\n'
         'if pid == 0:\n'

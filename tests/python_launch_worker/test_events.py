@@ -10,7 +10,13 @@ from typing import Any
 
 import pytest
 from support.ros_setup import RosSetup
-from support.talking_host import HEAD, in_short, lines_of, Message, TalkingHost
+from support.talking_worker import (
+    HEAD,
+    in_short,
+    lines_of,
+    Message,
+    TalkingWorker,
+)
 
 Launch = Callable[[str], list[Message]]
 
@@ -111,7 +117,7 @@ def test_packages_that_handlers_need_are_told(launch: Launch) -> None:
 
 
 def test_output_is_told_and_kept(
-    launch: Launch, talking_host: TalkingHost
+    launch: Launch, talking_worker: TalkingWorker
 ) -> None:
     told = launch(
         """\
@@ -135,23 +141,23 @@ def test_output_is_told_and_kept(
     ]
 
     def wrote(process: str, stream: str, text: str) -> list[str]:
-        told = talking_host.event(
+        told = talking_worker.event(
             'output', process=process, stream=stream, text=text
         )
         return in_short(told)
 
     for number, name in enumerate('abc', 10):
-        talking_host.event('start', process=name, pid=number)
+        talking_worker.event('start', process=name, pid=number)
     assert wrote('b', 'stdout', 'hello') == ['stdout: hello']
     assert wrote('b', 'stderr', 'bad \udcff') == ['stderr: bad \ufffd']
     assert wrote('a', 'stdout', 'one ') == []
     assert wrote('a', 'stdout', 'two ') == []
     assert wrote('a', 'stderr', 'three') == []
-    assert talking_host.ended('a') == ['one two three']
+    assert talking_worker.ended('a') == ['one two three']
 
 
 def test_an_action_that_is_started_twice(
-    launch: Launch, talking_host: TalkingHost
+    launch: Launch, talking_worker: TalkingWorker
 ) -> None:
     launch(
         """\
@@ -168,14 +174,14 @@ def test_an_action_that_is_started_twice(
             ])
         """
     )
-    talking_host.event('start', process='a', pid=10)
-    talking_host.event('start', process='b', pid=11)
+    talking_worker.event('start', process='a', pid=10)
+    talking_worker.event('start', process='b', pid=11)
     # that of the second time, which has not begun
-    assert talking_host.ended('a') == ['None']
+    assert talking_worker.ended('a') == ['None']
 
 
 def test_a_launch_file_ends_the_launch(
-    launch: Launch, talking_host: TalkingHost
+    launch: Launch, talking_worker: TalkingWorker
 ) -> None:
     launch(
         """\
@@ -194,13 +200,13 @@ def test_a_launch_file_ends_the_launch(
             ])
         """
     )
-    assert talking_host.ended('a') == ['bye', 'shutdown: enough']
-    told = talking_host.event('shutdown', reason='enough', by_sigint=False)
+    assert talking_worker.ended('a') == ['bye', 'shutdown: enough']
+    told = talking_worker.event('shutdown', reason='enough', by_sigint=False)
     assert in_short(told) == ['because enough', 'enough False']
 
 
 def test_someone_else_ends_the_launch(
-    launch: Launch, talking_host: TalkingHost
+    launch: Launch, talking_worker: TalkingWorker
 ) -> None:
     launch(
         """\
@@ -216,15 +222,15 @@ def test_someone_else_ends_the_launch(
             ])
         """
     )
-    told = talking_host.event('shutdown', reason='Ctrl-C', by_sigint=True)
+    told = talking_worker.event('shutdown', reason='Ctrl-C', by_sigint=True)
     assert in_short(told) == ['True True']
-    told = talking_host.event('exit', process='a', returncode=-2)
+    told = talking_worker.event('exit', process='a', returncode=-2)
     # nothing is started any more
     assert in_short(told) == ['ended']
 
 
 def test_the_end_of_a_process_gives_the_reason(
-    launch: Launch, talking_host: TalkingHost
+    launch: Launch, talking_worker: TalkingWorker
 ) -> None:
     told = launch(
         """\
@@ -238,13 +244,13 @@ def test_the_end_of_a_process_gives_the_reason(
     processes = [m for m in told if m['say'] == 'process']
     assert [p['on_exit_shutdown'] for p in processes] == [True]
     assert len(handlers_of(told)) == 1
-    assert talking_host.ended('a') == []
-    told = talking_host.event('shutdown', reason='a ended', by_sigint=False)
+    assert talking_worker.ended('a') == []
+    told = talking_worker.event('shutdown', reason='a ended', by_sigint=False)
     assert in_short(told) == ['a is needed']
 
 
 def test_processes_are_signalled(
-    launch: Launch, talking_host: TalkingHost
+    launch: Launch, talking_worker: TalkingWorker
 ) -> None:
     launch(
         """\
@@ -263,12 +269,12 @@ def test_processes_are_signalled(
             ])
         """
     )
-    assert in_short(talking_host.event('start', process='b', pid=6)) == [
+    assert in_short(talking_worker.event('start', process='b', pid=6)) == [
         'signal 9 to b'
     ]
-    talking_host.event('exit', process='c', returncode=0)
+    talking_worker.event('exit', process='c', returncode=0)
     # not the one that has ended
-    assert in_short(talking_host.event('start', process='a', pid=5)) == [
+    assert in_short(talking_worker.event('start', process='a', pid=5)) == [
         'signal 10 to b',
         'signal 0 to a',
         'signal 0 to b',
@@ -276,7 +282,7 @@ def test_processes_are_signalled(
 
 
 def test_an_end_that_was_asked_for_is_none(
-    launch: Launch, talking_host: TalkingHost
+    launch: Launch, talking_worker: TalkingWorker
 ) -> None:
     launch(
         """\
@@ -294,24 +300,26 @@ def test_an_end_that_was_asked_for_is_none(
     )
 
     def ended(process: str, *, asked: bool) -> list[str]:
-        told = talking_host.event(
+        told = talking_worker.event(
             'exit', process=process, returncode=0, asked=asked
         )
         return in_short(told)
 
     assert ended('a', asked=True) == []
     # by --restart
-    told = talking_host.event('start', process='a', pid=5)
+    told = talking_worker.event('start', process='a', pid=5)
     assert in_short(told) == ['started']
     assert ended('b', asked=False) == ['ended', 'signal 0 to a']
     # but a launch file may ask for it
     assert ended('a', asked=True) == ['ended']
-    told = talking_host.event('start', process='a', pid=6)
-    talking_host.event('shutdown', reason='x', by_sigint=False)
+    told = talking_worker.event('start', process='a', pid=6)
+    talking_worker.event('shutdown', reason='x', by_sigint=False)
     assert ended('a', asked=True) == ['ended']
 
 
-def test_events_of_ones_own(launch: Launch, talking_host: TalkingHost) -> None:
+def test_events_of_ones_own(
+    launch: Launch, talking_worker: TalkingWorker
+) -> None:
     told = launch(
         """\
         class Ping(Event):
@@ -336,10 +344,12 @@ def test_events_of_ones_own(launch: Launch, talking_host: TalkingHost) -> None:
     # what is emitted while the files are read is handled when they are read
     assert in_short(told) == ['read', 'start a', 'ping 1', 'ping 2']
     assert [h['event'] for h in handlers_of(told)] == ['other', 'exit']
-    assert talking_host.ended('a') == ['ended', 'ping 2']
+    assert talking_worker.ended('a') == ['ended', 'ping 2']
 
 
-def test_actions_are_done(launch: Launch, talking_host: TalkingHost) -> None:
+def test_actions_are_done(
+    launch: Launch, talking_worker: TalkingWorker
+) -> None:
     told = launch(
         """\
         def generate_launch_description():
@@ -357,7 +367,7 @@ def test_actions_are_done(launch: Launch, talking_host: TalkingHost) -> None:
     assert in_short(told) == ['log', 'start a', 'logged']
 
     def ended(**more: bool) -> list[str]:
-        told = talking_host.event('exit', process='a', returncode=0, **more)
+        told = talking_worker.event('exit', process='a', returncode=0, **more)
         return in_short(told)
 
     assert ended(respawns=True) == ['ended']
@@ -365,7 +375,7 @@ def test_actions_are_done(launch: Launch, talking_host: TalkingHost) -> None:
 
 
 def test_an_exception_ends_the_launch(
-    launch: Launch, talking_host: TalkingHost
+    launch: Launch, talking_worker: TalkingWorker
 ) -> None:
     told = launch(
         """\
@@ -383,7 +393,7 @@ def test_an_exception_ends_the_launch(
             ])
         """
     )
-    told = talking_host.event_to_end('exit', process='a', returncode=0)
+    told = talking_worker.event_to_end('exit', process='a', returncode=0)
     assert in_short(told) == [
         'told',
         'shutdown: a launch file raised KeyError',
@@ -393,14 +403,14 @@ def test_an_exception_ends_the_launch(
     assert lines_of(error['frames']) == ["return [say('x'), {}['nothing']]"]
     # what happened before is not undone
     assert [m['handlers'] for m in told if m['say'] == 'handlers'] == [True]
-    told = talking_host.event('shutdown', reason='x', by_sigint=False)
+    told = talking_worker.event('shutdown', reason='x', by_sigint=False)
     assert in_short(told) == [
         "Caught exception in launch (see debug for traceback): 'nothing' True"
     ]
 
 
 def test_what_needs_the_event_loop_comes_too_late(
-    launch: Launch, talking_host: TalkingHost
+    launch: Launch, talking_worker: TalkingWorker
 ) -> None:
     launch(
         """\
@@ -412,7 +422,7 @@ def test_what_needs_the_event_loop_comes_too_late(
                 say('told'), OpaqueCoroutine(coroutine=wait)]))])
         """
     )
-    told = talking_host.event_to_end('exit', process='a', returncode=0)
+    told = talking_worker.event_to_end('exit', process='a', returncode=0)
     assert in_short(told) == [
         'told',
         'shutdown: a launch file raised RuntimeError',
@@ -425,7 +435,7 @@ def test_what_needs_the_event_loop_comes_too_late(
 
 
 def test_lifecycle_nodes_change_their_states(
-    launch: Launch, talking_host: TalkingHost, ros_setup: RosSetup
+    launch: Launch, talking_worker: TalkingWorker, ros_setup: RosSetup
 ) -> None:
     if ros_setup.environment.get('ROS_DISTRO') == 'humble':
         pytest.skip('Humble has no LifecycleTransition')
@@ -484,7 +494,7 @@ def test_lifecycle_nodes_change_their_states(
     ]
 
     def became(node: str, before: str, after: str) -> list[str]:
-        told = talking_host.event(
+        told = talking_worker.event(
             'state',
             process=None,
             node=node,
@@ -505,7 +515,7 @@ def test_lifecycle_nodes_change_their_states(
 
 
 def test_processes_are_counted_with_those_of_others(
-    talking_host: TalkingHost, tmp_path: Path
+    talking_worker: TalkingWorker, tmp_path: Path
 ) -> None:
     path = tmp_path / 'demo.launch.py'
     path.write_text(
@@ -520,12 +530,12 @@ def test_processes_are_counted_with_those_of_others(
         )
     )
     scope = {'configurations': {}, 'processes': 4}
-    talking_host.ask('visit', path=str(path), scope=scope)
-    assert talking_host.ended('a') == ['a-5']
+    talking_worker.ask('visit', path=str(path), scope=scope)
+    assert talking_worker.ended('a') == ['a-5']
 
 
 def test_a_file_that_fails_leaves_no_handlers(
-    launch: Launch, talking_host: TalkingHost
+    launch: Launch, talking_worker: TalkingWorker
 ) -> None:
     told = launch(
         """\
@@ -538,4 +548,4 @@ def test_a_file_that_fails_leaves_no_handlers(
     )
     assert in_short(told) == ['start a']
     assert handlers_of(told) == []
-    assert talking_host.ended('a') == []
+    assert talking_worker.ended('a') == []

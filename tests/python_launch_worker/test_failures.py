@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Whatever goes wrong in a request, the host answers."""
+"""Whatever goes wrong in a request, the worker answers."""
 
 from typing import Any, NoReturn
 

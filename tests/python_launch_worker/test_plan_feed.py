@@ -21,7 +21,7 @@ from support.test_loop import TestLoop
 POSITION = Position('/ws/a.launch.py', 7, 9)
 TALKER = plan.Process('kitchen', ('t',), '/', POSITION, name='talker-1')
 OTHER = plan.Process('other', ('o',), '/', POSITION, name='o-2')
-HOST = 4711
+WORKER = 4711
 IDLE = {'type': 'shutdown', 'reason': 'idle', 'by_sigint': False}
 
 
@@ -31,7 +31,7 @@ class PlayedLink:
     def __init__(self):
         self.says = deque()
         self.descriptor, self.answers = os.pipe()
-        self.pid = HOST
+        self.pid = WORKER
         self.is_closed = self.is_full = False
 
     def poll(self):
@@ -306,10 +306,10 @@ def test_who_escalates_does_not_wait_for_it(launch):
 
 
 def test_its_end_is_told_once_after_its_last_answers(launch):
-    assert launch.feed.children() == {HOST} == launch.helpers.keys()
+    assert launch.feed.children() == {WORKER} == launch.helpers.keys()
     said = plan.Message('INFO', 'last words')
     launch.link.says.append(plan.Growth((said,)))
-    launch.helpers.pop(HOST)(9)
+    launch.helpers.pop(WORKER)(9)
     assert launch.done[0] == [said]
     (lost,) = launch.done[1:]
     assert isinstance(lost, events.WorkerLost)

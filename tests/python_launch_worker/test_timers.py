@@ -8,7 +8,7 @@ import signal
 
 import pytest
 from support.ros_setup import RosSetup
-from support.talking_host import HEAD, in_short, Message, TalkingHost
+from support.talking_worker import HEAD, in_short, Message, TalkingWorker
 
 Launch = Callable[[str], list[Message]]
 
@@ -49,7 +49,7 @@ def test_timers_are_told_ahead(launch: Launch) -> None:
 
 
 def test_what_needs_its_time_waits_for_it(
-    launch: Launch, talking_host: TalkingHost
+    launch: Launch, talking_worker: TalkingWorker
 ) -> None:
     told = launch(
         """\
@@ -90,15 +90,15 @@ def test_what_needs_its_time_waits_for_it(
         'end',
         'start now',
     ]
-    assert in_short(talking_host.ask('call', number=1)) == [
+    assert in_short(talking_worker.ask('call', number=1)) == [
         'x was where it stands',
         'set',
     ]
-    assert in_short(talking_host.ask('call', number=2)) == ['start own']
+    assert in_short(talking_worker.ask('call', number=2)) == ['start own']
 
 
 def test_timers_are_cancelled(
-    launch: Launch, talking_host: TalkingHost
+    launch: Launch, talking_worker: TalkingWorker
 ) -> None:
     told = launch(
         """\
@@ -122,13 +122,13 @@ def test_timers_are_cancelled(
         'end',
         'start a',
     ]
-    assert in_short(talking_host.ask('call', number=1)) == ['early']
-    talking_host.event('exit', process='a', returncode=0)
-    assert in_short(talking_host.ask('call', number=2)) == []
+    assert in_short(talking_worker.ask('call', number=1)) == ['early']
+    talking_worker.event('exit', process='a', returncode=0)
+    assert in_short(talking_worker.ask('call', number=2)) == []
 
 
 def test_what_fails_at_its_time_ends_the_launch(
-    launch: Launch, talking_host: TalkingHost
+    launch: Launch, talking_worker: TalkingWorker
 ) -> None:
     launch(
         """\
@@ -137,7 +137,7 @@ def test_what_fails_at_its_time_ends_the_launch(
                 1.0, OpaqueFunction(function=lambda context: 1 / 0))])
         """
     )
-    told = talking_host.ask_to_end('call', number=1)
+    told = talking_worker.ask_to_end('call', number=1)
     assert in_short(told) == [
         'shutdown: a launch file raised ZeroDivisionError'
     ]
@@ -161,7 +161,7 @@ def test_a_timer_on_ros_time(launch: Launch) -> None:
 
 
 def test_requests_in_timers_are_settled_when_all_is_read(
-    launch: Launch, talking_host: TalkingHost
+    launch: Launch, talking_worker: TalkingWorker
 ) -> None:
     told = launch(
         """\
@@ -253,7 +253,7 @@ def test_transitions_in_a_timer_are_settled_in_their_order(
     ],
 )
 def test_requests_that_may_come_to_something_else_wait(
-    launch: Launch, talking_host: TalkingHost, event: str, later: list[int]
+    launch: Launch, talking_worker: TalkingWorker, event: str, later: list[int]
 ) -> None:
     told = launch(
         f"""\
@@ -273,5 +273,5 @@ def test_requests_that_may_come_to_something_else_wait(
         'call',
         'end',
     ]
-    told = talking_host.ask('call', number=1)
+    told = talking_worker.ask('call', number=1)
     assert [m['signal'] for m in told if m['say'] == 'signal'] == later

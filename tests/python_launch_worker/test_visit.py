@@ -11,7 +11,7 @@ import time
 from typing import Any
 
 import pytest
-from support.talking_host import lines_of, Message, TalkingHost
+from support.talking_worker import lines_of, Message, TalkingWorker
 
 HEAD = """\
 import os
@@ -47,13 +47,13 @@ def path(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def launch(talking_host: TalkingHost, path: Path) -> Launch:
+def launch(talking_worker: TalkingWorker, path: Path) -> Launch:
     """Return what visits a launch file, given how it describes."""
-    talking_host.begin(UNBUILT)
+    talking_worker.begin(UNBUILT)
 
     def launch(text: str, **scope: Any) -> list[Message]:
         path.write_text(HEAD + textwrap.dedent(text))
-        return talking_host.ask_to_end('visit', path=str(path), scope=scope)
+        return talking_worker.ask_to_end('visit', path=str(path), scope=scope)
 
     return launch
 
@@ -258,7 +258,7 @@ def test_scopes_go_through_files_of_all_languages(
 
 
 def test_arguments_are_listed_with_those_of_includes(
-    talking_host: TalkingHost, tmp_path: Path, path: Path
+    talking_worker: TalkingWorker, tmp_path: Path, path: Path
 ) -> None:
     inner = tmp_path / 'inner.launch.py'
     inner.write_text(
@@ -272,7 +272,7 @@ def test_arguments_are_listed_with_those_of_includes(
         '    yield IncludeLaunchDescription(\n'
         "        os.path.join(HERE, 'inner.launch.py'))\n"
     )
-    told = talking_host.ask('arguments', path=str(path))
+    told = talking_worker.ask('arguments', path=str(path))
     mode, must = named(told, 'argument')
     assert mode.pop('position')[:2] == [str(path), line_of(path, "'mode'")]
     assert mode == {
@@ -428,7 +428,7 @@ def test_a_required_argument_is_missed(launch: Launch) -> None:
 
 
 def test_files_of_packages_that_are_not_built_are_found(
-    launch: Launch, talking_host: TalkingHost, tmp_path: Path
+    launch: Launch, talking_worker: TalkingWorker, tmp_path: Path
 ) -> None:
     source = tmp_path / 'source.launch.py'
     source.write_text(
@@ -436,7 +436,7 @@ def test_files_of_packages_that_are_not_built_are_found(
     )
     (tmp_path / 'p.yaml').write_text('/**: {ros__parameters: {a: 1}}')
     share = '/nowhere/demo/share/demo'
-    talking_host.located = {
+    talking_worker.located = {
         f'{share}/a.launch.py': str(source),
         f'{share}/p.yaml': str(tmp_path / 'p.yaml'),
     }
@@ -535,7 +535,7 @@ def test_what_launch_warns_of_has_a_position(
 
 
 def test_a_file_that_goes_elsewhere_takes_its_processes_along(
-    launch: Launch, talking_host: TalkingHost, tmp_path: Path
+    launch: Launch, talking_worker: TalkingWorker, tmp_path: Path
 ) -> None:
     (tmp_path / 'away').mkdir()
     text = """\
@@ -550,14 +550,14 @@ def test_a_file_that_goes_elsewhere_takes_its_processes_along(
     away = str(tmp_path / 'away')
     folders = [process['cwd'] for process in named(told, 'process')]
     assert folders == [away, f'{away}/x', '/tmp']
-    talking_host.begin()
+    talking_worker.begin()
     told = launch(text.partition('\n')[2])
     folders = [process['cwd'] for process in named(told, 'process')]
     assert folders == [None, 'x', '/tmp']
 
 
 def test_helpers_beside_a_file_begin_anew(
-    launch: Launch, talking_host: TalkingHost, tmp_path: Path, path: Path
+    launch: Launch, talking_worker: TalkingWorker, tmp_path: Path, path: Path
 ) -> None:
     helper = tmp_path / 'a_helper_of_mine.py'
     text = """\
@@ -573,7 +573,7 @@ def test_helpers_beside_a_file_begin_anew(
             'from launch.actions import ExecuteProcess\n'
             f"def made():\n    return [ExecuteProcess(cmd=['{word}'])]\n"
         )
-        talking_host.begin()
+        talking_worker.begin()
         (process,) = named(launch(text), 'process')
         assert process['argv'] == [word]
         # where the file calls, and not where others do it for it
@@ -582,7 +582,7 @@ def test_helpers_beside_a_file_begin_anew(
 
 
 def test_it_tells_where_it_is_at_any_time(
-    talking_host: TalkingHost, path: Path, tmp_path: Path
+    talking_worker: TalkingWorker, path: Path, tmp_path: Path
 ) -> None:
     path.write_text(
         'import os\nimport time\n\n'
@@ -595,16 +595,18 @@ def test_it_tells_where_it_is_at_any_time(
         '    wait()\n'
         "    raise ValueError('enough')\n"
     )
-    talking_host.send({'do': 'visit', 'id': 0, 'path': str(path), 'scope': {}})
-    assert talking_host.take()['say'] == 'file'
+    talking_worker.send(
+        {'do': 'visit', 'id': 0, 'path': str(path), 'scope': {}}
+    )
+    assert talking_worker.take()['say'] == 'file'
     deadline = time.monotonic() + DEADLINE
     while not (tmp_path / 'waits').exists():
         assert time.monotonic() < deadline
         time.sleep(0.01)
-    talking_host.send({'do': 'where'})
-    told = talking_host.take()
+    talking_worker.send({'do': 'where'})
+    told = talking_worker.take()
     (tmp_path / 'done').touch()
-    assert talking_host.take()['error']['text'] == 'ValueError: enough'
+    assert talking_worker.take()['error']['text'] == 'ValueError: enough'
     assert told['say'] == 'where'
     calls, *_ = lines_of(told['frames'])
     assert calls == 'wait()'

@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 from support.ros_setup import RosSetup
-from support.talking_host import in_short, Message, TalkingHost
+from support.talking_worker import in_short, Message, TalkingWorker
 
-# one host is enough
+# one worker is enough
 pytestmark = pytest.mark.xdist_group('extensions')
 
 MODULE = """\
@@ -102,9 +102,9 @@ ENTRY = '[launch.frontend.launch_extension]\n{name} = {name}\n'
 
 
 @pytest.fixture(scope='module')
-def host(
+def worker(
     ros_setup: RosSetup, tmp_path_factory: pytest.TempPathFactory
-) -> Iterator[TalkingHost]:
+) -> Iterator[TalkingWorker]:
     folder = tmp_path_factory.mktemp('site')
     for name, text in (('own', MODULE), ('broken', 'import nowhere_at_all\n')):
         (folder / f'{name}.py').write_text(text)
@@ -116,7 +116,7 @@ def host(
     variables = dict(ros_setup.environment)
     before = variables.get('PYTHONPATH', '')
     variables['PYTHONPATH'] = f'{folder}:{before}'
-    running = TalkingHost(ros_setup.python, variables)
+    running = TalkingWorker(ros_setup.python, variables)
     running.begin()
     yield running
     running.close()
@@ -139,9 +139,9 @@ def entity(
 
 
 def act(
-    host: TalkingHost, written: dict[str, Any], frontend: str = 'yaml'
+    worker: TalkingWorker, written: dict[str, Any], frontend: str = 'yaml'
 ) -> list[Message]:
-    return host.ask_to_end(
+    return worker.ask_to_end(
         'action',
         entity=written,
         position=written['position'],
@@ -151,10 +151,12 @@ def act(
     )
 
 
-def test_action_starts_what_it_says_in_its_scope(host: TalkingHost) -> None:
+def test_action_starts_what_it_says_in_its_scope(
+    worker: TalkingWorker,
+) -> None:
     child = entity('executable', line=5, cmd='echo $(var a) $(dirname)')
     told = act(
-        host,
+        worker,
         entity(
             'labelled',
             [child, entity('group', [child])],
@@ -176,9 +178,9 @@ def test_action_starts_what_it_says_in_its_scope(host: TalkingHost) -> None:
     assert told[-1]['scope']['configurations'] == {'who': 'me', 'a': 'b'}
 
 
-def test_xml_gives_texts_and_elements(host: TalkingHost) -> None:
+def test_xml_gives_texts_and_elements(worker: TalkingWorker) -> None:
     told = act(
-        host,
+        worker,
         entity(
             'labelled',
             [
@@ -243,9 +245,9 @@ def test_xml_gives_texts_and_elements(host: TalkingHost) -> None:
     ],
 )
 def test_mistakes_name_their_place(
-    host: TalkingHost, written: dict[str, Any], text: str, line: int | None
+    worker: TalkingWorker, written: dict[str, Any], text: str, line: int | None
 ) -> None:
-    error = act(host, written)[-1]['error']
+    error = act(worker, written)[-1]['error']
     assert error['text'] == text
     places = [frame['position'] for frame in error['frames']]
     assert places[0][0] == '/x.yaml' or line is None
@@ -253,13 +255,13 @@ def test_mistakes_name_their_place(
         assert places[0][1] == line
 
 
-def test_what_needs_the_loop_is_refused(host: TalkingHost) -> None:
-    told = act(host, entity('labelled', [], label='loop'))
+def test_what_needs_the_loop_is_refused(worker: TalkingWorker) -> None:
+    told = act(worker, entity('labelled', [], label='loop'))
     assert 'event loop' in told[-1]['refused']
 
 
-def test_file_of_a_substitution_stays(host: TalkingHost) -> None:
-    told = host.ask(
+def test_file_of_a_substitution_stays(worker: TalkingWorker) -> None:
+    told = worker.ask(
         'substitute',
         name='rendered',
         arguments=['a b', ''],
@@ -268,15 +270,15 @@ def test_file_of_a_substitution_stays(host: TalkingHost) -> None:
         scope={},
     )
     (value,) = [m['text'] for m in told if m['say'] == 'value']
-    host.begin()
+    worker.begin()
     path = Path(value)
     assert path.read_text() == 'a b|'
     path.unlink()
 
 
 def test_extension_that_cannot_be_imported_is_told_once(
-    host: TalkingHost,
+    worker: TalkingWorker,
 ) -> None:
-    act(host, entity('labelled', [], label='x'))
-    told = act(host, entity('labelled', [], label='x'))
+    act(worker, entity('labelled', [], label='x'))
+    told = act(worker, entity('labelled', [], label='x'))
     assert [m for m in told if m['say'] == 'warning'] == []

@@ -60,7 +60,7 @@ MakeLink = Callable[..., WorkerProcess]
 
 @pytest.fixture
 def link(tmp_path: Path) -> Iterator[MakeLink]:
-    """Make a link to a host that is played by a script, or several."""
+    """Make a link to a worker that is played by a script, or several."""
     links = []
 
     def make(*scripts: str, timeout: float = DEADLINE) -> WorkerProcess:
@@ -101,39 +101,39 @@ def wait_for_end(*pids: int) -> None:
 
 
 def test_messages_go_both_ways(link: MakeLink) -> None:
-    host = link(ECHO)
-    assert host.pid == 0
+    worker = link(ECHO)
+    assert worker.pid == 0
     for number in range(3):
-        host.send({'id': number, 'text': 'ä' * 100_000})
-        assert host.receive() == {'say': 'done', 'id': number}
-    pid = host.pid
-    host.close()
+        worker.send({'id': number, 'text': 'ä' * 100_000})
+        assert worker.receive() == {'say': 'done', 'id': number}
+    pid = worker.pid
+    worker.close()
     assert has_ended(pid)
-    assert host.pid == 0
+    assert worker.pid == 0
     with pytest.raises(WorkerError, match='ended'):
-        host.send({})
+        worker.send({})
 
 
 def test_one_that_was_started_before_is_asked(link: MakeLink) -> None:
-    host = link(ECHO)
-    host.start()
-    pid = host.pid
+    worker = link(ECHO)
+    worker.start()
+    pid = worker.pid
     assert pid
-    host.send({'id': 1})
-    assert host.receive()['id'] == 1
-    assert host.pid == pid
+    worker.send({'id': 1})
+    assert worker.receive()['id'] == 1
+    assert worker.pid == pid
 
 
 def test_one_that_is_never_asked_is_ended(
     link: MakeLink, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    host = link('import time\nwhile True: time.sleep(1)\n')
+    worker = link('import time\nwhile True: time.sleep(1)\n')
     # it is not waited for, as it has nothing to end
     monkeypatch.setattr(worker_process, 'ANSWER_TIMEOUT', DEADLINE)
-    host.start()
-    pid = host.pid
+    worker.start()
+    pid = worker.pid
     begin = time.monotonic()
-    host.close()
+    worker.close()
     assert time.monotonic() - begin < DEADLINE
     assert has_ended(pid)
 
@@ -142,21 +142,21 @@ def test_one_that_is_never_asked_is_ended(
 def test_start_that_fails_is_told_when_it_is_asked(
     link: MakeLink, is_started_before: bool
 ) -> None:
-    host = link()
+    worker = link()
     if is_started_before:
-        host.start()
-    assert host.pid == 0
+        worker.start()
+    assert worker.pid == 0
     with pytest.raises(NoWorkerError, match='python3'):
-        host.send({'id': 1})
+        worker.send({'id': 1})
 
 
 def test_much_goes_both_ways_at_once(link: MakeLink) -> None:
-    host = link(
+    worker = link(
         "say('found', missing=[])\nsay('much', text='x' * 1_000_000)\n" + ECHO
     )
-    host.send({'id': 1, 'text': 'y' * 1_000_000})
-    assert len(host.receive()['text']) == 1_000_000
-    assert host.receive()['id'] == 1
+    worker.send({'id': 1, 'text': 'y' * 1_000_000})
+    assert len(worker.receive()['text']) == 1_000_000
+    assert worker.receive()['id'] == 1
 
 
 LACKS = "say('found', missing=['{}'])\n"
@@ -175,48 +175,50 @@ LACKS = "say('found', missing=['{}'])\n"
 def test_the_next_python_is_taken_where_one_is_of_no_use(
     link: MakeLink, tmp_path: Path, scripts: list[str]
 ) -> None:
-    host = link(*scripts, ECHO)
+    worker = link(*scripts, ECHO)
     if scripts[0].startswith('#!'):
         (tmp_path / 'python0' / 'python3').write_text(scripts[0])
     for number in (1, 2):
-        host.send({'id': number})
+        worker.send({'id': number})
     for number in (1, 2):
-        assert host.receive() == {'say': 'done', 'id': number}
+        assert worker.receive() == {'say': 'done', 'id': number}
 
 
 def test_all_of_them_lack_something(link: MakeLink) -> None:
     # no more are tried
-    host = link(*map(LACKS.format, 'abcd'))
-    host.send({'id': 1})
+    worker = link(*map(LACKS.format, 'abcd'))
+    worker.send({'id': 1})
     with pytest.raises(NoWorkerError, match='there is no a'):
-        host.receive()
+        worker.receive()
     with pytest.raises(NoWorkerError):
-        host.send({'id': 2})
+        worker.send({'id': 2})
 
 
-def test_a_host_that_takes_too_long_says_what_it_does(link: MakeLink) -> None:
-    host = link(
+def test_a_worker_that_takes_too_long_says_what_it_does(
+    link: MakeLink,
+) -> None:
+    worker = link(
         "say('found', missing=[])\ntake()\ntake()\nsay('other')\n"
         "say('where', frames=[1])\nsys.stdin.read()",
         timeout=0.5,
     )
-    host.send({'id': 1})
+    worker.send({'id': 1})
     with pytest.raises(WorkerTimeoutError, match=r'more than 0\.5 s'):
-        host.receive()
-    pid = host.pid
-    assert host.doing()['frames'] == [1]
+        worker.receive()
+    pid = worker.pid
+    assert worker.doing()['frames'] == [1]
     assert has_ended(pid)
 
 
-def test_a_host_that_says_nothing_is_killed(
+def test_a_worker_that_says_nothing_is_killed(
     link: MakeLink, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(worker_process, 'ANSWER_TIMEOUT', 0.1)
-    host = link(DEAF, timeout=DEADLINE)
-    host.send({'id': 1})
-    child = host.receive()['pid']
-    pid = host.pid
-    assert host.doing() == {}
+    worker = link(DEAF, timeout=DEADLINE)
+    worker.send({'id': 1})
+    child = worker.receive()['pid']
+    pid = worker.pid
+    assert worker.doing() == {}
     wait_for_end(pid, child)
 
 
@@ -239,54 +241,54 @@ SAYS_MORE = "print('oh', file=sys.stderr)\nprint('no JSON')\n"
         ('sys.exit(3)', r'^exited with code 3$'),
     ],
 )
-def test_a_host_that_ends(link: MakeLink, script: str, ending: str) -> None:
-    host = link(f"say('found', missing=[])\n{script}")
+def test_a_worker_that_ends(link: MakeLink, script: str, ending: str) -> None:
+    worker = link(f"say('found', missing=[])\n{script}")
     with pytest.raises(WorkerError, match=ending):
-        host.send({'id': 1})
-        host.receive()
-        host.receive()
+        worker.send({'id': 1})
+        worker.receive()
+        worker.receive()
 
 
 def test_what_it_prints_as_an_error_is_in_the_log(
     link: MakeLink, tmp_path: Path
 ) -> None:
-    host = link(f"print('hello', file=sys.stderr)\n{ECHO}")
-    host.send({'id': 1})
-    host.receive()
+    worker = link(f"print('hello', file=sys.stderr)\n{ECHO}")
+    worker.send({'id': 1})
+    worker.receive()
     assert (tmp_path / 'launch_files.log').read_text() == 'hello\n'
 
 
 def test_polling_does_not_wait(link: MakeLink) -> None:
-    host = link(ECHO)
-    host.send({'id': 1})
-    host.receive()
-    assert host.poll() is None
-    host.send({'id': 2})
-    assert select.select([host.descriptor], [], [], DEADLINE)[0]
-    assert host.poll() == {'say': 'done', 'id': 2}
-    host.entrust()
-    os.kill(host.pid, signal.SIGKILL)
-    assert select.select([host.descriptor], [], [], DEADLINE)[0]
-    assert host.poll() is None
-    assert host.descriptor == -1
-    os.waitpid(host.pid, 0)
-    host.reaped()
+    worker = link(ECHO)
+    worker.send({'id': 1})
+    worker.receive()
+    assert worker.poll() is None
+    worker.send({'id': 2})
+    assert select.select([worker.descriptor], [], [], DEADLINE)[0]
+    assert worker.poll() == {'say': 'done', 'id': 2}
+    worker.entrust()
+    os.kill(worker.pid, signal.SIGKILL)
+    assert select.select([worker.descriptor], [], [], DEADLINE)[0]
+    assert worker.poll() is None
+    assert worker.descriptor == -1
+    os.waitpid(worker.pid, 0)
+    worker.reaped()
     with pytest.raises(WorkerError):
-        host.receive()
+        worker.receive()
 
 
 def test_what_runs_in_the_background_outlives_a_release(
     link: MakeLink,
 ) -> None:
     child = "child = subprocess.Popen(['sleep', '1000'])\n"
-    host = link(f"{child}say('child', pid=child.pid)\n{ECHO}")
-    host.send({'id': 1})
-    child_pid = host.receive()['pid']
-    pid = host.pid
-    host.release()
+    worker = link(f"{child}say('child', pid=child.pid)\n{ECHO}")
+    worker.send({'id': 1})
+    child_pid = worker.receive()['pid']
+    pid = worker.pid
+    worker.release()
     assert has_ended(pid)
     assert not has_ended(child_pid)
-    host.close()
+    worker.close()
     wait_for_end(child_pid)
 
 

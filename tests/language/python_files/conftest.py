@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Launch files in Python that a played host reads."""
+"""Launch files in Python that a played worker reads."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -15,7 +15,7 @@ from colcon_yamllaunch.language.policies.check import (
 from colcon_yamllaunch.language.policies.evaluate import evaluate, Evaluation
 import pytest
 from support.language_fixtures import Launcher
-from support.played_host import Message, Play, PlayedHost
+from support.played_worker import Message, Play, PlayedWorker
 
 #: Includes the launch file in Python.
 INCLUDE = 'launch: [include: {file: robot.launch.py}]\n'
@@ -31,7 +31,7 @@ class Played:
     def __init__(self, launcher: Launcher) -> None:
         self.launcher = launcher
         self.plays: dict[str, Callable[[Message], Play]] = {}
-        self.host = PlayedHost(self._play)
+        self.worker = PlayedWorker(self._play)
         self.path = self.file('robot.launch.py')
 
     def file(self, name: str, text: str = '# made up\n') -> str:
@@ -58,13 +58,13 @@ class Played:
     def evaluate(self, text: str = INCLUDE, **arguments: str) -> Evaluation:
         """Evaluate a launch file in YAML."""
         request = self.launcher.request(text, **arguments)
-        return evaluate(replace(request, open_worker=lambda: self.host))
+        return evaluate(replace(request, open_worker=lambda: self.worker))
 
     def evaluate_itself(self, **arguments: str) -> Evaluation:
         """Evaluate the launch file in Python."""
         request = self.launcher.request('launch: []', **arguments)
         request = replace(request, name=self.path, path=self.path)
-        return evaluate(replace(request, open_worker=lambda: self.host))
+        return evaluate(replace(request, open_worker=lambda: self.worker))
 
     def good(self, text: str = INCLUDE, **arguments: str) -> Evaluation:
         """Evaluate a launch file that has nothing wrong with it."""
@@ -75,21 +75,21 @@ class Played:
     def check(self, text: str = INCLUDE) -> CheckResult:
         """Check a launch file in YAML."""
         request = self.launcher.request(text)
-        request = replace(request, open_worker=lambda: self.host)
+        request = replace(request, open_worker=lambda: self.worker)
         return check(request, portable=False)
 
     def check_itself(self) -> CheckResult:
         """Check the launch file in Python."""
         request = self.launcher.request('launch: []')
         request = replace(request, name=self.path, path=self.path)
-        request = replace(request, open_worker=lambda: self.host)
+        request = replace(request, open_worker=lambda: self.worker)
         return check(request, portable=False)
 
     def declared(self, text: str = INCLUDE) -> Declarations:
         """Return the launch arguments of a launch file in YAML."""
         request = self.launcher.request(text)
         return find_declarations(
-            replace(request, open_worker=lambda: self.host)
+            replace(request, open_worker=lambda: self.worker)
         )
 
 

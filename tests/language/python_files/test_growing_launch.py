@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What the host answers while the plan runs becomes more of the plan."""
+"""What the worker answers while the plan runs becomes more of the plan."""
 
 from colcon_yamllaunch.language.python_files.python_visit import GrowingLaunch
 from colcon_yamllaunch.plan.plan import (
@@ -14,7 +14,7 @@ from colcon_yamllaunch.plan.plan import (
     Timer,
 )
 from colcon_yamllaunch.plan.position import Position
-from support.played_host import Message, Play, position, process
+from support.played_worker import Message, Play, position, process
 
 from tests.language.python_files.conftest import Played
 
@@ -53,7 +53,7 @@ def grown(played: Played, growing: GrowingLaunch, request: Message) -> Growth:
     assert growing.is_busy
     growths = []
     while growing.is_busy:
-        growth = growing.handle(played.host.receive())
+        growth = growing.handle(played.worker.receive())
         growths += [] if growth is None else [growth]
     (growth,) = growths
     return growth
@@ -68,7 +68,7 @@ def test_a_plan_has_its_handlers(played: Played) -> None:
     assert growing.has_handlers
     assert growing.wants_output == {'talker-1'}
     assert (growing.id_of('talker-1'), growing.id_of('echo-2')) == (1, None)
-    assert [r['do'] for r in played.host.requests][-1] == 'finish'
+    assert [r['do'] for r in played.worker.requests][-1] == 'finish'
 
 
 def test_an_event_makes_more_of_the_plan(played: Played) -> None:
@@ -185,7 +185,7 @@ def test_answers_that_come_while_a_file_is_included(played: Played) -> None:
     other = played.file('x.launch.py')
 
     def included(_request: Message) -> Play:
-        return (yield from played.host.overtaken())
+        return (yield from played.worker.overtaken())
 
     played.does(included, other)
 
@@ -200,10 +200,10 @@ def test_answers_that_come_while_a_file_is_included(played: Played) -> None:
 
     _, growing = begun(played, event=event)
     growing.ask({'do': 'event', 'event': {}})
-    include = played.host.receive()
+    include = played.worker.receive()
     growing.ask({'do': 'event', 'event': {'type': 'start'}})
     assert growing.handle(include) is None
-    growth = growing.handle(played.host.receive())
+    growth = growing.handle(played.worker.receive())
     assert growth is not None
     assert [p.name for p in growth.entries if isinstance(p, Process)] == [
         'late-2'
@@ -228,13 +228,13 @@ def test_what_goes_wrong_while_it_runs(played: Played) -> None:
     assert problem.startswith('robot.launch.py:1:1: error: ValueError: no\n')
 
 
-def test_a_host_that_is_lost(played: Played) -> None:
+def test_a_worker_that_is_lost(played: Played) -> None:
     def event(_request: Message) -> Play:
         yield process(2)
 
     _, growing = begun(played, event=event)
     growing.ask({'do': 'event', 'event': {}})
-    assert growing.handle(played.host.receive()) is None
+    assert growing.handle(played.worker.receive()) is None
     growth = growing.lost('it died')
     assert (len(growth.entries), growth.problems) == (1, ('it died',))
     assert not growing.has_handlers

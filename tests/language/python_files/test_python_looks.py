@@ -15,7 +15,7 @@ from colcon_yamllaunch.language.python_files.python_visit import (
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.plan.position import Position
 import pytest
-from support.played_host import Message, Play, position, process
+from support.played_worker import Message, Play, position, process
 
 from tests.language.python_files.conftest import Played
 
@@ -105,14 +105,14 @@ def test_looks_without_launch_tell_what_is_needed(played: Played) -> None:
     def send(_message: Message) -> None:
         raise NoWorkerError('there is no launch')
 
-    played.host.send = send  # type: ignore[method-assign, assignment]
+    played.worker.send = send  # type: ignore[method-assign, assignment]
     (warning,) = played.check_itself().diagnostics
     assert warning.message == 'a launch file in Python cannot be checked'
     assert warning.hint == 'source a ROS 2 that has launch_ros'
     request = played.launcher.request('launch: []')
     request = replace(request, name=played.path, path=played.path)
     with pytest.raises(LaunchError) as caught:
-        find_declarations(replace(request, open_worker=lambda: played.host))
+        find_declarations(replace(request, open_worker=lambda: played.worker))
     (error,) = caught.value.diagnostics
     assert error.hint is not None
     assert error.hint.startswith('source a ROS 2 that has launch_ros; ')
@@ -167,7 +167,9 @@ def test_a_listing_of_what_cannot_be_read(played: Played) -> None:
     assert 'ValueError: no' in reason
 
 
-def test_what_stands_in_a_file_is_known_without_a_host(played: Played) -> None:
+def test_what_stands_in_a_file_is_known_without_a_worker(
+    played: Played,
+) -> None:
     played.file('robot.launch.py', ARGUMENTS)
     rate, mode, robot = written_arguments(played.path)
     place = Position(played.path, 1, 1)

@@ -25,7 +25,13 @@ from colcon_yamllaunch.plan.plan import (
 from colcon_yamllaunch.plan.position import Position
 import pytest
 from support.language_fixtures import Launcher
-from support.played_host import Message, Play, PlayedHost, position, process
+from support.played_worker import (
+    Message,
+    Play,
+    PlayedWorker,
+    position,
+    process,
+)
 
 from tests.language.python_files.conftest import Played
 
@@ -265,7 +271,7 @@ def test_files_in_yaml_within_python_within_yaml(played: Played) -> None:
     assert (other.name, last.argv) == ('inner-2', ('echo', 'x!'))
     titles = [block.title for block in evaluation.plan.blocks[1:]]
     assert titles == [played.path, str(low), inner]
-    assert [r['do'] for r in played.host.requests] == [
+    assert [r['do'] for r in played.worker.requests] == [
         'start',
         'visit',
         'visit',
@@ -433,13 +439,13 @@ def test_what_it_refuses_runs_as_a_process(played: Played) -> None:
     assert len(evaluation.plan.blocks) == 2
 
 
-def test_without_launch_it_is_as_without_a_host(played: Played) -> None:
+def test_without_launch_it_is_as_without_a_worker(played: Played) -> None:
     refused(played)
 
     def send(_message: Message) -> None:
         raise NoWorkerError('there is no launch')
 
-    played.host.send = send  # type: ignore[method-assign, assignment]
+    played.worker.send = send  # type: ignore[method-assign, assignment]
     (it,) = played.good().plan.processes()
     assert it.argv[:2] == ('ros2', 'launch')
     played.launcher.environment['PATH'] = '/nowhere'
@@ -447,7 +453,7 @@ def test_without_launch_it_is_as_without_a_host(played: Played) -> None:
     assert "there is no 'ros2' on the PATH" in error.message
 
 
-def test_a_host_that_ends(played: Played) -> None:
+def test_a_worker_that_ends(played: Played) -> None:
     def play(_request: Message) -> Play:
         yield from ()
         raise WorkerError('died by SIGSEGV')
@@ -471,7 +477,7 @@ def test_a_file_that_takes_too_long(played: Played) -> None:
     played.does(play)
     played.file('robot.launch.py', ROBOT)
     frame = {'position': position(played.path, 2, 12), 'end_column': 21}
-    played.host.where = {'frames': [frame]}
+    played.worker.where = {'frames': [frame]}
     (error,) = played.evaluate().errors
     assert error.message == (
         "the launch file 'robot.launch.py' takes more than 60 s to be read, "
@@ -540,14 +546,14 @@ def test_files_that_include_one_another_for_ever(played: Played) -> None:
     assert 'include one another' in error.message
 
 
-def test_the_host_is_started_anew_for_each_evaluation(
+def test_the_worker_is_started_anew_for_each_evaluation(
     launcher: Launcher,
 ) -> None:
     played = Played(launcher)
     played.good()
-    host: PlayedHost = played.host
+    worker: PlayedWorker = played.worker
     played.good()
-    start, visit, *again = host.requests
+    start, visit, *again = worker.requests
     assert again == [start, visit]
     assert start['packages']['alpha'] == {
         'prefix': '/install/alpha',

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Launching files in Python, with a host that is played by a script."""
+"""Launching files in Python, with a worker that is played by a script."""
 
 import json
 import os
@@ -15,8 +15,8 @@ from colcon_yamllaunch.common.process_scan import read_process
 import pytest
 from support.user import built, DEADLINE, User
 
-#: Stands for each Python of the environment. As the host, it says what stands
-#: in a launch file, line by line.
+#: Stands for each Python of the environment. As the worker, it says what
+#: stands in a launch file, line by line.
 PLAYED = f"""\
 #!{sys.executable}
 import json, os, subprocess, sys, time
@@ -58,7 +58,7 @@ while True:
 
 @pytest.fixture
 def player(user: User) -> User:
-    """Give a user whose Pythons play the host."""
+    """Give a user whose Pythons play the worker."""
     program = user.write('../bin/python3', PLAYED, 0o755)
     path = user.environment['PATH']
     user.environment['PATH'] = f'{program.parent.resolve()}:{path}'
@@ -66,7 +66,7 @@ def player(user: User) -> User:
 
 
 def launch_file(user: User, *said: object) -> Path:
-    """Write a launch file that makes the host say something."""
+    """Write a launch file that makes the worker say something."""
     lines = ['# in Python', *map(json.dumps, said)]
     return user.write('src/one/launch/robot.launch.py', '\n'.join(lines))
 
@@ -112,7 +112,7 @@ def test_a_file_in_python_is_built_for_launched_and_looked_at(
         (signal.SIGKILL, ('--plan',)),
     ],
 )
-def test_what_ends_the_launcher_ends_the_host(
+def test_what_ends_the_launcher_ends_the_worker(
     player: User, number: int, look: tuple[str, ...]
 ) -> None:
     player.package('one')

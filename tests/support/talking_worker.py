@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""The host of launch files in Python, spoken with as a launcher does."""
+"""The worker of launch files in Python, spoken with as a launcher does."""
 
 from collections.abc import Mapping
 import json
@@ -46,9 +46,9 @@ def after(period, *actions, **more):
 _DEADLINE = 60
 
 
-class TalkingHost:
+class TalkingWorker:
     """
-    The host program; processes go by their program instead of their number.
+    The worker program; processes go by their program instead of their number.
 
     :param python: The Python that has `launch`
     :param environment: The variables that it gets
@@ -137,7 +137,7 @@ class TalkingHost:
         """Wait for a message."""
         assert self._process.stdout is not None
         line = self._process.stdout.readline()
-        assert line, 'the host has ended'
+        assert line, 'the worker has ended'
         message: dict[str, Any] = json.loads(line)
         if message['say'] == 'process':
             self._names[message['id']] = message['program']

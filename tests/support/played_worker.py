@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""A host of launch files in Python that is played, within the test."""
+"""A worker of launch files in Python that is played, within the test."""
 
 from collections.abc import Callable, Generator, Mapping
 from typing import Any
@@ -12,9 +12,9 @@ Message = dict[str, Any]
 Play = Generator[Message, Message, Message | None]
 
 
-class PlayedHost:
+class PlayedWorker:
     """
-    Answers as the program of the host does.
+    Answers as the program of the worker does.
 
     :param play: Plays the answer to a request
     """
