@@ -5,8 +5,8 @@
 What makes the substitutions.
 
 To add a substitution is to add an entry to the table of substitutions, and a
-function here: to :data:`_TEXTS` if it makes a text of texts, else to
-:data:`_VALUES`.
+function here: to :data:`_TEXTS` if it makes a text of texts, to :data:`_NAMES`
+if it looks up a name.
 """
 
 from collections.abc import Callable, Mapping
@@ -40,7 +40,7 @@ from colcon_yamllaunch.language.evaluation.scope import (
     Value,
 )
 from colcon_yamllaunch.language.evaluation.walk import Call, Maker
-from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.language.syntax.diagnostics import error, LaunchError
 from colcon_yamllaunch.language.vocabulary.parameter import parse_boolean
 
 #: The largest file that `$(file-content …)` reads, and the most that a
@@ -61,13 +61,14 @@ _CHUNK = 64 * 1024
 _ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 
 # returns None for what only a launch can know
-TextMaker = Callable[..., str | None]
+TextMaker = Callable[..., str | bool | None]
+NameMaker = Callable[[Call, str], Value]
 
 
 def _of_texts(make: TextMaker) -> Maker:
     """Return what makes a value, from what makes a text of known texts."""
 
-    def made(call: Call) -> Value:
+    def make_value(call: Call) -> Value:
         values = call.all()
         texts = [value.text for value in values]
         text: str | None = None
@@ -77,7 +78,8 @@ def _of_texts(make: TextMaker) -> Maker:
             text = LeftOpen(f'$({call.name} {words})')
         elif None not in texts:
             try:
-                text = make(call, *texts)
+                made = make(call, *texts)
+                text = str(made).lower() if isinstance(made, bool) else made
                 if text is not None:
                     call.walk.spend(len(text), lambda: call.position)
             except LaunchError as e:
@@ -88,24 +90,27 @@ def _of_texts(make: TextMaker) -> Maker:
             return derived(text, text, values)
         return call.walk.settled(derived(text, call.key(values), values))
 
-    return made
+    return make_value
+
+
+def _of_name(make: NameMaker) -> Maker:
+    """Return what makes a value, from what looks a name up."""
+
+    def make_value(call: Call) -> Value:
+        name = call.text(0)
+        return call.unknown(call.all()) if name is None else make(call, name)
+
+    return make_value
 
 
 def _boolean(call: Call, text: str) -> bool:
     value = parse_boolean(text)
     if value is None:
-        raise call.error(f"'{text}' is neither true nor false")
+        raise error(f"'{text}' is neither true nor false", call)
     return value
 
 
-def _shown(value: bool) -> str:
-    return 'true' if value else 'false'
-
-
-def _var(call: Call) -> Value:
-    name = call.text(0)
-    if name is None:
-        return call.unknown(call.all())
+def _var(call: Call, name: str) -> Value:
     walk = call.walk
     walk.read.add(name)
     configurations = walk.scope.configurations
@@ -119,21 +124,21 @@ def _var(call: Call) -> Value:
         return walk.default(call[1], source)
     if not walk.may_be_set(name):
         names = configurations.all()
-        call.fail(
-            f"launch configuration '{name}' does not exist",
-            did_you_mean(name, names)
-            or f"declare it with 'arg' or set it with 'let' before this, or "
-            f'give a default: $(var {name} default)',
+        walk.fail(
+            error(
+                f"launch configuration '{name}' does not exist",
+                call,
+                hint=did_you_mean(name, names)
+                or f"declare it with 'arg' or set it with 'let' before this, "
+                f'or give a default: $(var {name} default)',
+            ),
             # who wants what is off by default may be to provide it
             is_certain=walk.is_on_by_default or is_slip(name, names),
         )
     return unknown(source)
 
 
-def _env(call: Call) -> Value:
-    name = call.text(0)
-    if name is None:
-        return call.unknown(call.all())
+def _env(call: Call, name: str) -> Value:
     walk = call.walk
     value = walk.variable(name)
     if value is not None and value.text is not None:
@@ -143,12 +148,15 @@ def _env(call: Call) -> Value:
         if value is None and walk.has_environment:
             return default
     elif value is None:
-        call.fail(
-            f"environment variable '{name}' does not exist",
-            did_you_mean(name, walk.environment)
-            or f'set it, or give a default: $(env {name} default)',
+        walk.fail(
+            error(
+                f"environment variable '{name}' does not exist",
+                call,
+                hint=did_you_mean(name, walk.environment)
+                or f'set it, or give a default: $(env {name} default)',
+                may_pass_after_build=True,
+            ),
             is_certain=False,
-            may_pass_after_build=True,
         )
     return walk.settled(value or unknown(f'$(env {name})'))
 
@@ -167,7 +175,7 @@ def _eval(call: Call, expression: str, modules: str = 'math') -> str | None:
         shown = expression
         if len(shown) > MAXIMUM_SHOWN:
             shown = f'{shown[:MAXIMUM_SHOWN]}…'
-        raise call.error(f"the expression '{shown}' fails: {e}") from e
+        raise error(f"the expression '{shown}' fails: {e}", call) from e
     if value is None and call.walk.is_launch:
         return call.walk.leave_open(
             f'$(eval {shlex.quote(expression)})', call.position
@@ -177,16 +185,17 @@ def _eval(call: Call, expression: str, modules: str = 'math') -> str | None:
 
 def _command(call: Call, line: str, mode: str = 'fail') -> str | None:
     if mode not in STDERR_MODES:
-        raise call.error(
+        raise error(
             f"'{mode}' is no way to treat output on stderr",
-            f'it is one of {", ".join(STDERR_MODES)}',
+            call,
+            hint=f'it is one of {", ".join(STDERR_MODES)}',
         )
     try:
         words = shlex.split(line)
     except ValueError as e:
-        raise call.error(f"the command '{line}' has an open quote") from e
+        raise error(f"the command '{line}' has an open quote", call) from e
     if not words:
-        raise call.error('the command is empty')
+        raise error('the command is empty', call)
     walk = call.walk
     if not walk.is_launch:
         return None
@@ -224,29 +233,34 @@ def _command(call: Call, line: str, mode: str = 'fail') -> str | None:
             finally:
                 _kill_all_of(process.pid, mark)
     except (OSError, ValueError) as e:
-        raise call.error(
+        raise error(
             f"the command '{line}' cannot be run: {e}",
+            call,
             may_pass_after_build=True,
         ) from e
     finally:
         unblock()
     stderr = errors.decode(errors='replace').strip()[:MAXIMUM_STDERR]
     if len(output) > MAXIMUM_CONTENT:
-        raise call.error(
-            f"the command '{line}' writes more than {MAXIMUM_CONTENT} bytes"
+        raise error(
+            f"the command '{line}' writes more than {MAXIMUM_CONTENT} bytes",
+            call,
         )
     if process.returncode != 0:
-        raise call.error(
+        raise error(
             f"the command '{line}' failed with exit code "
             f'{process.returncode}' + (f': {stderr}' if stderr else ''),
+            call,
             may_pass_after_build=True,
         )
     if stderr and mode == 'warn':
         walk.warn(f"the command '{line}' said: {stderr}", call.position)
     elif stderr and mode == 'fail':
-        raise call.error(
+        raise error(
             f"the command '{line}' wrote to stderr: {stderr}",
-            f"add 'ignore', 'warn' or 'capture': $(command '{line}' ignore)",
+            call,
+            hint="add 'ignore', 'warn' or 'capture': "
+            f"$(command '{line}' ignore)",
             may_pass_after_build=True,
         )
     return output.decode(errors='replace')
@@ -318,7 +332,9 @@ def _find_exec(call: Call, name: str) -> str | None:
         return None
     found = shutil.which(name, path=path)
     if found is None:
-        raise call.error(call.walk.no_program(name), may_pass_after_build=True)
+        raise error(
+            call.walk.no_program(name), call, may_pass_after_build=True
+        )
     return found
 
 
@@ -326,7 +342,8 @@ def _find_pkg_prefix(call: Call, name: str) -> str:
     walk = call.walk
     prefix = walk.packages.prefix(name)
     if prefix is None:
-        raise call.error(*walk.no_package(name))
+        message, hint = walk.no_package(name)
+        raise error(message, call, hint=hint)
     walk.use_package(name, call.position)
     return prefix
 
@@ -336,7 +353,7 @@ def _exec_in_pkg(call: Call, name: str, package: str) -> str:
     packages = call.walk.packages
     found = packages.executable(package, name)
     if found is None:
-        raise call.error(packages.explain_executable(package, name))
+        raise error(packages.explain_executable(package, name), call)
     return found
 
 
@@ -374,22 +391,22 @@ def _file_content(call: Call, name: str) -> str | None:
         if may_appear and not walk.is_launch:
             return None
         reason = getattr(e, 'strerror', None) or 'it is not UTF-8 text'
-        raise call.error(
-            f"cannot read '{path}': {reason}", may_pass_after_build=may_appear
+        raise error(
+            f"cannot read '{path}': {reason}",
+            call,
+            may_pass_after_build=may_appear,
         ) from e
     # as in files that are opened as texts
     return text.replace('\r\n', '\n').replace('\r', '\n')
 
 
-def _all(call: Call, *texts: str) -> str:
+def _all(call: Call, *texts: str) -> bool:
     # each of them must be a boolean
-    values = [_boolean(call, text) for text in texts]
-    return _shown(all(values))
+    return False not in [_boolean(call, text) for text in texts]
 
 
-def _any(call: Call, *texts: str) -> str:
-    values = [_boolean(call, text) for text in texts]
-    return _shown(any(values))
+def _any(call: Call, *texts: str) -> bool:
+    return True in [_boolean(call, text) for text in texts]
 
 
 def _is_equal(left: str, right: str) -> bool:
@@ -419,10 +436,8 @@ def _if(call: Call) -> Value:
     return call.walk.settled(derived(side.text, call.key(both), both))
 
 
-def _param(call: Call) -> Value:
-    name, walk = call.text(0), call.walk
-    if name is None:
-        return call.unknown(call.all())
+def _param(call: Call, name: str) -> Value:
+    walk = call.walk
     for parameter in walk.scope.parameters:
         if not isinstance(parameter, str) and parameter.name in (
             name,
@@ -435,27 +450,26 @@ def _param(call: Call) -> Value:
         return call.unknown(call.all())
     if len(call) > 1:
         return call[1]
-    call.fail(
-        f"no 'set_parameter' before this sets the parameter '{name}'",
-        f'give a default: $(param {name} default)',
+    walk.fail(
+        error(
+            f"no 'set_parameter' before this sets the parameter '{name}'",
+            call,
+            hint=f'give a default: $(param {name} default)',
+        )
     )
     return call.unknown(call.all())
 
 
-def _for_variable(call: Call) -> Value:
-    name = call.text(0)
+def _for_variable(call: Call, name: str) -> Value:
     variables = call.walk.scope.variables
-    if name is None:
-        return call.unknown(call.all())
     if name in variables:
         return variables[name]
     if len(call) > 1:
         return call[1]
     if ANY_NAME not in variables:
-        call.fail(
-            f"no 'for_each' or 'for' around this has the variable '{name}'",
-            did_you_mean(name, variables),
-        )
+        text = f"no 'for_each' or 'for' around this has the variable '{name}'"
+        near = did_you_mean(name, variables)
+        call.walk.fail(error(text, call, hint=near))
     return call.unknown(call.all())
 
 
@@ -476,10 +490,9 @@ class _Makers(dict[str, Maker]):
         return _of_texts(_exposed)
 
 
-_VALUES: Mapping[str, Maker] = {
+_NAMES: Mapping[str, NameMaker] = {
     'var': _var,
     'env': _env,
-    'if': _if,
     'param': _param,
     'for-var': _for_variable,
     'index': _for_variable,
@@ -499,13 +512,13 @@ _TEXTS: Mapping[str, TextMaker] = {
     'log_dir': lambda call: call.walk.log_folder,
     'launch_log_dir': lambda call: call.walk.log_folder,
     'file-content': _file_content,
-    'not': lambda call, text: _shown(not _boolean(call, text)),
+    'not': lambda call, text: not _boolean(call, text),
     'and': _all,
     'or': _any,
     'any': _any,
     'all': _all,
-    'equals': lambda _call, *texts: _shown(_is_equal(*texts)),
-    'not-equals': lambda _call, *texts: _shown(not _is_equal(*texts)),
+    'equals': lambda _call, *texts: _is_equal(*texts),
+    'not-equals': lambda _call, *texts: not _is_equal(*texts),
     'string-join': _string_join,
     'path-join': lambda _call, *parts: str(Path(*parts)),
     'string-strip': lambda _call, text: text.strip(),
@@ -513,7 +526,8 @@ _TEXTS: Mapping[str, TextMaker] = {
 #: What makes each substitution.
 MAKERS: Mapping[str, Maker] = _Makers(
     {
-        **_VALUES,
+        'if': _if,
+        **{name: _of_name(make) for name, make in _NAMES.items()},
         **{name: _of_texts(make) for name, make in _TEXTS.items()},
     }
 )

@@ -158,35 +158,6 @@ class Call:
         sources = {key}.union(*(value.sources for value in values))
         return self.walk.settled(unknown(key, sources))
 
-    def fail(
-        self,
-        message: str,
-        hint: str | None = None,
-        *,
-        is_certain: bool = True,
-        may_pass_after_build: bool = False,
-    ) -> None:
-        """Report that it cannot be evaluated; see :meth:`Walk.fail`."""
-        problem = self.error(
-            message, hint, may_pass_after_build=may_pass_after_build
-        )
-        self.walk.fail(problem, is_certain=is_certain)
-
-    def error(
-        self,
-        message: str,
-        hint: str | None = None,
-        *,
-        may_pass_after_build: bool = False,
-    ) -> LaunchError:
-        """Return the error that it cannot be evaluated."""
-        return error(
-            message,
-            self,
-            hint=hint,
-            may_pass_after_build=may_pass_after_build,
-        )
-
 
 Handler = Callable[['Walk', Attributes], object]
 Maker = Callable[[Call], Value]
