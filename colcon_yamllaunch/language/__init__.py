@@ -12,7 +12,8 @@ Output: a plan, or problems with their positions.
   explains syntax errors.
 - `vocabulary/` has the tables of actions, substitutions and types.
 - `evaluation/` walks through the actions (`walk`) with their `scope`, and
-  collects the plan (`findings`). `actions/` has the handler of each action.
+  collects the plan (`plan_draft`) and problems (`findings`). `actions/` has
+  the handler of each action.
 - `policies/` has the two ways to walk: `evaluate` makes a plan, and `check`
   looks at every branch, also to list launch arguments.
 - `python_files/` asks the worker that visits Python launch files (see

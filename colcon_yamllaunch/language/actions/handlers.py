@@ -20,6 +20,7 @@ from colcon_yamllaunch.language.actions.process_actions import (
     set_variable,
 )
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
+from colcon_yamllaunch.language.evaluation.budget import MAXIMUM_ACTIONS
 from colcon_yamllaunch.language.evaluation.scope import (
     AlreadyReportedError,
     ANY_NAME,
@@ -29,11 +30,7 @@ from colcon_yamllaunch.language.evaluation.scope import (
     UNSET,
     Value,
 )
-from colcon_yamllaunch.language.evaluation.walk import (
-    Handler,
-    MAXIMUM_ACTIONS,
-    Walk,
-)
+from colcon_yamllaunch.language.evaluation.walk import Handler, Walk
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.yaml_reader import (
     load_yaml,
@@ -164,7 +161,7 @@ def _append_env(walk: Walk, attributes: Attributes) -> None:
         value = unknown(f'$(env {name})')
     elif before is not None:
         values = [before, known(separator), value]
-        value = walk.join(
+        value = walk.budget.join(
             values[::-1] if is_prepended else values,
             lambda: attributes.position,
         )
@@ -313,7 +310,7 @@ def _counted(
 ) -> Iterator[_T]:
     """Go through the rounds of a loop, which may have no actions."""
     for one in rounds:
-        walk.count_action(attributes)
+        walk.budget.count_action(attributes.position)
         yield one
 
 

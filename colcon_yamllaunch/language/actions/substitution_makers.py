@@ -31,6 +31,7 @@ from colcon_yamllaunch.common.process_scan import (
     young_processes,
 )
 from colcon_yamllaunch.common.suggestions import did_you_mean, is_slip
+from colcon_yamllaunch.language.evaluation.call import Call, Maker
 from colcon_yamllaunch.language.evaluation.scope import (
     ANY_NAME,
     derived,
@@ -39,7 +40,6 @@ from colcon_yamllaunch.language.evaluation.scope import (
     unknown,
     Value,
 )
-from colcon_yamllaunch.language.evaluation.walk import Call, Maker
 from colcon_yamllaunch.language.syntax.diagnostics import error, LaunchError
 from colcon_yamllaunch.language.vocabulary.parameter import parse_boolean
 
@@ -81,7 +81,7 @@ def _of_texts(make: TextMaker) -> Maker:
                 made = make(call, *texts)
                 text = str(made).lower() if isinstance(made, bool) else made
                 if text is not None:
-                    call.walk.spend(len(text), lambda: call.position)
+                    call.walk.budget.spend(len(text), lambda: call.position)
             except LaunchError as e:
                 call.walk.fail(e)
         if isinstance(text, LeftOpen):
@@ -475,7 +475,7 @@ def _for_variable(call: Call, name: str) -> Value:
 
 def _string_join(call: Call, delimiter: str, *parts: str) -> str:
     characters = len(delimiter) * len(parts) + sum(map(len, parts))
-    call.walk.spend(characters, lambda: call.position)
+    call.walk.budget.spend(characters, lambda: call.position)
     return delimiter.join(parts)
 
 

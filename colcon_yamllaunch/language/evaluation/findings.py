@@ -3,9 +3,8 @@
 
 """What was found on the way: problems, packages, programs, nodes."""
 
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import replace
+from collections.abc import Iterable, Mapping
+import os
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.frozen import dataclass
@@ -16,12 +15,13 @@ from colcon_yamllaunch.language.syntax.diagnostics import (
     LaunchError,
 )
 from colcon_yamllaunch.language.syntax.source_text import Source
-from colcon_yamllaunch.plan.labels import with_labels
-from colcon_yamllaunch.plan.plan import Block, Condition, Entry, Plan
 from colcon_yamllaunch.plan.position import Position, Span
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.language.actions.parameter_files import Section
+
+#: How many nodes of one name are compared with another one.
+MAXIMUM_NAMESAKES = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,6 +203,10 @@ class Findings:
         self.has_run_programs = False
         #: The nodes that have a name, by that.
         self.nodes: dict[str, list[NamedNode]] = {}
+        #: The conditions around that only a launch decides.
+        self.guards: list[Guard] = []
+        #: How many of the conditions around hold in no launch.
+        self.never = 0
         self._includes: list[Position] = []
         self._reported: set[tuple[str, Position | None]] = set()
 
@@ -210,6 +214,11 @@ class Findings:
     def includes(self) -> tuple[Position, ...]:
         """The includes that led to the open file, innermost first."""
         return tuple(reversed(self._includes))
+
+    @property
+    def is_on_by_default(self) -> bool:
+        """Whether all conditions hold if no launch argument is given."""
+        return not self.never and all(guard.taken for guard in self.guards)
 
     def error_count(self) -> int:
         """Return how many errors there are so far."""
@@ -280,101 +289,25 @@ class Findings:
         """Note that the launch needs a package."""
         self.packages_used.setdefault(name, position)
 
-
-class PlanDraft:
-    """What is to be run so far, and the blocks that are open."""
-
-    def __init__(self) -> None:
-        self.entries: list[Entry] = []
-        self.conditions: list[Condition] = []
-        #: All blocks so far.
-        self.blocks: list[Block] = []
-        self._open_blocks: list[int] = []
-        #: How many processes have got their names.
-        self.process_count = 0
-        self._components: set[str] = set()
-
-    def plan(self) -> Plan:
-        """Return the plan."""
-        return with_labels(
-            Plan(
-                tuple(self.entries),
-                tuple(self.blocks),
-                tuple(self.conditions),
-            )
-        )
-
-    @property
-    def block(self) -> int | None:
-        """The index of the block that is open."""
-        return self._open_blocks[-1] if self._open_blocks else None
-
-    @contextmanager
-    def within_block(
-        self, kind: str, title: str, position: Position
-    ) -> Iterator[None]:
-        """Note a block for the time of the context."""
-        self.blocks.append(Block(kind, title, position, self.block))
-        self._open_blocks.append(len(self.blocks) - 1)
-        try:
-            yield
-        finally:
-            self._open_blocks.pop()
-
-    def name_block(self, title: str) -> None:
-        """Change the title of the open block."""
-        index = self._open_blocks[-1]
-        self.blocks[index] = replace(self.blocks[index], title=title)
-
-    def reopen_block(self, block: int | None) -> None:
-        """Reopen an earlier block for the next entries."""
-        self._open_blocks = [] if block is None else [block]
-
-    def snapshot(self) -> 'PlanDraft':
-        """Return the draft as it is, for :meth:`restore`."""
-        copy = PlanDraft()
-        copy.restore(self)
-        return copy
-
-    def restore(self, before: 'PlanDraft') -> None:
-        """Forget what was added since a snapshot."""
-        self.entries[:] = before.entries
-        self.conditions[:] = before.conditions
-        self.blocks[:] = before.blocks
-        self._open_blocks[:] = before._open_blocks
-        self.process_count = before.process_count
-        self._components = set(before._components)
-
-    @contextmanager
-    def collect(self) -> Iterator[list[Entry]]:
-        """Return the entries that are added within the context."""
-        before = self.entries
-        collected: list[Entry] = []
-        self.entries = collected
-        try:
-            yield collected
-        finally:
-            self.entries = before
-
-    def process_name(self, program: str) -> str:
-        """
-        Return what ROS 2 calls the next process.
-
-        The number counts all processes of the launch, as in ROS 2.
-        """
-        self.process_count += 1
-        return f'{program}-{self.process_count}'
-
-    def reserve_labels(self, labels: Iterable[str]) -> None:
-        """Reserve labels, so that no further component gets them."""
-        self._components.update(labels)
-
-    def component_label(self, plugin: str) -> str:
-        """Return a label for the next component, made of its class."""
-        label = name = plugin.rpartition(':')[2] or 'component'
-        number = 1
-        while label in self._components:
-            number += 1
-            label = f'{name}#{number}'
-        self._components.add(label)
-        return label
+    def note_node(self, full_name: str, at: Span) -> None:
+        """Record a node; warn of one that has the name of another."""
+        if self.never:
+            return
+        node = NamedNode(at.position, tuple(self.guards))
+        others = self.nodes.setdefault(full_name, [])
+        for other in others:
+            if node.may_meet(other):
+                place = f'line {other.position.line} of ' + os.path.basename(
+                    other.position.path
+                )
+                self.warn(
+                    f"another node of this launch has the name '{full_name}' "
+                    'too',
+                    at,
+                    'this node is launched more than once'
+                    if other.position == node.position
+                    else f'the other one is in {place}',
+                )
+                break
+        if len(others) < MAXIMUM_NAMESAKES:
+            others.append(node)

@@ -10,7 +10,7 @@ Values are known or not, see
 :mod:`colcon_yamllaunch.language.evaluation.scope`.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 import os
 from typing import TYPE_CHECKING
@@ -21,16 +21,20 @@ from colcon_yamllaunch.common.suggestions import (
     one_of,
 )
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
-from colcon_yamllaunch.language.evaluation.findings import (
-    Findings,
-    NamedNode,
-    PlanDraft,
+from colcon_yamllaunch.language.evaluation.budget import (
+    Budget,
+    EndlessError,
+    MAXIMUM_INCLUDE_DEPTH,
+    too_deep,
 )
-from colcon_yamllaunch.language.evaluation.request import Exposed, Request
+from colcon_yamllaunch.language.evaluation.call import Call
+from colcon_yamllaunch.language.evaluation.findings import Findings
+from colcon_yamllaunch.language.evaluation.launch_files import LaunchFiles
+from colcon_yamllaunch.language.evaluation.plan_draft import PlanDraft
+from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.evaluation.scope import (
     AlreadyReportedError,
     Guard,
-    joined,
     known,
     LeftOpen,
     Place,
@@ -42,13 +46,11 @@ from colcon_yamllaunch.language.evaluation.scope import (
 from colcon_yamllaunch.language.syntax.diagnostics import error, LaunchError
 from colcon_yamllaunch.language.syntax.launch_tree import (
     Entity,
-    Item,
     LaunchFile,
-    read_launch_file,
     UNREADABLE,
 )
-from colcon_yamllaunch.language.syntax.source_text import read_source, Source
-from colcon_yamllaunch.language.syntax.text import Substitution, Template, Text
+from colcon_yamllaunch.language.syntax.source_text import Source
+from colcon_yamllaunch.language.syntax.text import Template, Text
 from colcon_yamllaunch.plan.plan import Condition
 from colcon_yamllaunch.plan.position import Position, Span
 
@@ -62,105 +64,11 @@ if TYPE_CHECKING:
 
 #: How to know what a plan leaves open.
 RUN_COMMANDS = 'if you trust the launch file, add --run-commands'
-
-
-#: How many launch files may be open inside of one another.
-MAXIMUM_INCLUDE_DEPTH = 40
-#: How many actions a launch may have.
-MAXIMUM_ACTIONS = 200_000
-#: How many characters a text may have, and all texts that a launch makes.
-#: A text that is twice what it was has 10^17 times as many after 59 steps.
-MAXIMUM_TEXT = 16_000_000
-MAXIMUM_TEXTS = 128_000_000
-#: How many nodes of one name are compared with another one.
-MAXIMUM_NAMESAKES = 8
 #: The suffix of launch files in Python.
 PYTHON_SUFFIX = '.py'
-#: What is wrong when launch files include one another without end.
-DEPTH_PROBLEM = (
-    f'more than {MAXIMUM_INCLUDE_DEPTH} launch files include one another'
-)
-_RECURSION_HINT = 'does a launch file include itself?'
 
-
-class EndlessError(Exception):
-    """The launch exceeds a limit, which was reported."""
-
-
-class Call:
-    """
-    A substitution to be made.
-
-    :param walk: What it may look at
-    :param substitution: The substitution
-    :param position_at: Gives the position for an index in its text
-    """
-
-    __slots__ = ('_position_at', '_substitution', 'walk')
-
-    def __init__(
-        self,
-        walk: 'Walk',
-        substitution: Substitution,
-        position_at: Callable[[int], Position],
-    ) -> None:
-        self.walk = walk
-        self._substitution = substitution
-        self._position_at = position_at
-
-    def __len__(self) -> int:
-        return len(self._substitution.arguments)
-
-    def __getitem__(self, index: int) -> Value:
-        template = self._substitution.arguments[index]
-        literal = template.literal
-        if literal is not None:
-            return Value(literal, literal)
-        return self.walk.template(template, self._position_at)
-
-    def text(self, index: int) -> str | None:
-        """Return an argument as text, None when it is not known."""
-        literal = self._substitution.arguments[index].literal
-        return self[index].text if literal is None else literal
-
-    def all(self) -> list[Value]:
-        """Return all arguments."""
-        return [self[index] for index in range(len(self))]
-
-    @property
-    def name(self) -> str:
-        """Which substitution it is."""
-        return self._substitution.name
-
-    @property
-    def position(self) -> Position:
-        """Where it is written."""
-        return self._position_at(self._substitution.start)
-
-    @property
-    def length(self) -> int:
-        """How many characters it takes there."""
-        return self._substitution.end - self._substitution.start
-
-    def key(self, values: Iterable[Value]) -> str:
-        """Return the key of what is made of these arguments."""
-        words = ' '.join([value.key for value in values])
-        return f'$({self.name} {words})'
-
-    def unknown(self, values: Iterable[Value]) -> Value:
-        """
-        Return the value that is not known.
-
-        :raises AlreadyReportedError: when a launch has to know it
-        """
-        values = tuple(values)
-        key = self.key(values)
-        sources = {key}.union(*(value.sources for value in values))
-        return self.walk.settled(unknown(key, sources))
-
-
+#: What does an action.
 Handler = Callable[['Walk', Attributes], object]
-Maker = Callable[[Call], Value]
 
 
 class Walk(Findings):
@@ -191,7 +99,8 @@ class Walk(Findings):
         super().__init__()
         self._handlers = HANDLERS
         self._makers = MAKERS
-        self._trees = request.trees
+        self.files = LaunchFiles(request)
+        self.budget = Budget(self.report, adds_up=self.is_launch)
         self.packages = request.packages
         self.exposed = request.exposed
         self.environment = dict(request.environment)
@@ -207,14 +116,6 @@ class Walk(Findings):
         #: The first error for each of them that a launch file sets anew.
         self.overwritten: dict[str, LaunchError] = {}
         self.draft = PlanDraft()
-        #: The launch files by their paths, None where one has mistakes.
-        self.files: dict[str, LaunchFile | None] = {}
-        #: The launch files that were read, those with mistakes too.
-        self.sources: list[Source] = []
-        #: The conditions around that only a launch decides.
-        self.guards: list[Guard] = []
-        #: How many of the conditions around hold in no launch.
-        self.never = 0
         #: The launch configurations that are read.
         self.read: set[str] = set()
         #: Where the files with parameters of scopes are named.
@@ -231,21 +132,10 @@ class Walk(Findings):
         self.open_worker = request.open_worker
         #: Whether the worker has ended too early.
         self.has_lost_worker = False
-        #: The launch files in Python that were read, in order.
-        self.python_files: dict[str, None] = {}
         #: Whether `ros2 launch` runs one of them, so that its arguments are
         #: not known.
         self.has_opaque = False
-        self._source_paths: dict[str, str] = {}
-        self._broken: dict[str, LaunchError] = {}
         self._open: list[Source] = []
-        self._actions = 0
-        self._characters = 0
-
-    @property
-    def is_on_by_default(self) -> bool:
-        """Whether all conditions hold if no launch argument is given."""
-        return not self.never and all(guard.taken for guard in self.guards)
 
     @contextmanager
     def within_scope(self, scope: Scope) -> Iterator[None]:
@@ -509,18 +399,6 @@ class Walk(Findings):
         :param template: The text, or None when it is not known
         """
 
-    def note_file(self, path: str, file: LaunchFile) -> None:
-        """Record a launch file that is read for the first time."""
-
-    def source_path(self, path: str) -> str:
-        """Return the file in a source that is installed at a path, or it."""
-        source = self._source_paths.get(path)
-        if source is None:
-            located = self.packages.locate(path)
-            source = path if located is None else located[1]
-            self._source_paths[path] = source
-        return source
-
     def is_program(self, path: str) -> bool:
         """Return whether the program exists or a build may install it."""
         is_file = os.path.isfile(path) and os.access(path, os.X_OK)
@@ -651,12 +529,6 @@ class Walk(Findings):
             self.visit_all(file.entities)
         return True
 
-    def note_python(self, path: str) -> None:
-        """Record a launch file in Python that is read."""
-        if path not in self.python_files:
-            self.python_files[path] = None
-            self.sources.append(Source(path, path, ''))
-
     def visit_included(self, name: str, path: str, origin: Span) -> None:
         """
         Go through a launch file that another one includes.
@@ -677,70 +549,31 @@ class Walk(Findings):
         self, name: str, path: str, origin: Span | None
     ) -> LaunchFile | None:
         """
-        Read a launch file, unless it was read before.
+        Read a launch file, and report its mistakes.
 
         Return None when nothing in it can be read.
         """
-        if path not in self.files:
-            self.files[path] = None
-            try:
-                source = read_source(path, name)
-                self.sources.append(source)
-                file = self._tree_of(path, source)
-            except LaunchError as e:
-                self._broken[path] = e
-            else:
-                self.files[path] = file
-                self.note_file(path, file)
-                if file.has_mistakes:
-                    self._broken[path] = LaunchError(*file.problems)
-        problem = self._broken.get(path)
+        file = self.files.read(name, path)
+        problem = self.files.problems.get(path)
         if problem is not None:
             if origin is not None:
                 problem = problem.included_from(origin.position)
-            if self.files[path] is None:
+            if file is None:
                 self.read_failed(problem, origin)
             else:
                 self.read_in_part(problem, origin)
-        return self.files[path]
-
-    def _tree_of(self, path: str, source: Source) -> LaunchFile:
-        known = self._trees.get(path)
-        if known is not None and known.source == source:
-            return known
-        has_asked = False
-
-        def exposed() -> Exposed:
-            nonlocal has_asked
-            has_asked = True
-            return self.exposed()
-
-        file = read_launch_file(source, exposed)
-        if not has_asked:
-            # the packages may provide other actions the next time
-            self._trees[path] = file
         return file
 
     def visit_all(self, entities: tuple[Entity, ...]) -> None:
         """Do some actions in order."""
         for entity in entities:
-            self.count_action(entity.item)
+            self.budget.count_action(entity.item.position)
             if entity.action is UNREADABLE:
                 # it may set anything
                 self.scope.configurations.is_open = True
                 self.visit_all(entity.children)
             else:
                 self.visit(entity)
-
-    def count_action(self, place: Item | Attributes | Position) -> None:
-        """Count an action or a loop iteration towards the limit."""
-        self._actions += 1
-        if self._actions > MAXIMUM_ACTIONS:
-            self.end(
-                f'the launch has more than {MAXIMUM_ACTIONS} actions',
-                place.position,
-                _RECURSION_HINT,
-            )
 
     def visit(self, entity: Entity) -> None:
         """Do an action if its condition holds."""
@@ -804,77 +637,6 @@ class Walk(Findings):
         sources = value.sources or frozenset((value.key,))
         return Guard(value.key, wanted, sources, None)
 
-    def note_node(self, full_name: str, at: Span) -> None:
-        """Record a node; warn of one that has the name of another."""
-        if self.never:
-            return
-        node = NamedNode(at.position, tuple(self.guards))
-        others = self.nodes.setdefault(full_name, [])
-        for other in others:
-            if node.may_meet(other):
-                place = f'line {other.position.line} of ' + os.path.basename(
-                    other.position.path
-                )
-                self.warn(
-                    f"another node of this launch has the name '{full_name}' "
-                    'too',
-                    at,
-                    'this node is launched more than once'
-                    if other.position == node.position
-                    else f'the other one is in {place}',
-                )
-                break
-        if len(others) < MAXIMUM_NAMESAKES:
-            others.append(node)
-
-    def end(
-        self, message: str, position: Position, hint: str | None = None
-    ) -> None:
-        """
-        Report that the launch exceeds a limit, and end the walk.
-
-        :raises EndlessError: always
-        """
-        self.report(error(message, position, hint=hint))
-        raise EndlessError
-
-    def join(
-        self, pieces: Sequence[Value | str], position: Callable[[], Position]
-    ) -> Value:
-        """
-        Return values and texts one behind the other.
-
-        :param position: Gives the place that makes it
-        """
-        characters = 0
-        for piece in pieces:
-            text = piece if isinstance(piece, str) else piece.text
-            characters += 0 if text is None else len(text)
-        self.spend(characters, position)
-        return joined(pieces)
-
-    def spend(self, characters: int, position: Callable[[], Position]) -> None:
-        """
-        Count a text that is about to be created.
-
-        :param position: Gives the place that makes it
-        """
-        if self.is_launch:
-            # a check may come by several times
-            self._characters += characters
-        if characters > MAXIMUM_TEXT:
-            self.end(
-                f'this makes a text of more than {MAXIMUM_TEXT} characters',
-                position(),
-                'does each value have the one before it more than once?',
-            )
-        if self._characters > MAXIMUM_TEXTS:
-            self.end(
-                f'the launch makes texts of more than {MAXIMUM_TEXTS} '
-                'characters in all',
-                position(),
-            )
-
     def locate(self, attributes: Attributes) -> tuple[str, str] | None:
         """Return the path that an include goes by and the one to read."""
         file, packages = attributes.item.texts['file'], self.packages
@@ -921,9 +683,4 @@ class Walk(Findings):
             else makers[part.name](Call(self, part, position_at))
             for part in parts
         ]
-        return self.join(pieces, lambda: position_at(0))
-
-
-def too_deep(position: Position) -> LaunchError:
-    """Return the error of launch files that include one another for ever."""
-    return error(DEPTH_PROBLEM, position, hint=_RECURSION_HINT)
+        return self.budget.join(pieces, lambda: position_at(0))

@@ -20,6 +20,11 @@ import re
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.actions.handlers import PASSIVE
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
+from colcon_yamllaunch.language.evaluation.budget import (
+    MAXIMUM_INCLUDE_DEPTH,
+    too_deep,
+)
+from colcon_yamllaunch.language.evaluation.call import Call
 from colcon_yamllaunch.language.evaluation.findings import (
     CheckResult,
     DeclaredArgument,
@@ -31,13 +36,7 @@ from colcon_yamllaunch.language.evaluation.scope import (
     Place,
     Value,
 )
-from colcon_yamllaunch.language.evaluation.walk import (
-    Call,
-    MAXIMUM_INCLUDE_DEPTH,
-    PYTHON_SUFFIX,
-    too_deep,
-    Walk,
-)
+from colcon_yamllaunch.language.evaluation.walk import PYTHON_SUFFIX, Walk
 from colcon_yamllaunch.language.policies.cross_checks import (
     FileUse,
     unknown_argument,
@@ -125,14 +124,14 @@ def check(
     walk = _Check(request, portable=portable)
     walk.checks_programs = checks_programs
     walk.launch(request.name, request.path)
-    if None not in walk.files.values():
+    if None not in walk.files.trees.values():
         warn_of_useless_arguments(walk, walk.uses, request.path)
         warn_of_shell_variables(walk)
     warn_of_missing_containers(walk)
     warn_of_useless_sections(walk, in_full=True)
     return CheckResult(
         tuple(dict.fromkeys(walk.diagnostics)),
-        tuple(walk.sources),
+        tuple(walk.files.sources),
         walk.packages_used,
         tuple(dict.fromkeys(walk.executables)),
         tuple(dict.fromkeys(walk.plugins)),
@@ -221,10 +220,12 @@ class _Check(Walk):
             self.scope.merge(inner, None if is_sure else guard)
 
     def visit_file(self, name: str, path: str, origin: Span | None) -> bool:
-        is_read = self.read_file(name, path, origin) is not None
-        if not is_read:
+        read = self.read_file(name, path, origin)
+        if read is None:
             self.scope.configurations.is_open = True
             return False
+        if path not in self.uses:
+            self.uses[path] = FileUse.of(read)
         file = _OpenFile(path, origin, self._conditions, self.uses[path])
         self._files.append(file)
         included, self._included = self._included, None
@@ -239,15 +240,12 @@ class _Check(Walk):
             for problem in not_portable(file):
                 self.report(problem)
 
-    def note_file(self, path: str, file: LaunchFile) -> None:
-        self.uses[path] = FileUse.of(file)
-
     def read_failed(self, problem: LaunchError, origin: Span | None) -> None:
         self.report(problem)
 
     def launch_python(self, name: str, path: str, origin: Span) -> None:
         # what it declares and reads is not known
-        self.files[path] = None
+        self.files.trees[path] = None
         self._visits[path] = self._visits.get(path, 0) + 1
         reason = self._visit_python(name, path, origin)
         # with other arguments it may set anything

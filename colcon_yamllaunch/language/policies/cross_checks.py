@@ -50,7 +50,7 @@ def cross_check(walk: Walk) -> None:
 
 def _warn_of_unknown_arguments(walk: Walk) -> None:
     """Warn of given arguments that no launch file declares or reads."""
-    files = [file for file in walk.files.values() if file is not None]
+    files = walk.files.readable()
     declared = declared_arguments(files)
     if walk.dialogue is not None:
         # most launch files are not in Python
@@ -58,8 +58,8 @@ def _warn_of_unknown_arguments(walk: Walk) -> None:
             written_arguments,
         )
 
-        texts = [text_of(Path(path)) for path in walk.python_files]
-        for path in walk.python_files:
+        texts = [text_of(Path(path)) for path in walk.files.python]
+        for path in walk.files.python:
             declared.update(a.name for a in written_arguments(path))
         declared |= walk.dialogue.declared.keys()
         # they may have been read before they were set
@@ -220,7 +220,7 @@ def warn_of_shell_variables(walk: Walk) -> None:
 
     What a shell is to run may have variables of its own.
     """
-    read = [file for file in walk.files.values() if file is not None]
+    read = walk.files.readable()
     suspects = [file for file in read if '${' in file.source.text]
     declared = declared_arguments(read) if suspects else set()
     for file in suspects:

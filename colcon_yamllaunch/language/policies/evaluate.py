@@ -72,7 +72,7 @@ def evaluate(request: Request, *, runs: bool = True) -> Evaluation:
         walk.given
         or walk.targets
         or walk.section_uses
-        or any('${' in source.text for source in walk.sources)
+        or any('${' in source.text for source in walk.files.sources)
     ):
         # most launches have none of these
         from colcon_yamllaunch.language.policies import cross_checks
@@ -89,7 +89,7 @@ def evaluate(request: Request, *, runs: bool = True) -> Evaluation:
         plan = replace(plan, handlers=dialogue.handlers)
     return Evaluation(
         tuple(walk.diagnostics),
-        tuple(walk.sources),
+        tuple(walk.files.sources),
         walk.packages_used,
         tuple(walk.executables),
         tuple(walk.plugins),

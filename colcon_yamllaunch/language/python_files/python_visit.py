@@ -18,6 +18,7 @@ import shutil
 
 from colcon_yamllaunch.common.files import text_of
 from colcon_yamllaunch.language.actions.process_actions import general_timeout
+from colcon_yamllaunch.language.evaluation.budget import EndlessError
 from colcon_yamllaunch.language.evaluation.findings import DeclaredArgument
 from colcon_yamllaunch.language.evaluation.request import (
     NoWorkerError,
@@ -29,7 +30,7 @@ from colcon_yamllaunch.language.evaluation.scope import (
     AlreadyReportedError,
     environment_changes,
 )
-from colcon_yamllaunch.language.evaluation.walk import EndlessError, Walk
+from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.python_files.worker_dialogue import (
     Intake,
     position_of,
@@ -177,7 +178,7 @@ def python_error(
     if may_pass:
         # what launch files name, so that all of it is built at once
         own = set(walk.packages.own_names())
-        for path in walk.python_files:
+        for path in walk.files.python:
             for name, position in named_packages(path):
                 if name in own:
                     walk.use_package(name, position)
@@ -276,9 +277,9 @@ def visit_in_python(walk: Walk, what: str, path: str, origin: Span) -> None:
     :raises NotTakenOverError: when there is no worker, or the worker cannot
     :raises LaunchError: when the launch cannot go on
     """
-    start = Position(walk.source_path(path), 1, 1)
+    start = Position(walk.files.source_path(path), 1, 1)
     is_first = not walk.depth
-    walk.note_python(start.path)
+    walk.files.note_python(start.path)
     source = Source(start.path, path, '')
     try:
         with walk.within(source, None if is_first else origin):
@@ -397,7 +398,7 @@ def declared_arguments(
     :param origin: Where it is included, else its start
     :raises LaunchError: when the worker says that the file has mistakes
     """
-    start = Position(walk.source_path(path), 1, 1)
+    start = Position(walk.files.source_path(path), 1, 1)
     if walk.open_worker is None:
         return list(written_arguments(start.path)) or None
     if walk.dialogue is not None:
@@ -538,7 +539,7 @@ class GrowingLaunch:
     ) -> None:
         self._walk = walk
         self._dialogue = dialogue
-        self._start = Position(next(iter(walk.python_files), ''), 1, 1)
+        self._start = Position(next(iter(walk.files.python), ''), 1, 1)
         self._labels: set[str] = set()
         self._reserve_labels(plan)
         walk.draft.entries = []

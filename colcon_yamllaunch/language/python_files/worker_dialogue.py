@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from colcon_yamllaunch.common.files import text_of
+from colcon_yamllaunch.language.evaluation.budget import EndlessError
 from colcon_yamllaunch.language.evaluation.findings import (
     ExecutableUse,
     PluginUse,
@@ -33,7 +34,7 @@ from colcon_yamllaunch.language.evaluation.scope import (
     UNSET,
     Value,
 )
-from colcon_yamllaunch.language.evaluation.walk import EndlessError, Walk
+from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.syntax.diagnostics import error, LaunchError
 from colcon_yamllaunch.language.syntax.source_text import Source
 from colcon_yamllaunch.language.vocabulary.parameter import (
@@ -379,7 +380,7 @@ class Intake:
         origin = self._origin.position
         self._position = position_of(message, origin, self._walk)
         try:
-            self._walk.count_action(self._position)
+            self._walk.budget.count_action(self._position)
             _check_seconds(message, self._position)
             receive(message)
         except (LaunchError, AlreadyReportedError, EndlessError) as e:
@@ -580,8 +581,8 @@ class Intake:
         )
 
     def _on_file(self, message: WorkerMessage) -> None:
-        path = self._walk.source_path(str(message['path']))
-        self._walk.note_python(path)
+        path = self._walk.files.source_path(str(message['path']))
+        self._walk.files.note_python(path)
 
     def _on_read(self, message: WorkerMessage) -> None:
         self._walk.inputs[str(message['path'])] = None
@@ -664,7 +665,7 @@ def position_of(
     match said.get('position'):
         case [str(path), int(line), int(column)]:
             if walk is not None:
-                path = walk.source_path(path)
+                path = walk.files.source_path(path)
             return Position(path, line, column)
     return otherwise
 

@@ -3,7 +3,7 @@
 
 """Launch files that include others."""
 
-from colcon_yamllaunch.language.evaluation.walk import MAXIMUM_INCLUDE_DEPTH
+from colcon_yamllaunch.language.evaluation.budget import MAXIMUM_INCLUDE_DEPTH
 from colcon_yamllaunch.language.syntax.diagnostics import render
 import pytest
 

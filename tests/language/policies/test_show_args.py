@@ -6,9 +6,9 @@
 from pathlib import Path
 from textwrap import dedent
 
+from colcon_yamllaunch.language.evaluation.budget import MAXIMUM_INCLUDE_DEPTH
 from colcon_yamllaunch.language.evaluation.findings import DeclaredArgument
 from colcon_yamllaunch.language.evaluation.request import Request
-from colcon_yamllaunch.language.evaluation.walk import MAXIMUM_INCLUDE_DEPTH
 from colcon_yamllaunch.language.policies.check import (
     Declarations,
     find_declarations,
