@@ -82,8 +82,8 @@ def talk_by(tmp_path: Path) -> Iterator[TalkBy]:
 
 def test_requests_are_done_before_an_answer_comes(talk_by: TalkBy) -> None:
     talk = talk_by(
-        "channel.serve = lambda line: channel.say('served', line=line)\n"
-        "answer = channel.ask('include', path='/é')\n"
+        "serve = lambda line: channel.say('served', line=line)\n"
+        "answer = channel.ask('include', serve, path='/é')\n"
         "channel.say('answered', answer=answer)\n"
         'channel.receive()\n',
     )
@@ -160,7 +160,7 @@ def test_a_copy_of_the_worker_says_nothing(talk_by: TalkBy) -> None:
     talk = talk_by(
         'pid = os.fork()\n'
         'if pid == 0:\n'
-        '    channel.at_end = lambda: open("ended-copy", "w")\n'
+        '    channel.at_end.append(lambda: open("ended-copy", "w"))\n'
         "channel.say('told', status=os.waitpid(pid, 0)[1] if pid else -1)\n"
         'channel.receive()\n',
     )

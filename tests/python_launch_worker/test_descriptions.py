@@ -15,7 +15,6 @@ from colcon_yamllaunch.python_launch.worker.descriptions import (
 from colcon_yamllaunch.python_launch.worker.entries import (
     is_shutdown,
     nearest_mode,
-    through_shell,
 )
 import pytest
 
@@ -115,14 +114,6 @@ def test_the_nearest_mode_of_output(
     destinations: dict[str, set[str]], mode: str
 ) -> None:
     assert nearest_mode(destinations) == mode
-
-
-def test_files_made_for_a_process_are_arguments_of_its_shell() -> None:
-    file, shell = {'content': 'a', 'parameters': []}, ['/bin/sh', '-c']
-    assert through_shell(['a', 'b c']) == [*shell, 'a b c']
-    words = ['a', file, '&&', 'b', dict(file)]
-    script = 'a "${1}" && b "${1}"'
-    assert through_shell(words) == [*shell, script, 'sh', file, file]
 
 
 def test_a_shutdown_at_the_end_and_no_more() -> None:

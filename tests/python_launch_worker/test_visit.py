@@ -94,6 +94,7 @@ def test_a_process_has_what_the_file_gives_it(
         'id': process['id'],
         'program': 'mine',
         'argv': ['nice', '-n', '5', 'prog', 'you', 'ab'],
+        'shell': False,
         'cwd': '/tmp',
         'environment': {'ONE': '1', 'TWO': '2', 'HOME': None},
         'output': 'both',

@@ -270,7 +270,7 @@ def _add_process(
     argv = [a for a in (*prefix, *command) if a is not None]
     uses_shell = attributes.boolean('shell')
     if uses_shell:
-        argv = _through_shell(argv)
+        argv = through_shell(argv)
     elif uses_shell is False and (
         walk.is_launch or not prefix or 'launch-prefix' in attributes
     ):
@@ -346,9 +346,10 @@ def _prefix(
         return None
 
 
-def _through_shell(
+def through_shell(
     argv: list[str | ParameterFile],
 ) -> list[str | ParameterFile]:
+    """Return the command that has a shell run the words."""
     # ROS 2 joins the arguments without quoting them; the paths of parameter
     # files, which are not known yet, come in as the shell's own arguments
     files: list[str | ParameterFile] = []

@@ -510,15 +510,7 @@ class _Listing(_Check):
         # the launch reports it
         self._problem = self._problem or problem
 
-    def fail_at(
-        self,
-        place: Place,
-        message: str,
-        hint: str,
-        origins: tuple[Position, ...] = (),
-        *,
-        is_certain: bool = True,
-    ) -> None:
+    def fail_at(self, *_arguments: object, **_options: object) -> None:
         pass
 
     def visit(self, entity: Entity) -> None:

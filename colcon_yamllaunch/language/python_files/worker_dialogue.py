@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from colcon_yamllaunch.common.files import text_of
+from colcon_yamllaunch.language.actions.process_actions import through_shell
 from colcon_yamllaunch.language.evaluation.budget import EndlessError
 from colcon_yamllaunch.language.evaluation.findings import (
     ExecutableUse,
@@ -442,17 +443,19 @@ class Intake:
         node = message.get('node')
         is_container = message.get('is_container') is True
         output = message.get('output')
+        argv = [
+            one
+            if isinstance(one, str)
+            else ParameterFile(
+                one['content'], self._as_set(one.get('parameters'))
+            )
+            for one in message['argv']
+        ]
         self._add(
             Process(
                 label=name,
                 argv=tuple(
-                    one
-                    if isinstance(one, str)
-                    else ParameterFile(
-                        str(one['content']),
-                        self._as_set(one.get('parameters')),
-                    )
-                    for one in message['argv']
+                    through_shell(argv) if message.get('shell') else argv
                 ),
                 cwd=os.path.normpath(
                     os.path.join(walk.cwd, message.get('cwd') or '')

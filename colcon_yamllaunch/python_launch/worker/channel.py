@@ -86,7 +86,7 @@ Messages, in the order in which a launch executes them:
      "respawn_delay": 0.0, "respawn_max_retries": -1,
      "sigterm_timeout": 5.0, "sigkill_timeout": 5.0,
      "on_exit_shutdown": false, "package": "p" or null,
-     "node": "/ns/name" or null, "is_container": false,
+     "node": "/ns/name" or null, "is_container": false, "shell": false,
      "is_lifecycle": false, "autostart": false,
      "parameters": [{"name": "x", "value": 1, "position": […]}]}
         a text of `argv` that names a file with parameters made for this
@@ -202,12 +202,10 @@ class Channel:
     """
 
     def __init__(self) -> None:
-        #: Does a request that comes while an answer is waited for.
-        self.serve: Callable[[Json], object] = bool
         #: Returns what the main thread is doing, as frames.
-        self.where: Callable[[], object] = list
-        #: Is called before this program ends.
-        self.at_end: Callable[[], object] = bool
+        self.where: Callable[[], list[Json]] = list
+        #: Called before this program ends.
+        self.at_end: list[Callable[[], object]] = []
         self._input = _moved(0)
         self._output = _moved(1)
         nothing = os.open(os.devnull, os.O_RDONLY)
@@ -258,15 +256,21 @@ class Channel:
         self._written_at = 0.0
         return line
 
-    def ask(self, what: str, **fields: object) -> Json:
-        """Write a line and wait for its answer, doing requests meanwhile."""
+    def ask(
+        self, what: str, serve: Callable[[Json], object], **fields: object
+    ) -> Json:
+        """
+        Write a line, wait for its answer and return that.
+
+        :param serve: Does the requests that come before the answer
+        """
         number = next(self._asks)
         self.say(what, ask=number, **fields)
         while True:
             line = self.receive()
             if line.get('answer') == number:
                 return line
-            self.serve(line)
+            serve(line)
 
     def _read(self) -> None:
         rest = b''
@@ -295,7 +299,8 @@ class Channel:
 
     def _end(self) -> None:
         try:
-            self.at_end()
+            for call in self.at_end:
+                call()
         finally:
             for process in _started():
                 with contextlib.suppress(OSError):

@@ -57,7 +57,7 @@ class Entries:
         self._files: set[str] = set()
         #: The conditions that were told, and where.
         self._conditions: set[object] = set()
-        visitor.channel.at_end = self._remove_files
+        visitor.channel.at_end.append(self._remove_files)
         visitor.forget.append(self._remove_files)
 
     def install(self) -> None:
@@ -138,10 +138,10 @@ class Entries:
             # the launch file went elsewhere, as what it starts does in ROS 2
             folder = os.path.join(here, folder) if folder else here
         retries = private.respawn_max_retries
-        argv = [self._word(word) for word in description.final_cmd]
         return {
             'program': description.final_name.rpartition('-')[0],
-            'argv': through_shell(argv) if action.shell else argv,
+            'argv': [self._word(word) for word in description.final_cmd],
+            'shell': bool(action.shell),
             'cwd': folder,
             'environment': visitor.scopes.changes(description.final_env),
             'output': self._output(private.output),
@@ -625,19 +625,6 @@ def nearest_mode(destinations: dict[str, set[str]]) -> str:
             return 'full'
         return 'both' if 'log' in stdout | stderr else 'screen'
     return 'log' if 'screen' in stderr else 'own_log'
-
-
-def through_shell(argv: list[Any]) -> list[Any]:
-    """Return the command that has a shell run the words."""
-    # `launch` joins the words without quoting them; the paths of files made
-    # for the process, which are not known yet, are the shell's own arguments
-    files = [word for word in argv if not isinstance(word, str)]
-    words = []
-    for word in argv:
-        is_file = not isinstance(word, str)
-        words.append(f'"${{{files.index(word) + 1}}}"' if is_file else word)
-    shell = ['/bin/sh', '-c', ' '.join(words)]
-    return [*shell, 'sh', *files] if files else shell
 
 
 def is_shutdown(on_exit: Any) -> bool:

@@ -79,8 +79,8 @@ class Queue:
     """
 
     def __init__(self, here: Callable[[], Any]) -> None:
-        #: Takes an event that is not to wait, and says whether it was one.
-        self.handle_at_once: Callable[[Any], bool] = bool
+        #: Takes an event that is not to wait, and returns whether it did.
+        self.handle_at_once: Callable[[Any], bool] = lambda _: False
         self._events: deque[tuple[Any, Any]] = deque()
         self._here = here
 

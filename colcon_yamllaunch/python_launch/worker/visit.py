@@ -102,7 +102,6 @@ class Visitor:
         self._given: list[str] | None = None
         #: Whether YAML and XML files are read here, to list their arguments.
         self.reads_frontends = False
-        channel.serve = self.serve
         channel.where = self._where
 
     def run(self) -> None:
@@ -173,7 +172,7 @@ class Visitor:
 
     def ask(self, what: str, **fields: Any) -> Json:
         """Ask the launcher, and do what it asks for before it answers."""
-        return self.channel.ask(what, **fields)
+        return self.channel.ask(what, self.serve, **fields)
 
     def visit(self, entity: Any) -> None:
         """

@@ -82,6 +82,15 @@ def test_a_process_is_one_of_the_plan(played: Played) -> None:
     assert evaluation.growing is None
 
 
+def test_shell_gets_the_files_made_for_a_process(played: Played) -> None:
+    file = {'content': 'rate: 1', 'parameters': []}
+    played.says(process(1, argv=['a', file, '&&', 'b', file], shell=True))
+    text = 'launch:\n- include: {file: robot.launch.py}\n'
+    (it,) = played.good(text).plan.processes()
+    script, made = 'a "${1}" && b "${2}"', ParameterFile('rate: 1', ())
+    assert it.argv == ('/bin/sh', '-c', script, 'sh', made, made)
+
+
 def test_blocks_timers_and_the_rest(played: Played) -> None:
     at = position(played.path, 2, 3)
     place = Position(played.path, 2, 3)
