@@ -19,7 +19,9 @@ from colcon_yamllaunch.language.evaluation.request import (
     WorkerError,
     WorkerMessage,
 )
-from colcon_yamllaunch.language.python_files.python_visit import GrowingLaunch
+from colcon_yamllaunch.language.python_files.growing_launch import (
+    GrowingLaunch,
+)
 from colcon_yamllaunch.plan.plan import Growth, Process, Shutdown
 from colcon_yamllaunch.python_launch.worker_process import (
     NUMBER,

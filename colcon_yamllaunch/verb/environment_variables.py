@@ -28,7 +28,7 @@ LOG_TOTAL = EnvironmentVariable(
     f'500MB (default: {ALL_LOGS_LIMIT // 10**9}GB), or `none`',
 )
 #: How long launch files in Python may take; the name is
-#: `language.python_files.python_errors.TIMEOUT_VARIABLE`.
+#: `language.python_files.python_visit.TIMEOUT_VARIABLE`.
 PYTHON_TIMEOUT = EnvironmentVariable(
     'COLCON_LAUNCH_PYTHON_TIMEOUT',
     'How many seconds may pass without a sign of life while a launch file in '

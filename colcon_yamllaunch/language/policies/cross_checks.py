@@ -54,7 +54,7 @@ def _warn_of_unknown_arguments(walk: Walk) -> None:
     declared = declared_arguments(files)
     if walk.dialogue is not None:
         # most launch files are not in Python
-        from colcon_yamllaunch.language.python_files.python_visit import (
+        from colcon_yamllaunch.language.python_files.python_source import (
             written_arguments,
         )
 

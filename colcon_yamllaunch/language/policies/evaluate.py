@@ -23,7 +23,7 @@ from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.plan.plan import Plan
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.language.python_files.python_visit import (
+    from colcon_yamllaunch.language.python_files.growing_launch import (
         GrowingLaunch,
     )
 
@@ -83,9 +83,9 @@ def evaluate(request: Request, *, runs: bool = True) -> Evaluation:
     dialogue = walk.dialogue
     if dialogue is not None and dialogue.goes_on and not walk.error_count():
         # most launch files are not in Python
-        from colcon_yamllaunch.language.python_files import python_visit
+        from colcon_yamllaunch.language.python_files import growing_launch
 
-        growing = python_visit.GrowingLaunch(walk, dialogue, plan)
+        growing = growing_launch.GrowingLaunch(walk, dialogue, plan)
         plan = replace(plan, handlers=dialogue.handlers)
     return Evaluation(
         tuple(walk.diagnostics),

@@ -3,7 +3,9 @@
 
 """What the worker answers while the plan runs becomes more of the plan."""
 
-from colcon_yamllaunch.language.python_files.python_visit import GrowingLaunch
+from colcon_yamllaunch.language.python_files.growing_launch import (
+    GrowingLaunch,
+)
 from colcon_yamllaunch.plan.plan import (
     ChangeState,
     Component,

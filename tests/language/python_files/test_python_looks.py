@@ -8,7 +8,7 @@ from dataclasses import replace
 from colcon_yamllaunch.language.evaluation.findings import DeclaredArgument
 from colcon_yamllaunch.language.evaluation.request import NoWorkerError
 from colcon_yamllaunch.language.policies.check import find_declarations
-from colcon_yamllaunch.language.python_files.python_visit import (
+from colcon_yamllaunch.language.python_files.python_source import (
     named_packages,
     written_arguments,
 )
