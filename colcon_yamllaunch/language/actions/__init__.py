@@ -6,7 +6,9 @@ The handlers of the actions, and the makers of the substitutions.
 
 - `handlers` is the table of all actions, and has the handlers of those without
   a module of their own. `process_actions` and `component_actions` have those
-  that run something, and `parameter_files` the files with parameters.
-- `substitution_makers` computes substitutions, and `expressions` those of
-  `$(eval …)` that a check may compute.
+  that run something.
+- `node_names`, `parameters` and `parameter_files` have what nodes and
+  components share.
+- `substitution_makers` computes substitutions. `commands` runs those of
+  `$(command …)`, and `expressions` those of `$(eval …)`.
 """

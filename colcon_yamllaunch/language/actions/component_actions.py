@@ -6,6 +6,13 @@
 from collections.abc import Iterator, Mapping
 import os
 
+from colcon_yamllaunch.language.actions.node_names import (
+    full_node_name,
+    node_name,
+    node_name_problem,
+    node_namespace,
+    remap_rules,
+)
 from colcon_yamllaunch.language.actions.parameter_files import (
     file_of,
     note_sections,
@@ -13,17 +20,12 @@ from colcon_yamllaunch.language.actions.parameter_files import (
     read_sections,
     sections_in,
 )
-from colcon_yamllaunch.language.actions.process_actions import (
+from colcon_yamllaunch.language.actions.parameters import (
     EMPTY_LIST,
-    full_node_name,
     nested_parameters,
-    node_name,
-    node_name_problem,
-    node_namespace,
     parameter_value,
-    remap_rules,
-    run_node,
 )
+from colcon_yamllaunch.language.actions.process_actions import run_node
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.findings import PluginUse
 from colcon_yamllaunch.language.evaluation.scope import Value

@@ -13,9 +13,9 @@ from contextlib import contextmanager
 import os
 from typing import TypeVar
 
+from colcon_yamllaunch.language.actions.node_names import inner_namespace
+from colcon_yamllaunch.language.actions.parameters import parameter_value
 from colcon_yamllaunch.language.actions.process_actions import (
-    inner_namespace,
-    parameter_value,
     PROCESS_HANDLERS,
     set_variable,
 )

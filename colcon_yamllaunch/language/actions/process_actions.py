@@ -1,13 +1,9 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""
-The actions that run a process.
+"""The actions that run a process."""
 
-What nodes and components share is here too: names, namespaces, parameters.
-"""
-
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 import os
@@ -17,6 +13,13 @@ import shutil
 from typing import Any, TypeVar
 
 from colcon_yamllaunch.common.suggestions import way_to_program
+from colcon_yamllaunch.language.actions.node_names import (
+    full_node_name,
+    node_name,
+    node_namespace,
+    remap_rules,
+)
+from colcon_yamllaunch.language.actions.parameters import parameter_arguments
 from colcon_yamllaunch.language.evaluation.attributes import (
     Attributes,
     parse_seconds,
@@ -28,30 +31,19 @@ from colcon_yamllaunch.language.evaluation.findings import (
 )
 from colcon_yamllaunch.language.evaluation.scope import (
     environment_changes,
-    known,
     Names,
     Value,
 )
 from colcon_yamllaunch.language.evaluation.walk import Handler, Walk
-from colcon_yamllaunch.language.syntax.diagnostics import error, LaunchError
-from colcon_yamllaunch.language.syntax.launch_tree import ParameterValue
+from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.text import Substitution, Text
-from colcon_yamllaunch.language.vocabulary.parameter import (
-    coerce,
-    infer,
-    Parameter,
-    parameter_file,
-    ParameterContent,
-    ParameterTypeError,
-    parse_boolean,
-)
+from colcon_yamllaunch.language.vocabulary.parameter import parse_boolean
 from colcon_yamllaunch.plan.plan import (
     OUTPUT_MODES,
     ParameterFile,
     Process,
     SetParameter,
 )
-from colcon_yamllaunch.plan.position import Position
 
 #: The environment variable that replaces every `output`, as in ROS 2.
 OUTPUT_OVERRIDE = 'OVERRIDE_LAUNCH_PROCESS_OUTPUT'
@@ -61,17 +53,6 @@ _FIRST_WORD = re.compile("""("[^"]*"|'[^']*'|[^\\s"'])*""")
 
 # a text that is not known is None
 Arguments = list[str | ParameterFile | None]
-
-#: What is said of a parameter that is an empty list.
-EMPTY_LIST = 'nodes do not accept an empty list, which has no type'
-
-_LIST = 'list_of_'
-
-#: A value, None when it is not known, and where what it is made of was set.
-Content = tuple[ParameterContent | None, tuple[Position, ...]]
-
-_NODE_NAME = re.compile(r'[A-Za-z_][A-Za-z0-9_]*')
-_NAMESPACE = re.compile(r'/|(/[A-Za-z_~{}][A-Za-z0-9_~{}]*)+')
 
 
 def _executable(walk: Walk, attributes: Attributes) -> None:
@@ -174,63 +155,6 @@ def _package_program(
     position = attributes.item.texts['exec'].position
     walk.executables.append(ExecutableUse(package, name, path, position))
     return path
-
-
-def node_name(attributes: Attributes) -> Value | None:
-    """Return the name of a node, None when it is left out."""
-    name = attributes.value('name')
-    if name is None or name.text is None:
-        return name
-    problem = node_name_problem(name.text)
-    if problem is not None:
-        attributes.fail('name', problem)
-        return name.forgotten()
-    return name
-
-
-def node_namespace(walk: Walk, attributes: Attributes) -> Value | None:
-    """Return the namespace of a node, None when it has none."""
-    if 'namespace' not in attributes:
-        return walk.scope.namespace
-    inner = attributes.required('namespace')
-    return inner_namespace(walk, attributes, inner)
-
-
-def full_node_name(
-    name: Value | None, namespace: Value | None
-) -> Value | None:
-    """Return the full name of a node, None when it names itself."""
-    if name is None or namespace is None or name.text is None:
-        text = None if name is None else name.text
-        return name and name._replace(text=text and f'/{text}')
-    outer = namespace.text
-    text = None if outer is None else f'{outer.rstrip("/")}/{name.text}'
-    sources = name.sources | namespace.sources
-    return name._replace(text=text, sources=sources)
-
-
-def remap_rules(walk: Walk, attributes: Attributes) -> list[str]:
-    """Return the remapping rules of a node; the first that matches counts."""
-    of_scope = walk.scope.remaps
-    pairs = [*of_scope]
-    seen: set[str] = set()
-    for remap in attributes.items('remap'):
-        old, new = remap.text('from'), remap.text('to')
-        if old is None:
-            continue
-        # the first rule that matches counts (rcl_remap)
-        is_done = old in seen or old in {name for name, _ in of_scope}
-        if is_done and not walk.is_launch:
-            by = 'before' if old in seen else "by 'set_remap'"
-            text = remap.item.texts['from']
-            walk.warn(
-                f"'{old}' is remapped {by} already, so this has no effect",
-                text,
-                'remove one of the two',
-            )
-        seen.add(old)
-        pairs.append((old, new or ''))
-    return [f'{old}:={new}' for old, new in pairs]
 
 
 def _add_process(
@@ -461,61 +385,6 @@ def _configured(walk: Walk, name: str) -> str | None:
     return None if value is None else value.text
 
 
-def node_name_problem(name: str) -> str | None:
-    """Return why no node can have a name, or None if one can."""
-    if _NODE_NAME.fullmatch(name):
-        return None
-    return (
-        f"the node name '{name}' may only have letters, digits and "
-        'underscores, and cannot be empty or start with a digit'
-    )
-
-
-def namespace_problem(namespace: str) -> str | None:
-    """Return why a text is no absolute namespace, or None if it is one."""
-    if _NAMESPACE.fullmatch(namespace):
-        return None
-    return (
-        f"the namespace '{namespace}' may only have letters, digits, "
-        'underscores and slashes, and none of its parts can be empty or start '
-        'with a digit'
-    )
-
-
-def join_namespace(base: str | None, namespace: str) -> str:
-    """
-    Return the namespace that results from one within another.
-
-    :param base: The outer namespace, absolute, if there is one
-    :param namespace: The inner one; an absolute one replaces the outer one
-    """
-    if not namespace.startswith('/'):
-        namespace = f'{(base or "").rstrip("/")}/{namespace}'
-    return namespace.rstrip('/') or '/'
-
-
-def inner_namespace(
-    walk: Walk, attributes: Attributes, inner: Value
-) -> Value | None:
-    """
-    Return a namespace within that of the scope.
-
-    :param attributes: Those with the inner one as `namespace`
-    """
-    outer = walk.scope.namespace
-    if inner.text is None:
-        return inner
-    base = None if outer is None else outer.text
-    namespace = join_namespace(base, inner.text)
-    problem = namespace_problem(namespace)
-    if problem is not None:
-        attributes.fail('namespace', problem)
-        return inner.forgotten()
-    if outer is not None and base is None and inner.text[:1] != '/':
-        return outer
-    return known(namespace)
-
-
 def set_variable(
     variables: Names, attributes: Attributes, name: str | None, value: Value
 ) -> None:
@@ -527,181 +396,6 @@ def set_variable(
             f"there can be no environment variable '{name}' with that value"
         )
     variables.set(name, value)
-
-
-def parameter_arguments(
-    walk: Walk,
-    attributes: Attributes,
-    node: str,
-    pattern: str,
-    full_name: Value | None,
-) -> list[str | ParameterFile]:
-    """
-    Return the arguments for a node's own parameters, in order.
-
-    :param attributes: Those of the node
-    :param node: What to call it in messages
-    :param pattern: The nodes that a file of parameters is for
-    :param full_name: The full name of the node, None when it names itself
-    """
-    arguments: list[str | ParameterFile] = []
-    pending: list[SetParameter] = []
-
-    def flush() -> None:
-        if pending:
-            file = parameter_file(pattern, pending)
-            arguments.extend(['--params-file', file])
-            pending.clear()
-
-    if walk.scope.parameters:
-        from colcon_yamllaunch.language.actions import parameter_files
-
-        parameter_files.note_sections_of_scope(walk, full_name)
-    for entry in attributes.items('param'):
-        if 'from' in entry.item.texts:
-            flush()
-            # many launches have no parameter files
-            from colcon_yamllaunch.language.actions import parameter_files
-
-            file = parameter_files.file_of(walk, entry)
-            if file is not None:
-                arguments.extend(['--params-file', file])
-            if isinstance(file, str):
-                parameter_files.note_sections(
-                    walk,
-                    os.path.join(walk.cwd, file),
-                    walk.place_of(entry.item.texts['from']),
-                    full_name,
-                    is_own=True,
-                )
-            continue
-        for parameter in nested_parameters(walk, entry, node):
-            if parameter.value is not None:
-                pending.append(parameter.as_set())
-    flush()
-    return arguments
-
-
-def parameter_value(
-    walk: Walk,
-    value: ParameterValue,
-    kind: str | None,
-    *,
-    infer_text: bool = False,
-    what: str = '',
-) -> Content:
-    """
-    Return the value of a parameter, and its origins.
-
-    :param kind: The type that the launch file gives, or None
-    :param infer_text: Whether a text without substitutions is taken for what
-      YAML takes it for, as ROS 2's `set_parameter` does
-    :param what: What a message starts with
-    """
-    try:
-        if not value.is_list:
-            return _scalar(walk, value.texts[0], kind, infer_text)
-        return _list(walk, value, kind)
-    except LaunchError as e:
-        walk.fail(e.of(what))
-        return None, ()
-
-
-def _list(walk: Walk, value: ParameterValue, kind: str | None) -> Content:
-    if kind is not None and not kind.startswith(_LIST) and kind != 'yaml':
-        raise error(f'the value is a list, not of type {kind}', value.position)
-    element = None
-    if kind is not None and kind.startswith(_LIST):
-        element = kind[len(_LIST) :]
-    contents = [_scalar(walk, text, element, False) for text in value.texts]
-    for text, (content, _) in zip(value.texts, contents, strict=True):
-        if isinstance(content, tuple):
-            raise error('a list cannot have a list in it', text)
-    values = [v for v, _ in contents if not isinstance(v, tuple | None)]
-    kinds = {type(v) for v in values}
-    if len(kinds) > 1:
-        raise error(
-            'the values of a list have one type, here they have '
-            + ' and '.join(sorted(k.__name__ for k in kinds)),
-            value.position,
-            hint='write 1.0 for a whole number among others'
-            if kinds == {int, float}
-            else 'quote the values that are texts',
-        )
-    if not contents:
-        walk.warn(EMPTY_LIST, value.position)
-        return (), ()
-    is_known = len(values) == len(contents)
-    return tuple(values) if is_known else None, contents[-1][1]
-
-
-def _scalar(
-    walk: Walk, text: Text, kind: str | None, infer_text: bool
-) -> Content:
-    if kind is not None and kind.startswith(_LIST):
-        raise error(
-            f'the value is no list, but its type is {kind}',
-            text,
-            hint='write it as [first, second, …]',
-        )
-    literal = text.literal
-    is_typed = kind not in (None, 'yaml')
-    if literal is None or (is_typed and text.is_coerced):
-        return _evaluated(walk, text, kind)
-    if infer_text and text.kind == 'str':
-        return _evaluated(walk, text, None)
-    value = literal if text.kind == 'str' else text.value
-    assert value is not None
-    found = type(value).__name__
-    if is_typed and found != kind:
-        hint = 'change the value or the type'
-        if kind == 'str':
-            hint = f"quote it: '{text.plain}'"
-        elif kind == 'float' and found == 'int':
-            hint = f'write {text.plain}.0'
-        raise error(
-            f'the value is of type {found}, not {kind}', text, hint=hint
-        )
-    return value, ()
-
-
-def _evaluated(walk: Walk, text: Text, kind: str | None) -> Content:
-    value = walk.value(text)
-    if value.text is None:
-        return None, ()
-    try:
-        if kind is None:
-            return infer(value.text), value.origins
-        return coerce(value.text, kind), value.origins
-    except ParameterTypeError as e:
-        raise error(str(e), text, origins=value.origins) from e
-
-
-def nested_parameters(
-    walk: Walk, entry: Attributes, node: str, prefix: str = ''
-) -> Iterator[Parameter]:
-    """
-    Iterate over the parameters that an item of `param` sets.
-
-    :param node: What to call their node in messages
-    :param prefix: What the names of those around it start with
-    """
-    name = prefix + (entry.text('name') or '')
-    if 'param' in entry.item.items:
-        for inner in entry.items('param'):
-            if 'from' in inner:
-                inner.fail_as_whole(
-                    "'from' cannot stand within a parameter",
-                    "make it an item of the node's 'param'",
-                )
-            else:
-                yield from nested_parameters(walk, inner, node, f'{name}.')
-        return
-    kind = entry.plain('type') if 'type' in entry.item.texts else None
-    what = f"parameter '{name}' of node '{node}': "
-    written = entry.item.values['value']
-    value, origins = parameter_value(walk, written, kind, what=what)
-    yield Parameter(name, value, written.position, origins)
 
 
 #: What does each action that runs a process.

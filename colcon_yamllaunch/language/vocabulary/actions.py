@@ -168,7 +168,7 @@ def _flag(
     return Attribute(name, Type.BOOLEAN, text, default=default, since=since)
 
 
-# rmw's rules for names, as `node_name_problem` of `process_actions` checks
+# rmw's rules for names, as `node_name_problem` of `node_names` checks
 _NODE_NAME_PATTERN = '[A-Za-z_][A-Za-z0-9_]*'
 _NAMESPACE_PATTERN = (
     '/*|/?[A-Za-z_~{}][A-Za-z0-9_~{}]*(/[A-Za-z_~{}][A-Za-z0-9_~{}]*)*/*'

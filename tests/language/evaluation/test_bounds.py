@@ -8,7 +8,7 @@ import os
 import resource
 import signal
 
-from colcon_yamllaunch.language.actions import expressions, substitution_makers
+from colcon_yamllaunch.language.actions import commands, expressions
 from colcon_yamllaunch.language.policies.check import check
 import pytest
 from support.time_limits import within
@@ -230,7 +230,7 @@ def test_a_command_that_writes_without_end(launcher):
 
 @pytest.mark.parametrize('mode', ['capture', 'ignore'])
 def test_a_command_that_complains_without_end(launcher, mode, monkeypatch):
-    monkeypatch.setattr(substitution_makers, 'MAXIMUM_CONTENT', 1_000_000)
+    monkeypatch.setattr(commands, 'MAXIMUM_OUTPUT', 1_000_000)
     script = 'head -c 9999999 /dev/zero >&2; echo end'
     text = f"$(command 'sh -c \\'{script}\\'' {mode})"
     result = launcher.evaluate(message(text))

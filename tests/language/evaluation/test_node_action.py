@@ -3,7 +3,7 @@
 
 """The command line of a ROS node, in the order of ROS 2."""
 
-from colcon_yamllaunch.language.actions.process_actions import (
+from colcon_yamllaunch.language.actions.node_names import (
     join_namespace,
     namespace_problem,
     node_name_problem,

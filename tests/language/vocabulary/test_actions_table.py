@@ -6,7 +6,7 @@
 from collections.abc import Iterator
 import re
 
-from colcon_yamllaunch.language.actions.process_actions import (
+from colcon_yamllaunch.language.actions.node_names import (
     join_namespace,
     namespace_problem,
     node_name_problem,
