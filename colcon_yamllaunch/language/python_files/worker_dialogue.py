@@ -153,14 +153,14 @@ class WorkerDialogue:
         """The event handlers that there are."""
         return tuple(
             EventHandler(
-                str(said['event']),
+                said['event'],
                 tuple(
                     self.names.get(who, f'process {who}')
                     if isinstance(who, int)
                     else str(who)
                     for who in said.get('processes') or ()
                 ),
-                str(said.get('condition') or ''),
+                said.get('condition') or '',
                 tuple(map(str, said.get('actions', ()))),
                 position_of(said, Position('', 1, 1), self.walk),
             )
@@ -259,7 +259,7 @@ class Intake:
 
     def _on_begin(self, message: WorkerMessage) -> None:
         draft = self._walk.draft
-        kind, title = str(message['kind']), str(message.get('title') or '')
+        kind, title = message['kind'], message.get('title') or ''
         stack = ExitStack()
         entries: list[Entry] = []
         if kind in ('timer', 'settled'):
@@ -278,7 +278,7 @@ class Intake:
     def _on_end(self, message: WorkerMessage) -> None:
         begun, stack, entries = self._open.pop()
         if message.get('title'):
-            self._walk.draft.name_block(str(message['title']))
+            self._walk.draft.name_block(message['title'])
         stack.close()
         if begun['kind'] == 'timer':
             self._add(
@@ -290,7 +290,7 @@ class Intake:
                 )
             )
         elif begun['kind'] == 'settled':
-            number = int(begun['number'])
+            number = begun['number']
             self._dialogue.calls.pop(number, None)
             draft = self._walk.draft
             draft.entries[:] = _without_call(draft.entries, number, entries)
@@ -300,7 +300,7 @@ class Intake:
 
     def _on_process(self, message: WorkerMessage) -> None:
         walk = self._walk
-        name = walk.draft.process_name(str(message['program']))
+        name = walk.draft.process_name(message['program'])
         self._dialogue.names[message['id']] = name
         self._dialogue.ids[name] = message['id']
         node = message.get('node')
@@ -355,7 +355,7 @@ class Intake:
         """Return parameters; one without a position is at its node."""
         return [
             Parameter(
-                str(one['name']),
+                one['name'],
                 value,
                 position_of(one, self._position, self._walk),
             )
@@ -365,8 +365,8 @@ class Intake:
 
     def _on_component(self, message: WorkerMessage) -> None:
         walk = self._walk
-        package, plugin = str(message['package']), str(message['plugin'])
-        container = str(message['container'])
+        package, plugin = message['package'], message['plugin']
+        container = message['container']
         walk.plugins.append(
             PluginUse(
                 package,
@@ -399,81 +399,79 @@ class Intake:
             walk.note_node(component.node_name, self._position)
 
     def _on_message(self, message: WorkerMessage) -> None:
-        self._add(Message(str(message['level']), str(message['text'])))
+        self._add(Message(message['level'], message['text']))
 
     def _on_shutdown(self, message: WorkerMessage) -> None:
-        self._add(Shutdown(str(message.get('reason') or '')))
+        self._add(Shutdown(message.get('reason') or ''))
 
     def _on_change_state(self, message: WorkerMessage) -> None:
-        node, transition = str(message['node']), str(message['transition'])
+        node, transition = message['node'], message['transition']
         self._add(ChangeState(node, transition, self._position))
 
     def _on_signal(self, message: WorkerMessage) -> None:
         name = self._dialogue.names.get(message['process'])
         if name is not None:
-            self._add(
-                SignalProcess(name, int(message['signal']), self._position)
-            )
+            self._add(SignalProcess(name, message['signal'], self._position))
 
     def _on_call(self, message: WorkerMessage) -> None:
-        number, title = int(message['number']), str(message['title'])
+        number, title = message['number'], message['title']
         self._dialogue.calls[number] = self._walk.draft.block
         self._add(WorkerCall(number, title, self._position))
 
     def _on_condition(self, message: WorkerMessage) -> None:
         self._walk.draft.conditions.append(
             Condition(
-                str(message['text']),
+                message['text'],
                 message['taken'] is True,
                 self._position,
             )
         )
 
     def _on_package(self, message: WorkerMessage) -> None:
-        name = str(message['name'])
+        name = message['name']
         if self._walk.packages.prefix(name) is not None:
             position = written_at(name, self._position)
             self._walk.use_package(name, position)
 
     def _on_executable(self, message: WorkerMessage) -> None:
-        name = str(message['name'])
+        name = message['name']
         self._walk.executables.append(
             ExecutableUse(
-                str(message['package']),
+                message['package'],
                 name,
-                str(message['path']),
+                message['path'],
                 written_at(name, self._position),
             )
         )
 
     def _on_file(self, message: WorkerMessage) -> None:
-        path = self._walk.files.source_path(str(message['path']))
+        path = self._walk.files.source_path(message['path'])
         self._walk.files.note_python(path)
 
     def _on_read(self, message: WorkerMessage) -> None:
-        self._walk.inputs[str(message['path'])] = None
+        self._walk.inputs[message['path']] = None
 
     def _on_warning(self, message: WorkerMessage) -> None:
-        self._walk.warn(str(message['text']), self._position)
+        self._walk.warn(message['text'], self._position)
 
     def _on_argument(self, message: WorkerMessage) -> None:
-        self._dialogue.declared.setdefault(str(message['name']), message)
+        self._dialogue.declared.setdefault(message['name'], message)
 
     def _on_value(self, message: WorkerMessage) -> None:
-        self.value = str(message['text'])
+        self.value = message['text']
 
     def _on_handlers(self, message: WorkerMessage) -> None:
         self._dialogue.note_handlers(message)
 
     def _on_locate(self, message: WorkerMessage) -> None:
-        located = self._walk.packages.locate(str(message['path']))
+        located = self._walk.packages.locate(message['path'])
         path = None if located is None else located[1]
         self._answer(message, {'path': path})
 
     def _on_include(self, message: WorkerMessage) -> None:
         """Go through a launch file in YAML or XML that Python includes."""
         walk = self._walk
-        path = str(message['path'])
+        path = message['path']
         candidate = walk.absolute(path)
         located = walk.packages.locate(candidate)
         if located is None:

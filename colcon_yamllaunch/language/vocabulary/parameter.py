@@ -20,13 +20,6 @@ from colcon_yamllaunch.plan.position import Position
 ScalarValue = str | int | float | bool
 ParameterContent = ScalarValue | tuple[ScalarValue, ...]
 
-_SCALAR_TYPES: dict[str, type] = {
-    'str': str,
-    'bool': bool,
-    'int': int,
-    'float': float,
-}
-
 
 class ParameterTypeError(Exception):
     """A text is no value of the type that a parameter is to have."""
@@ -122,7 +115,7 @@ def coerce(text: str, kind: str) -> ParameterContent:
             if value is None:
                 raise ValueError
             return value
-        return _SCALAR_TYPES[kind](text)  # type: ignore[no-any-return]
+        return int(text) if kind == 'int' else float(text)
     except ValueError as e:
         raise ParameterTypeError(
             f'the value {_shown(text)} is no {kind}'
