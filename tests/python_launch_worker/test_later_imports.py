@@ -9,7 +9,7 @@ from pathlib import Path
 import sys
 from types import ModuleType
 
-from colcon_yamllaunch.python_launch.worker import packages
+from colcon_yamllaunch.python_launch.worker import imports
 import pytest
 
 NAME = 'many_arrays'
@@ -22,9 +22,9 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str]]:
     names: list[str] = []
     recorder.__dict__['ran'] = names.append
     monkeypatch.setitem(sys.modules, 'recorder', recorder)
-    monkeypatch.setattr(packages, 'RUN_LATER', NAME)
+    monkeypatch.setattr(imports, 'RUN_LATER', NAME)
     monkeypatch.setattr(sys, 'meta_path', list(sys.meta_path))
-    packages.run_later()
+    imports.run_later()
     yield names
     for name in [n for n in sys.modules if n.startswith(NAME)]:
         del sys.modules[name]

@@ -9,10 +9,8 @@ from pathlib import Path
 import sys
 from typing import Any
 
-from colcon_yamllaunch.python_launch.worker.packages import (
-    Packages,
-    when_imported,
-)
+from colcon_yamllaunch.python_launch.worker.imports import when_imported
+from colcon_yamllaunch.python_launch.worker.packages import Packages
 import pytest
 
 

@@ -14,8 +14,8 @@ reported to the launcher.
   their lines, and its docstring is the protocol.
 - `entries` prepares what would start. `events` runs event handlers, `timers`
   runs timers, and `descriptions` shows both as text.
-- `extensions` has actions of other packages, `packages` finds packages and
-  imported modules.
+- `extensions` has actions of other packages, `packages` finds packages, and
+  `imports` patches, postpones and reports what is imported.
 - `positions` finds where launch files say something, `errors` explains what
   goes wrong.
 """

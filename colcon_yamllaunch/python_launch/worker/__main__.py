@@ -25,7 +25,7 @@ NEEDED = ('launch', 'launch_ros')
 def main() -> None:
     """Answer requests until there are no more."""
     from .channel import Channel, log_output
-    from .packages import run_later
+    from .imports import run_later
 
     # a handler that does nothing, unlike SIG_IGN, is not for what is started
     signal.signal(signal.SIGINT, lambda *_: None)
@@ -44,7 +44,7 @@ def main() -> None:
     from .entries import Entries, install_logging
     from .events import Events
     from .extensions import Extensions
-    from .packages import report_modules
+    from .imports import report_modules
     from .timers import Timers
     from .visit import Visitor
 

@@ -22,7 +22,7 @@ from typing import Any, ClassVar, TYPE_CHECKING
 from .channel import Json
 from .descriptions import as_json, condition_text, is_a, Private
 from .errors import checked, Failed, PlainError
-from .packages import when_imported
+from .imports import when_imported
 from .visit import Marker
 
 if TYPE_CHECKING:

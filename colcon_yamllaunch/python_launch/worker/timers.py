@@ -27,7 +27,7 @@ from .channel import Json
 from .descriptions import Describer, is_a
 from .entries import replace_method
 from .events import Future
-from .packages import when_imported
+from .imports import when_imported
 from .visit import Marker, set_environment
 
 if TYPE_CHECKING:
