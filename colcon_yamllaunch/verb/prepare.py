@@ -32,9 +32,6 @@ from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 # what builds, and what explains mistakes, is imported where it is needed
 
-#: How often what a build brought may make more packages necessary.
-MAXIMUM_ROUNDS = 5
-
 
 def prepare(context: LaunchContext) -> tuple[Plan, Mapping[str, str]]:
     """
@@ -53,7 +50,8 @@ def prepare(context: LaunchContext) -> tuple[Plan, Mapping[str, str]]:
     is_final = not may_build and machines is None
     if machines is not None:
         machines.connect_early()
-    for _ in range(MAXIMUM_ROUNDS):
+    # it ends, as each round that builds has packages that none before had
+    while True:
         target = context.target()
         request = context.request(target, built=is_final)
         evaluation = evaluate(request)
