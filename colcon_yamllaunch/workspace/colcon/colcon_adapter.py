@@ -12,23 +12,14 @@ of colcon's own build verb, for exactly the packages that are asked for:
 would insist on them.
 """
 
-import asyncio
-from collections.abc import (
-    Awaitable,
-    Callable,
-    Collection,
-    Iterable,
-    Iterator,
-    Mapping,
-    Sequence,
-)
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import (
     contextmanager,
     redirect_stderr,
     redirect_stdout,
     suppress,
 )
-from functools import cached_property, partial
+from functools import cached_property
 from glob import glob, has_magic
 import importlib
 import io
@@ -60,8 +51,6 @@ from colcon_core.package_identification import (
     IgnoreLocationException,
 )
 from colcon_core.package_selection import get_package_descriptors
-from colcon_core.plugin_system import SkipExtensionException
-from colcon_core.shell import get_shell_extensions
 from colcon_core.subprocess import SIGINT_RESULT
 from colcon_core.topological_order import topological_order_packages
 from colcon_core.verb import (
@@ -74,6 +63,7 @@ from colcon_yamllaunch.workspace.building.build_processes import INTERRUPTED
 from colcon_yamllaunch.workspace.colcon.colcon_cache import (
     BuildArguments,
     BuildResult,
+    NO_METADATA,
 )
 from colcon_yamllaunch.workspace.packages.package import (
     closure,
@@ -95,8 +85,6 @@ _INSTALL_MODE = {'CMAKE_INSTALL_MODE': 'ABS_SYMLINK_OR_COPY'}
 #: a plain list of recursive categories for no restriction at all.
 _DIRECT = ('build', 'run')
 _RECURSIVE = {'build': _DIRECT, 'run': _DIRECT}
-#: Seconds that a build takes about until it waits for compilers.
-_HEAD_START = 0.06
 #: A group of extensions that is empty: nobody reads what the parser would say
 #: of colcon's variables.
 _NO_VARIABLES = 'colcon_yamllaunch.no_environment_variable'
@@ -113,11 +101,6 @@ _RUNNING = (
     'colcon_ros.package_augmentation.ros_ament_python',
 )
 logger = logging.getLogger('colcon.colcon_yamllaunch')
-#: Asks a shell as colcon's `generate_command_environment` does.
-Ask = Callable[[str, Path, Mapping[str, Any]], Awaitable[dict[str, str]]]
-_TASK = 'build'
-#: The variable that shells set to the folder that they are started in.
-_FOLDER = 'PWD'
 
 
 class Colcon:
@@ -144,7 +127,6 @@ class Colcon:
         self._verb.VERB_NAME = 'build'
         self._selected: dict[str, Any] = {}
         self._discovered: set[Any] | None = None
-        self._is_warm = False
         with self._in_root():
             self._args = self._parse()
         self._folders = Identification(
@@ -206,17 +188,14 @@ class Colcon:
                 )
         return tuple(sorted(set().union(*found.values())))
 
-    def settings(self, name: str) -> dict[str, str]:
+    def metadata(self, name: str) -> str:
         """
-        Return the arguments that a package is built with, as text.
+        Return a package's own settings, as text.
 
-        The user's defaults, mixins and metadata files are in it.
+        They come from the user's metadata files.
         """
-        settings = self.arguments.settings
-        for desc in self._descriptors():
-            if desc.name == name:
-                return settings | {'metadata': self._metadata(desc)}
-        return settings
+        found = {d.name: self._metadata(d) for d in self._descriptors()}
+        return found.get(name, NO_METADATA)
 
     @property
     def arguments(self) -> BuildArguments:
@@ -337,13 +316,15 @@ class Colcon:
         """
         Fill colcon's caches and load its modules, for builds in forks.
 
-        colcon caches the version of CMake and its templates. Builds in forks
-        of this process also skip shells that source nothing.
+        colcon caches the version of CMake and its templates.
 
         :param environment: The variables that builds will see
         """
-        self._is_warm = True
-        with TemporaryDirectory() as name, self._in_root():
+        with (
+            TemporaryDirectory() as name,
+            self._in_root(),
+            _changed(environment),
+        ):
             # what fails here fails in the build, which tells of it
             with suppress(Exception):
                 package = PackageDescriptor(name)
@@ -354,9 +335,6 @@ class Colcon:
                 importlib.import_module('colcon_cmake.task.cmake.build')
                 cmake = importlib.import_module('colcon_cmake.task.cmake')
                 cmake.get_cmake_version()
-            variables = _INSTALL_MODE | dict(environment)
-            with suppress(Exception), _changed(variables):
-                remember_command_environment(Path(name, 'build'))
 
     def _parse(self) -> Any:
         parser = command.create_parser(_NO_VARIABLES)
@@ -446,28 +424,16 @@ class Colcon:
             if args.continue_on_error
             else OnError.interrupt
         )
+        handlers = get_event_handler_extensions(context=context)
+        for handler in handlers.values():
+            if hasattr(handler, '_start_time'):
+                # not when the arguments were parsed
+                handler._start_time = time.monotonic()
+        rc = execute_jobs(context, jobs, on_error=on_error)
         # also after a failed build, as colcon does
-        create_scripts = partial(
-            self._verb._create_prefix_scripts,
-            str(self.install_base),
-            args.merge_install,
+        self._verb._create_prefix_scripts(
+            str(self.install_base), args.merge_install
         )
-        if self._is_warm:
-            handlers = get_event_handler_extensions(context=context)
-            for handler in handlers.values():
-                if hasattr(handler, '_start_time'):
-                    # not when the arguments were parsed, before the fork
-                    handler._start_time = time.monotonic()
-            # they depend on no package, and jobs wait for compilers by then
-            timer = threading.Timer(_HEAD_START, create_scripts)
-            timer.start()
-            try:
-                rc = execute_jobs(context, jobs, on_error=on_error)
-            finally:
-                timer.join()
-        else:
-            rc = execute_jobs(context, jobs, on_error=on_error)
-            create_scripts()
         done = [
             (str(job.task_context.pkg.name), job.returncode)
             for job in jobs.values()
@@ -756,77 +722,6 @@ class _NameReader:
 
 def _is_running(extension: Any) -> bool:
     return type(extension).__module__ in _RUNNING
-
-
-def remember_command_environment(folder: Path) -> None:
-    """
-    Skip shells that would source nothing in builds of this process.
-
-    The variables of this process must be those of builds. Where a shell
-    changes some, builds go on to ask it.
-
-    :param folder: An empty one
-    """
-    for extensions in get_shell_extensions().values():
-        for extension in extensions.values():
-            ask = extension.generate_command_environment
-            try:
-                found = asyncio.run(ask(_TASK, folder, {}))
-            except (NotImplementedError, SkipExtensionException):
-                continue
-            expected = {**os.environ, _FOLDER: str(folder)}
-            if all(found.get(n) == expected[n] for n in expected):
-                extension.generate_command_environment = _answering(
-                    ask, found, expected, _scripts(folder)
-                )
-            # the first one that can is asked for all
-            return
-
-
-def _answering(
-    ask: Ask,
-    found: dict[str, str],
-    expected: Mapping[str, str],
-    scripts: Mapping[str, bytes],
-) -> Ask:
-    """
-    Return what answers as a shell would that passes all variables on.
-
-    :param ask: Asks that shell
-    :param found: What the shell returned
-    :param expected: The variables that it was given
-    :param scripts: What there was for it to source
-    """
-    # such as those that libraries in C have set
-    more = found.items() - expected.items()
-
-    async def answer(
-        task: str, folder: Path, dependencies: Mapping[str, Any]
-    ) -> dict[str, str]:
-        is_passed_on = all(
-            name in expected or (name.isascii() and name.isidentifier())
-            for name in os.environ
-        )
-        if (
-            task != _TASK
-            or dependencies
-            or not is_passed_on
-            or _scripts(folder) != scripts
-        ):
-            return await ask(task, folder, dependencies)
-        # colcon has a type of its own where names have no case
-        environment = type(found)(more)
-        environment.update(os.environ)
-        environment[_FOLDER] = str(folder)
-        return environment
-
-    return answer
-
-
-def _scripts(folder: Path) -> dict[str, bytes]:
-    """Return what colcon wrote for the shell, for it or for its users."""
-    found = folder.glob(f'colcon_command_prefix_{_TASK}.*')
-    return {p.name: p.read_bytes() for p in found if p.suffix != '.env'}
 
 
 def set_up_colcon() -> None:

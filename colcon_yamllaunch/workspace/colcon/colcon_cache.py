@@ -79,7 +79,7 @@ CACHE_NAME = '.colcon_launch.index.json'
 #: To be raised when what is in it changes.
 CACHE_VERSION = 3
 #: The own settings of a package that has none.
-_NO_METADATA = '[{}, []]'
+NO_METADATA = '[{}, []]'
 #: What is built by its name, type, dependencies and own settings alone, and
 #: by what. Python packages need more, and to find that out takes colcon longer
 #: than many a build.
@@ -310,11 +310,12 @@ class CachedColcon:
 
     def settings(self, name: str) -> dict[str, str]:
         """Return the arguments that a package is built with, as text."""
+        metadata = self._metadata.get(name, NO_METADATA)
         if self._is_left_to_colcon:
-            return self._ask().settings(name)
+            metadata = self._ask().metadata(name)
         return self._arguments.settings | {
             'merge_install': 'true' if self.merge_install else 'false',
-            'metadata': self._metadata.get(name, _NO_METADATA),
+            'metadata': metadata,
         }
 
     def warm_up(self, environment: Mapping[str, str]) -> None:
@@ -383,7 +384,7 @@ class CachedColcon:
         tasks = self._key['extensions'][BUILD_TASKS]
         types = {p.type for p in self._packages.values() if p.name == name}
         return (
-            self._metadata.get(name, _NO_METADATA) == _NO_METADATA
+            self._metadata.get(name, NO_METADATA) == NO_METADATA
             and types <= _SIMPLE_TYPES
             and all(tasks.get(t, '').startswith(_SIMPLE_TASKS) for t in types)
         )

@@ -17,10 +17,15 @@ import logging
 logging.getLogger('colcon').setLevel(logging.CRITICAL)
 from colcon_yamllaunch.workspace.colcon.colcon_cache import CachedColcon
 
+def settings(name):
+    if isinstance(colcon, CachedColcon):
+        return colcon.settings(name)
+    return colcon.arguments.settings | dict(metadata=colcon.metadata(name))
+
 colcon = {kind}(Path({root!r}), {arguments!r})
 listed = [
     [p.name, str(p.path), p.type, sorted(p.build_depends),
-     sorted(p.run_depends), colcon.settings(p.name)]
+     sorted(p.run_depends), settings(p.name)]
     for p in colcon.packages()
 ]
 show([listed, getattr(colcon, '_colcon', None) is not None])
