@@ -12,13 +12,21 @@ of colcon's own build verb, for exactly the packages that are asked for:
 would insist on them.
 """
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import (
+    Callable,
+    Collection,
+    Iterable,
+    Iterator,
+    Mapping,
+    Sequence,
+)
 from contextlib import (
     contextmanager,
     redirect_stderr,
     redirect_stdout,
     suppress,
 )
+from copy import copy
 from functools import cached_property
 from glob import glob, has_magic
 import importlib
@@ -30,7 +38,6 @@ import os
 from pathlib import Path
 import signal
 from tempfile import TemporaryDirectory
-import threading
 import time
 from typing import Any
 
@@ -234,7 +241,8 @@ class Colcon:
         :param folder: Relative to the workspace
         """
         with self._in_root():
-            return self._folders.identify(folder)
+            kind, desc = self._folders.identify(folder)
+        return kind, '' if desc is None else str(desc.type)
 
     def describe(self) -> dict[str, tuple[Package, str]]:
         """Return the identified packages with their own settings."""
@@ -304,7 +312,6 @@ class Colcon:
         with (
             self._in_root(),
             _changed(variables),
-            _own_signals(),
             _build_errors(),
         ):
             try:
@@ -383,13 +390,10 @@ class Colcon:
         for desc in self._descriptors():
             if os.path.realpath(self.root / desc.path) == real:
                 return str(desc.name)
-        _, desc = self._folders.identify_folder(real)
-        if desc is None:
-            return None
         with self._in_root():
-            self._folders.augment({desc})
-        self._selected[real] = desc
-        return str(desc.name)
+            found = self._folders.describe([real])
+        self._selected |= found
+        return str(found[real].name) if found else None
 
     @property
     def _tasks(self) -> set[str]:
@@ -536,19 +540,6 @@ def _fixed_log_path() -> Iterator[None]:
         location._log_base_path = previous
 
 
-@contextmanager
-def _own_signals() -> Iterator[None]:
-    # after Ctrl-C colcon's executors leave SIGINT ignored for good
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    previous = signal.getsignal(signal.SIGINT)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, previous)
-
-
 class Identification:
     """
     The folders that were identified one by one.
@@ -572,9 +563,24 @@ class Identification:
 
     @cached_property
     def discovery(self) -> dict[str, Any]:
-        """The discovery extensions; each is asked for parameters once."""
-        extensions = get_package_discovery_extensions()
-        return {n: _AskedOnce(found) for n, found in extensions.items()}
+        """
+        The discovery extensions, which have read their parameters.
+
+        They do so once only, as colcon-metadata would add what its files say
+        each time.
+        """
+        found = {}
+        for name, extension in get_package_discovery_extensions().items():
+            answer = False
+            try:
+                answer = extension.has_parameters(args=self._args)
+            except Exception as e:
+                # colcon goes on without it, too
+                logger.error(f'the extension {name} failed: {e}')
+                logger.debug('unexpected exception', exc_info=True)
+            found[name] = copy(extension)
+            found[name].has_parameters = _answering(answer)
+        return found
 
     @property
     def identification(self) -> dict[int, dict[str, Any]]:
@@ -601,10 +607,11 @@ class Identification:
             if self._runs or not _is_running(extension)
         }
 
-    def identify(self, folder: str) -> tuple[str, str]:
-        """Return what kind a folder is, and the type of a package."""
-        kind, desc = self._identified(folder)
-        return kind, '' if desc is None else str(desc.type)
+    def identify(self, folder: str) -> tuple[str, Any]:
+        """Return what a folder is, and the bare descriptor of a package."""
+        if folder not in self._found:
+            self._found[folder] = self._identify(folder)
+        return self._found[folder]
 
     def describe(self, folders: Iterable[str] | None = None) -> dict[str, Any]:
         """
@@ -614,9 +621,14 @@ class Identification:
         """
         folders = list(self._found if folders is None else folders)
         for folder in folders:
-            self._identified(folder)
+            self.identify(folder)
         new = self._found.keys() - self._augmented
-        self.augment({self._found[folder][1] for folder in new} - {None})
+        if found := {self._found[folder][1] for folder in new} - {None}:
+            augment_packages(
+                found,
+                additional_argument_names=self._destinations,
+                augmentation_extensions=self.augmentation,
+            )
         self._augmented |= new
         return {
             folder: desc
@@ -624,24 +636,9 @@ class Identification:
             if (desc := self._found[folder][1]) is not None
         }
 
-    def augment(self, descriptors: set[Any]) -> None:
-        """Let all extensions augment the descriptors."""
-        if descriptors:
-            self._read_parameters()
-            augment_packages(
-                descriptors,
-                additional_argument_names=self._destinations,
-                augmentation_extensions=self.augmentation,
-            )
-
-    def _identified(self, folder: str) -> tuple[str, Any]:
-        if folder not in self._found:
-            self._read_parameters()
-            self._found[folder] = self.identify_folder(folder)
-        return self._found[folder]
-
-    def identify_folder(self, folder: str) -> tuple[str, Any]:
-        """Return what a folder is, and the bare descriptor of a package."""
+    def _identify(self, folder: str) -> tuple[str, Any]:
+        # other extensions need what these have read
+        _ = self.discovery
         if os.path.lexists(os.path.join(folder, VIRTUAL_ENVIRONMENT)):
             return IGNORED, None
         try:
@@ -649,38 +646,6 @@ class Identification:
         except IgnoreLocationException:
             return IGNORED, None
         return (PACKAGE, desc) if desc else (PLAIN, None)
-
-    def _read_parameters(self) -> None:
-        # some extensions read files here that others need
-        for name, extension in self.discovery.items():
-            try:
-                extension.has_parameters(args=self._args)
-            except Exception as e:
-                # colcon goes on without it, too
-                logger.error(f'the extension {name} failed: {e}')
-                logger.debug('unexpected exception', exc_info=True)
-
-
-class _AskedOnce:
-    """
-    A discovery extension that is asked for parameters once only.
-
-    Each time colcon-metadata would add what its files say once more.
-    """
-
-    def __init__(self, extension: Any) -> None:
-        self._extension = extension
-        self._answer: tuple[Any] | None = None
-
-    def has_parameters(self, *, args: Any) -> Any:
-        """Return what the extension returned the first time."""
-        if self._answer is None:
-            self._answer = (False,)
-            self._answer = (self._extension.has_parameters(args=args),)
-        return self._answer[0]
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._extension, name)
 
 
 class _NameReader:
@@ -718,6 +683,10 @@ class _NameReader:
             desc.name = name or setup.absolute().parent.name
             if name is None:
                 self._guessed[desc.name] = setup.absolute()
+
+
+def _answering(answer: Any) -> Callable[..., Any]:
+    return lambda **_: answer
 
 
 def _is_running(extension: Any) -> bool:
