@@ -23,9 +23,8 @@ from colcon_yamllaunch.common.fingerprint import (
     with_content,
 )
 from colcon_yamllaunch.workspace.packages.package import (
-    entries_of,
     is_skipped_file,
-    is_skipped_folder,
+    source_folders,
 )
 
 #: Exists while git writes the work tree.
@@ -236,31 +235,19 @@ class WatchedFiles:
 
     def _below(self, folder: str) -> Iterator[tuple[str, str, Fingerprint]]:
         """Iterate over the files of a package, as :meth:`_scan` does."""
-        pending = [(folder, os.path.realpath(folder))]
-        seen: set[tuple[int, int]] = set()
-        while pending:
-            name, real = pending.pop()
-            self._names.setdefault(real, set()).add(name)
-            for entry in entries_of(name):
-                its_name, its_real = entry.path, f'{real}{os.sep}{entry.name}'
-                try:
-                    status = entry.stat()
-                    if entry.is_symlink():
-                        its_real = os.path.realpath(its_name)
-                except OSError:
-                    status = entry.stat(follow_symlinks=False)
-                if stat.S_ISDIR(status.st_mode):
-                    place = (status.st_dev, status.st_ino)
-                    if place not in seen and not is_skipped_folder(entry):
-                        seen.add(place)
-                        pending.append((its_name, its_real))
-                elif not is_skipped_file(entry.name):
-                    if entry.is_symlink():
-                        self._single.setdefault(its_real, set()).add(its_name)
-                    if its_real == its_name:
-                        # share one string
-                        its_real = its_name
-                    yield its_name, its_real, Fingerprint.of(status)
+        for path, files in source_folders(folder):
+            folder_real = os.path.realpath(path)
+            self._names.setdefault(folder_real, set()).add(path)
+            for entry, status in files:
+                name, real = entry.path, f'{folder_real}{os.sep}{entry.name}'
+                if entry.is_symlink():
+                    if not stat.S_ISLNK(status.st_mode):
+                        # it is not dangling
+                        real = os.path.realpath(name)
+                    self._single.setdefault(real, set()).add(name)
+                # they share one string if they are equal
+                real = name if real == name else real
+                yield name, real, Fingerprint.of(status)
 
 
 def _kind(then: Fingerprint | None, now: Fingerprint) -> Kind | None:

@@ -76,28 +76,41 @@ def source_files(folder: Path) -> Iterator[tuple[str, os.stat_result]]:
     """
     Iterate over the files of a package's source, by path and status.
 
+    The paths are relative to the folder. They come in no particular order.
+    """
+    start = len(str(folder)) + 1
+    for _, files in source_folders(str(folder)):
+        for entry, status in files:
+            yield entry.path[start:], status
+
+
+def source_folders(
+    folder: str,
+) -> Iterator[tuple[str, list[tuple[os.DirEntry[str], os.stat_result]]]]:
+    """
+    Iterate over the folders of a package's source, each with its files.
+
     Left out is what version control, editors, caches and colcon itself put
     there. Symbolic links are followed; a dangling one is a file on its own.
-    They come in no particular order.
     """
-    pending = [(str(folder), '')]
+    pending = [folder]
     seen: set[tuple[int, int]] = set()
     while pending:
-        path, below = pending.pop()
+        path, files = pending.pop(), []
         for entry in entries_of(path):
             try:
                 status = entry.stat()
             except OSError:
                 status = entry.stat(follow_symlinks=False)
-            relative = below + entry.name
             if not stat.S_ISDIR(status.st_mode):
                 if not is_skipped_file(entry.name):
-                    yield relative, status
+                    files.append((entry, status))
                 continue
             place = (status.st_dev, status.st_ino)
             if place not in seen and not is_skipped_folder(entry):
                 seen.add(place)
-                pending.append((entry.path, relative + os.sep))
+                pending.append(entry.path)
+        yield path, files
 
 
 def is_skipped_file(name: str) -> bool:
