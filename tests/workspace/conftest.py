@@ -61,6 +61,7 @@ location.set_default_log_path(
 location.create_log_path('launch')
 
 from colcon_yamllaunch.workspace.colcon.colcon_adapter import Colcon
+from colcon_yamllaunch.workspace.colcon.colcon_cache import CachedColcon
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.workspace.building import update
 from colcon_yamllaunch.workspace.environment.sourcing import Environment
@@ -220,7 +221,8 @@ def update(workspace: Workspace) -> Callable[..., tuple[Any, str]]:
         **variables: str,
     ) -> tuple[Any, str]:
         code = (
-            f'colcon = Colcon(Path({str(workspace.root)!r}), {arguments!r})\n'
+            f'root = Path({str(workspace.root)!r})\n'
+            f'colcon = CachedColcon(root, {arguments!r})\n'
             f'result = bring_up_to_date(colcon, {names!r}, '
             f'dict(os.environ), print, force={force})\n'
             'fresh = [d.name for d in result.decisions if not d.is_stale]\n'

@@ -225,7 +225,7 @@ def _texts(value: Any) -> list[str]:
 
 class CachedColcon:
     """
-    colcon for one workspace, with the interface of `colcon_adapter.Colcon`.
+    colcon for one workspace, which remembers what `Colcon` said.
 
     :param build_arguments: Arguments as the user would give `colcon build`
       in the root of the workspace

@@ -226,7 +226,7 @@ class Products:
         own = [folder.format(name) for folder in _OWN_FOLDERS]
         return [self.install_base / folder for folder in own]
 
-    def installed(self, name: str, known: Iterable[str] = ()) -> list[Path]:
+    def installed(self, name: str, known: Iterable[str]) -> list[Path]:
         """
         Return the files and links that a package has installed.
 

@@ -214,7 +214,6 @@ class Freshness:
         inputs = self._inputs(package)
         record = self._with_sources(attempt, inputs)
         now = time.time_ns()
-        listed = products.installed(name)
         installed = products.states(name, record.installed)
         self._write(
             name,
@@ -224,7 +223,11 @@ class Freshness:
                 finished=now,
                 built_at=now,
                 live=live_files(
-                    package.path, own, products.build(name), listed, inputs
+                    package.path,
+                    own,
+                    products.build(name),
+                    [products.install_base / path for path in installed],
+                    inputs,
                 ),
                 installed=installed,
                 products=products.built(name, installed, record.products),

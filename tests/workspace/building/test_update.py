@@ -383,7 +383,7 @@ def test_interrupted_build_is_repeated(workspace, update):
     text = (folder / 'CMakeLists.txt').read_text()
     (folder / 'CMakeLists.txt').write_text(text.replace('false', 'sleep 600'))
     code = (
-        f'colcon = Colcon(Path({str(workspace.root)!r}))\n'
+        f'colcon = CachedColcon(Path({str(workspace.root)!r}))\n'
         'result = bring_up_to_date('
         'colcon, ["slow"], dict(os.environ), print)\n'
         'show(result.returncode)\n'

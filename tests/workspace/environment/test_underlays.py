@@ -106,7 +106,7 @@ def test_underlay_survives_a_build_from_a_bare_shell(workspace, update, forks):
     code = (
         'from colcon_yamllaunch.workspace.environment.sourcing '
         'import build_environment\n'
-        f'colcon = Colcon(Path({str(overlay.root)!r}))\n'
+        f'colcon = CachedColcon(Path({str(overlay.root)!r}))\n'
         'built = build_environment(dict(os.environ), colcon.install_base)\n'
         'result = bring_up_to_date('
         'colcon, ["above"], built.variables, print)\n'

@@ -28,7 +28,7 @@ for line in sys.stdin:
     root, arguments, variables = json.loads(line)
     os.chdir(root)
     os.environ.update(variables)
-    colcon = Colcon(Path(root), arguments)
+    colcon = CachedColcon(Path(root), arguments)
     result = bring_up_to_date(colcon, ['top'], dict(os.environ), print)
     for name in variables:
         del os.environ[name]

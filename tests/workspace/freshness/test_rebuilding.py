@@ -145,7 +145,7 @@ def test_build_that_was_cut_off_is_repeated_from_scratch(workspace, update):
     )
     left = workspace.root / 'build/flow/left'
     code = (
-        f'colcon = Colcon(Path({str(workspace.root)!r}))\n'
+        f'colcon = CachedColcon(Path({str(workspace.root)!r}))\n'
         'bring_up_to_date(colcon, ["flow"], dict(os.environ), print)\n'
     )
     with workspace.start(code) as process:

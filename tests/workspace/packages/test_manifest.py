@@ -20,7 +20,7 @@ def test_colcon_takes_a_broken_package_for_plain_cmake(workspace):
     code = (
         'from colcon_yamllaunch.workspace.packages.package '
         'import invalid_manifest\n'
-        f'colcon = Colcon(Path({str(workspace.root)!r}))\n'
+        f'colcon = CachedColcon(Path({str(workspace.root)!r}))\n'
         'show([[p.type, invalid_manifest(p)] for p in colcon.packages()])\n'
     )
     (((type_, reason),),), _ = workspace.run(code)
