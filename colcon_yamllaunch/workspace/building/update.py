@@ -21,11 +21,7 @@ from colcon_yamllaunch.workspace.colcon.colcon_cache import (
     CachedColcon,
 )
 from colcon_yamllaunch.workspace.environment.sourcing import Environment
-from colcon_yamllaunch.workspace.freshness.build_products import (
-    Products,
-    relocated_packages,
-    remove_builds,
-)
+from colcon_yamllaunch.workspace.freshness.build_products import Products
 from colcon_yamllaunch.workspace.freshness.build_record import (
     build_identifier,
     BuildContext,
@@ -130,7 +126,7 @@ def bring_up_to_date(
             )
     waited = lock.acquire(colcon.build_base, announce)
     work = _Builder(colcon, environment.variables)
-    work.remove_relocated(needed, announce)
+    work.freshness.remove_relocated(needed, announce)
     decisions = work.decide(needed, request)
     if explain is not None:
         explain(decisions)
@@ -192,26 +188,11 @@ class _Builder:
         self._products = Products(
             colcon.build_base, colcon.install_base, colcon.merge_install
         )
-        self._freshness = Freshness(self._products, environment)
+        self.freshness = Freshness(self._products, environment)
         self._underlays = PackageLocator(
             (), colcon.install_base, colcon.merge_install, environment
         )
         self._in_underlays: dict[str, str | None] = {}
-
-    def remove_relocated(
-        self, needed: Sequence[Package], announce: Callable[[str], None]
-    ) -> None:
-        """Remove builds that belong to another place, and say so."""
-        relocated = relocated_packages(needed, self._products.build_base)
-        if not relocated:
-            return
-        place = next(iter(relocated.values()))
-        announce(
-            f'the workspace was moved or copied since it was built ({place}): '
-            'building anew what belongs to the old place: '
-            + ', '.join(relocated)
-        )
-        remove_builds(relocated, self._products)
 
     def decide(
         self, needed: Sequence[Package], request: BuildRequest
@@ -227,7 +208,7 @@ class _Builder:
                 if other.is_stale and other.name in own
             ]
             context = self._context(name)
-            decision = self._freshness.decide(package, context, before, own)
+            decision = self.freshness.decide(package, context, before, own)
             if request.force and name not in request.built:
                 is_damaged = any(r.is_damage for r in decision.reasons)
                 mode = BuildMode.CLEAN if is_damaged else BuildMode.CONFIGURE
@@ -238,7 +219,7 @@ class _Builder:
 
     def build(self, stale: Sequence[tuple[Package, BuildMode]]) -> BuildResult:
         """Build packages, and record how that went."""
-        freshness, colcon = self._freshness, self._colcon
+        freshness, colcon = self.freshness, self._colcon
         # before what was built is forgotten
         colcon.mark()
         begun: dict[str, Attempt] = {}
@@ -265,7 +246,7 @@ class _Builder:
 
     def _context(self, name: str) -> BuildContext:
         own, others = build_closure(self._known, name)
-        dependencies = {n: self._freshness.last_build(n) for n in sorted(own)}
+        dependencies = {n: self.freshness.last_build(n) for n in sorted(own)}
         for needed in sorted(others):
             # as it was before this build, which may have seen either if that
             # one was built meanwhile

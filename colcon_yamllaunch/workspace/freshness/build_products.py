@@ -10,7 +10,7 @@ and colcon write there, such as `Testing`, `test_results` and logs, are none.
 
 After a workspace was copied or moved, CMake would still build the old folder
 (it prints an error and colcon returns 0), and links would point to the old
-files: :func:`relocated_packages` finds such builds.
+files: :func:`former_place` tells of which place a build is.
 """
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
@@ -23,25 +23,20 @@ import stat
 import sys
 
 from colcon_yamllaunch.common.errors import WorkspaceError
-from colcon_yamllaunch.common.files import read_json, text_of
+from colcon_yamllaunch.common.files import text_of
 from colcon_yamllaunch.common.fingerprint import (
     digest,
     Fingerprint,
     with_content,
 )
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
 from colcon_yamllaunch.workspace.freshness.source_changes import (
     HEADER_SUFFIXES,
     INTERFACE_SUFFIXES,
     SOURCE_SUFFIXES,
     tree,
 )
-from colcon_yamllaunch.workspace.packages.package import (
-    entries_of,
-    Package,
-    prefix_of,
-)
+from colcon_yamllaunch.workspace.packages.package import entries_of, prefix_of
 
 CACHE = 'CMakeCache.txt'
 #: What CMake writes for the build tool.
@@ -389,22 +384,29 @@ def remove_folder(path: Path, why: str = ' to build it from scratch') -> None:
         ) from e
 
 
-def relocated_packages(
-    packages: Iterable[Package], build_base: Path
-) -> dict[str, Path]:
+def former_place(source: Path, build: Path, recorded: Path) -> Path | None:
     """
-    Find packages whose builds belong to another place.
+    Return the folder that a build belongs to, if that is another one.
 
-    Return for each the folder that it was built from, or in if only that one
-    changed.
+    That is the folder that it was built from, or in if only that one changed.
+
+    :param source: The folder of the package
+    :param build: Its folder in the build space
+    :param recorded: The folder that its record names
     """
-    relocated = {}
-    for package in packages:
-        for old, place in _places(package.path, build_base / package.name):
-            if os.path.realpath(old) != os.path.realpath(place):
-                relocated[package.name] = old
-                break
-    return relocated
+    cache = dict(_CACHE_FOLDER.findall(text_of(build / CACHE)))
+    places = [
+        (Path(cache.get('CMAKE_HOME_DIRECTORY', source)), source),
+        (Path(cache.get('CMAKE_CACHEFILE_DIR', build)), build),
+        (recorded, source),
+    ]
+    # colcon links the setup.py of a Python package into its build space
+    with suppress(OSError):
+        places.append(((build / 'setup.py').readlink().parent, source))
+    for found, expected in places:
+        if os.path.realpath(found) != os.path.realpath(expected):
+            return found
+    return None
 
 
 def remove_builds(relocated: Mapping[str, Path], products: Products) -> None:
@@ -415,7 +417,7 @@ def remove_builds(relocated: Mapping[str, Path], products: Products) -> None:
     removed. Links are removed, never followed. In a merged install space only
     links to the old place are removed, as builds would trip over them.
 
-    :param relocated: As :func:`relocated_packages` returns them
+    :param relocated: Their names, with the folders that they were built from
     :raises WorkspaceError: when something cannot be removed
     """
     for name in relocated:
@@ -443,16 +445,3 @@ def _remove_links(
             for name, old in relocated.items()
         ):
             path.unlink()
-
-
-def _places(source: Path, build: Path) -> Iterator[tuple[Path, Path]]:
-    """Iterate over the paths in the files of a build: found and expected."""
-    cache = dict(_CACHE_FOLDER.findall(text_of(build / 'CMakeCache.txt')))
-    yield Path(cache.get('CMAKE_HOME_DIRECTORY', source)), source
-    yield Path(cache.get('CMAKE_CACHEFILE_DIR', build)), build
-    # colcon links the setup.py of a Python package into its build space
-    with suppress(OSError):
-        yield (build / 'setup.py').readlink().parent, source
-    record = read_json(build / RECORD_NAME)
-    if isinstance(record, dict) and isinstance(record.get('source'), str):
-        yield Path(record['source']), source

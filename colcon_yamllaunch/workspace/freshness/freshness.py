@@ -15,7 +15,14 @@ environment and arguments of the build (`build_record`); or a file that its
 build made (`build_products`).
 """
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import (
+    Callable,
+    Collection,
+    Iterable,
+    Iterator,
+    Mapping,
+    Sequence,
+)
 from contextlib import suppress
 from dataclasses import field, replace
 import os
@@ -33,8 +40,10 @@ from colcon_yamllaunch.workspace.freshness.build_products import (
     ARGUMENTS,
     compare,
     CONFIGURED,
+    former_place,
     is_compiled,
     Products,
+    remove_builds,
     remove_folder,
 )
 from colcon_yamllaunch.workspace.freshness.build_record import (
@@ -146,6 +155,40 @@ class Freshness:
         if record.built_at:
             reasons += _for_generated_code(record, before)
         return Decision(name, tuple(reasons), record.built_at or None)
+
+    def remove_relocated(
+        self, packages: Iterable[Package], announce: Callable[[str], None]
+    ) -> None:
+        """
+        Remove builds that belong to another place.
+
+        :param announce: Is called with a line that says so
+        :raises WorkspaceError: when something cannot be removed
+        """
+        products = self._products
+        relocated: dict[str, Path] = {}
+        for package in packages:
+            name, source = package.name, package.path
+            record = self._known_record(name)
+            recorded = source if record is None else Path(record.source)
+            # the traces tell in which build folder they were
+            if record is None or (recorded, record.traces) != (
+                source,
+                products.traces(name),
+            ):
+                place = former_place(source, products.build(name), recorded)
+                if place is not None:
+                    relocated[name] = place
+        if not relocated:
+            return
+        place = next(iter(relocated.values()))
+        announce(
+            f'the workspace was moved or copied since it was built ({place}): '
+            'building anew what belongs to the old place: '
+            + ', '.join(relocated)
+        )
+        remove_builds(relocated, products)
+        self._records.clear()
 
     def prepare(self, package: Package, mode: BuildMode) -> Attempt:
         """

@@ -7,10 +7,15 @@ from pathlib import Path
 
 from colcon_yamllaunch.common.errors import WorkspaceError
 from colcon_yamllaunch.workspace.freshness.build_products import (
+    former_place,
     Products,
-    relocated_packages,
     remove_builds,
 )
+from colcon_yamllaunch.workspace.freshness.build_record import (
+    Record,
+    write_record,
+)
+from colcon_yamllaunch.workspace.freshness.freshness import Freshness
 from colcon_yamllaunch.workspace.packages.package import Package
 import pytest
 
@@ -33,43 +38,50 @@ def write_cache(tmp_path, source, build):
     )
 
 
+def place(package, build):
+    return former_place(package.path, build / 'flow', package.path)
+
+
 def test_cmake_cache(tmp_path, package):
     build = tmp_path / 'build'
-    assert relocated_packages([package], build) == {}
+    assert place(package, build) is None
     write_cache(tmp_path, package.path, build / 'flow')
-    assert relocated_packages([package], build) == {}
+    assert place(package, build) is None
     write_cache(tmp_path, '/old/src/flow', build / 'flow')
-    moved = relocated_packages([package], build)
-    assert str(moved['flow']) == '/old/src/flow'
+    assert place(package, build) == OLD
     write_cache(tmp_path, package.path, '/old/build/flow')
-    moved = relocated_packages([package], build)
-    assert str(moved['flow']) == '/old/build/flow'
+    assert place(package, build) == Path('/old/build/flow')
 
 
 @pytest.mark.parametrize(('source', 'is_found'), [('', False), ('/old', True)])
 def test_link_of_a_python_package(tmp_path, package, source, is_found):
     link = tmp_path / 'build/flow/setup.py'
     link.symlink_to(f'{source or package.path}/setup.py')
-    assert bool(relocated_packages([package], tmp_path / 'build')) == is_found
+    assert (place(package, tmp_path / 'build') is not None) == is_found
 
 
 @pytest.mark.parametrize(
-    ('text', 'is_found'),
-    [
-        *(('', False), ('[]', False), ('{"source": 1}', False)),
-        *(('{"sour', False), ('{"source": "/old/src/flow"}', True)),
-    ],
+    ('source', 'is_found'),
+    [(None, False), ('src/flow', False), ('/old/src/flow', True)],
 )
-def test_record_of_another_place_is_found(tmp_path, package, text, is_found):
-    (tmp_path / 'build/flow/colcon_launch.json').write_text(text)
-    assert bool(relocated_packages([package], tmp_path / 'build')) == is_found
+def test_record_of_another_place_is_found(tmp_path, package, source, is_found):
+    file = tmp_path / 'build/flow/colcon_launch.json'
+    if source is None:
+        file.write_text('{"source": "/old')
+    else:
+        write_record(file, Record(str(tmp_path / source), {}))
+    products = Products(tmp_path / 'build', tmp_path / 'install', False)
+    lines = []
+    Freshness(products, {}).remove_relocated([package], lines.append)
+    assert [str(OLD) in line for line in lines] == [True] * is_found
+    assert file.exists() != is_found
 
 
 def test_package_path_through_a_link_is_the_same(tmp_path, package):
     (tmp_path / 'link').symlink_to(tmp_path / 'src')
     linked = Package('flow', tmp_path / 'link/flow', 'cmake')
     write_cache(tmp_path, package.path, tmp_path / 'build/flow')
-    assert relocated_packages([linked], tmp_path / 'build') == {}
+    assert place(linked, tmp_path / 'build') is None
 
 
 def test_removal_follows_no_link(tmp_path, package):
