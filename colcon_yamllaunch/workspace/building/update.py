@@ -6,6 +6,7 @@
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 from colcon_yamllaunch.common.frozen import dataclass
@@ -192,7 +193,9 @@ class _Builder:
         self._underlays = PackageLocator(
             (), colcon.install_base, colcon.merge_install, environment
         )
-        self._in_underlays: dict[str, str | None] = {}
+        # as it was before this build, which may have seen either if that one
+        # was built meanwhile
+        self._build_in_underlay = cache(self._find_in_underlay)
 
     def decide(
         self, needed: Sequence[Package], request: BuildRequest
@@ -248,17 +251,13 @@ class _Builder:
         own, others = build_closure(self._known, name)
         dependencies = {n: self.freshness.last_build(n) for n in sorted(own)}
         for needed in sorted(others):
-            # as it was before this build, which may have seen either if that
-            # one was built meanwhile
-            if needed not in self._in_underlays:
-                self._in_underlays[needed] = self._build_in_underlay(needed)
-            build = self._in_underlays[needed]
+            build = self._build_in_underlay(needed)
             if build is not None:
                 dependencies[needed] = build
         settings = self._colcon.settings(name)
         return BuildContext(settings, self._relevant, dependencies)
 
-    def _build_in_underlay(self, name: str) -> str | None:
+    def _find_in_underlay(self, name: str) -> str | None:
         """Return which build of a package an underlay has."""
         share = self._underlays.share(name)
         if share is None:

@@ -193,16 +193,6 @@ def test_workspace_that_was_copied(user: User, tmp_path: Path) -> None:
     assert 'hello from one' in user.launch('one', 'one')
 
 
-def test_workspace_that_was_moved(user: User) -> None:
-    user.package('one')
-    user.launch('one', 'one')
-    moved = user.root.with_name('moved')
-    user.root.rename(moved)
-    output = user.launch('one', 'one', cwd=moved)
-    assert 'was moved or copied' in output
-    assert 'hello from one' in output
-
-
 def test_invalid_manifest(user: User) -> None:
     user.package('one')
     user.manifest('one', mail='nonsense')
