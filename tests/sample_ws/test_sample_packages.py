@@ -4,6 +4,8 @@
 """The files of sample_ws, without building or running anything."""
 
 from pathlib import Path
+import re
+import sys
 
 from catkin_pkg.package import parse_package
 import pytest
@@ -23,6 +25,7 @@ LAUNCH_FILES = (
     'src/my_pkg/launch/gauge.yaml',
     'src/my_pkg/launch/throttle.yaml',
     'src/my_py_pkg/launch/square.yaml',
+    'talk/launch/talk.yaml',
 )
 
 
@@ -45,6 +48,16 @@ def test_flow_has_nothing_of_ros() -> None:
     assert not (SAMPLE_WS / 'flow/package.xml').exists()
     cmake = (SAMPLE_WS / 'flow/CMakeLists.txt').read_text()
     assert 'find_package' not in cmake
+
+
+def test_talk_needs_only_python() -> None:
+    package = SAMPLE_WS / 'talk'
+    assert not (package / 'package.xml').exists()
+    assert not (package / 'CMakeLists.txt').exists()
+    for module in package.rglob('*.py'):
+        for name in re.findall(r'^(?:from|import) (\w+)', module.read_text()):
+            allowed = {'setuptools', 'talk', *sys.stdlib_module_names}
+            assert name in allowed, module
 
 
 @pytest.mark.parametrize('path', PROGRAMS)

@@ -184,6 +184,7 @@ def test_the_script_of_our_own_ci(workspace: User) -> None:
         'flow',
         'gauge',
         'square',
+        'talk',
     ]
     for report in reports:
         assert 'failures="0" errors="0"' in report.read_text()
