@@ -12,7 +12,9 @@ BIN := $(VENV)/bin
 PIP_INSTALL := $(BIN)/python .ci/pip_install.py
 SITE ?= build/site
 SOURCES := $(shell find colcon_yamllaunch -name '*.py' -o -name '*.em' \
-	-o -name '*.css' -o -name py.typed)
+	-o -name '*.css' -o -name py.typed) \
+	$(shell find sample_ws/flow sample_ws/src sample_ws/talk -type f \
+	! -path '*/__pycache__/*')
 COLCON_PRODUCTS := $(addprefix sample_ws/,build install log)
 
 # What a sourced ROS installation leaves in the shell must not mix with the

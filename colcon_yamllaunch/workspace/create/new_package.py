@@ -9,6 +9,7 @@ so do we, with a warning; what no tool could work with is an error.
 """
 
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 import keyword
 from pathlib import Path
 import re
@@ -223,16 +224,7 @@ def make_package(package: NewPackage, folder: Path) -> None:
     :raises UserError: when it is there, cannot be written or would be
       invalid; then nothing is left of it
     """
-    try:
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        folder.mkdir()
-    except FileExistsError as e:
-        raise UserError(
-            f'{e.filename} is there already: nothing was written'
-        ) from e
-    except OSError as e:
-        raise UserError(f'cannot make {folder}: {e.strerror}') from e
-    try:
+    with new_folder(folder):
         values = _values(package)
         for path, template in package.files().items():
             write_file(folder / path, template, values)
@@ -241,6 +233,27 @@ def make_package(package: NewPackage, folder: Path) -> None:
             # catkin_pkg names the file, which will not be there
             reason = reason.rpartition("package.xml': ")[2]
             raise UserError(f'package.xml would be invalid: {reason}')
+
+
+@contextmanager
+def new_folder(folder: Path, other: str | None = None) -> Iterator[None]:
+    """
+    Make a folder, and remove it if it cannot be filled.
+
+    :param other: What the user can do if it is there already
+    :raises UserError: when it is there already or cannot be written
+    """
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        folder.mkdir()
+    except FileExistsError as e:
+        raise UserError(
+            f'{e.filename} is there already: nothing was written', other
+        ) from e
+    except OSError as e:
+        raise UserError(f'cannot make {folder}: {e.strerror}') from e
+    try:
+        yield
     except OSError as e:
         shutil.rmtree(folder)
         raise UserError(f'cannot write {folder}: {e.strerror}') from e
@@ -263,9 +276,13 @@ def write_file(file: Path, template: str, values: Mapping[str, Any]) -> None:
         file.parent.mkdir(exist_ok=True)
         file.touch()
     if file.parent.name == 'scripts':
-        # everyone may run it who may read it
-        mode = file.stat().st_mode
-        file.chmod(mode | (mode & 0o444) >> 2)
+        make_executable(file)
+
+
+def make_executable(file: Path) -> None:
+    """Let everyone run a file who may read it."""
+    mode = file.stat().st_mode
+    file.chmod(mode | (mode & 0o444) >> 2)
 
 
 def _values(package: NewPackage) -> Mapping[str, Any]:
