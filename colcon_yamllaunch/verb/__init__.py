@@ -13,7 +13,7 @@ The colcon verbs: arguments in, exit code out.
   evaluates the launch file, builds and checks, on other `machines` too, and
   `run_launch` runs the plan; `log_folders` has its logs. `inspect_launch`
   shows it instead (`--plan`, `--check`); `watch_launch` (`--watch`) and
-  `sweep_main` prepare it several times.
+  `sweep_main` prepare it several times, and `demo` launches a sample.
 - `controlling` acts on running launches. `reading_logs` shows logs, and
   `background_launch` a new launch on the full screen.
 - `completing` answers Tab, with `process_candidates`.

@@ -88,7 +88,6 @@ def _add(group: Any, option: Option[Any]) -> None:
         settings['const'] = option.choices[0]
     elif option.choices:
         settings['choices'] = option.choices
-        settings['default'] = option.default
     group.add_argument(*option.flags, **settings)
 
 
@@ -366,6 +365,8 @@ def parse_launch_options(known: Any) -> LaunchOptions:
 
 def request_of(values: Any, positionals: Sequence[str]) -> str | None:
     """Return the request to running launches; None for a new launch."""
+    if values.demo:
+        return None
     actions = [name.removeprefix('--') for name in REQUESTS]
     if not positionals and values.from_plan is None:
         # with something to launch, these two are about the new launch
@@ -430,6 +431,9 @@ def _refuse_unclear(options: LaunchOptions) -> None:
     if options.from_plan is not None:
         if options.inspects or options.positionals:
             raise UserError('--from-plan FILE takes nothing else to launch')
+    elif options.demo:
+        if options.positionals:
+            raise UserError('--demo takes nothing else to launch')
     elif not (options.positionals or options.schema or options.checks_all):
         _refuse_taken_words(options, 'paths', _PATHS_FIX)
         # most command lines name something
@@ -551,6 +555,7 @@ def parse_run_options(known: Any) -> RunOptions:
 
 
 _CREATE_USAGE = 'usage: colcon create PKG [options]'
+_EXAMPLE_USAGE = 'usage: colcon create --example [DIR]'
 
 
 def parse_create_options(known: Any) -> CreateOptions:
@@ -563,6 +568,13 @@ def parse_create_options(known: Any) -> CreateOptions:
     if known.version:
         return CreateOptions(version=True)
     refuse_unknown(words, 'create')
+    if known.example:
+        read = read_options(known, 'create')
+        if len(words) > 1:
+            raise UserError(
+                f"'{words[1]}' is one word too many", _EXAMPLE_USAGE
+            )
+        return CreateOptions(package=''.join(words), **read)
     if not words:
         fix = 'put it behind the name of the package'
         _refuse_taken_words(known, 'dependencies', fix)

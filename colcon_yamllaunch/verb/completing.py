@@ -162,7 +162,7 @@ def _word_at_cursor(environment: Mapping[str, str]) -> str:
 def _positionals(verb: Verb, cursor: Cursor) -> Candidates:
     """Find words behind the package, which argparse leaves to the verb."""
     if verb == 'create':
-        return {}
+        return paths(cursor.prefix, ()) if cursor.given('example') else {}
     if verb == 'run':
         words = [word for word in cursor.known.positionals if word != '--']
         if not words:

@@ -10,12 +10,15 @@ class CreateVerb(OptionsVerb):
     """Create a package with a node, a launch file and tests."""
 
     NAME = 'create'
-    USAGE = 'colcon create [options] PKG [options]'
+    USAGE = """\
+colcon create [options] PKG [options]
+       colcon create --example [DIR]"""
     EPILOG = """\
 examples:
   colcon create my_pkg
   colcon create my_pkg --node counter --dependencies rclpy std_msgs
-  colcon create my_pkg --build-type cmake --license MIT"""
+  colcon create my_pkg --build-type cmake --license MIT
+  colcon create --example"""
     NARGS = '*'
     WORDS = 'PKG'
     WORDS_HELP = 'The name of the package, which is that of its folder, too'

@@ -24,7 +24,7 @@ from colcon_yamllaunch.verb.git import git_output
 from colcon_yamllaunch.verb.options import CreateOptions
 from colcon_yamllaunch.verb.target import find_workspace
 from colcon_yamllaunch.workspace.colcon.package_scan import scan_packages
-from colcon_yamllaunch.workspace.create import added_node, new_package
+from colcon_yamllaunch.workspace.create import added_node, new_package, sample
 from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 from colcon_yamllaunch.workspace.packages.workspace_root import (
@@ -45,6 +45,9 @@ def main(
 ) -> int:
     """Make a package, and return the exit code."""
     cwd = Path.cwd()
+    if options.example:
+        show(_example(options.package, cwd))
+        return 0
     if options.add_node is not None:
         show(_add_node(options.package, options.add_node, cwd, environment))
         return 0
@@ -73,6 +76,24 @@ def main(
         say(f'colcon create: warning: {warning}')
     show(_made(package, folder, cwd))
     return 0
+
+
+def _example(given: str, cwd: Path) -> str:
+    """
+    Copy the sample workspace, and return the message for the user.
+
+    :param given: The folder, '' if the user names none
+    :raises UserError: when it is there already, or cannot be written
+    """
+    name = Path(given or sample.SAMPLE.name).expanduser()
+    folder = Path(os.path.normpath(cwd / name))
+    sample.copy_sample(folder)
+    command = f'colcon launch {" ".join(sample.LAUNCH_FILE)}'
+    shown = shown_path(str(folder), str(cwd))
+    return (
+        f'Created {shown}, a copy of the sample workspace: see README.md in '
+        f'it\nTry it:  cd {shlex.quote(shown)} && {command}'
+    )
 
 
 def _add_node(

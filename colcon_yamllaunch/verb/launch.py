@@ -18,7 +18,8 @@ examples:
   colcon launch my_pkg demo.yaml
   colcon launch my_pkg demo.yaml rate:=5
   colcon launch src/my_pkg/launch/demo.yaml
-  colcon launch my_pkg demo.yaml --until "Received .*" --timeout 60"""
+  colcon launch my_pkg demo.yaml --until "Received .*" --timeout 60
+  colcon launch --demo"""
     WORDS = 'PKG FILE [name:=value ...]'
     WORDS_HELP = (
         'The package and its launch file: by name, with or without '

@@ -39,6 +39,10 @@ def main(
         show(_schema(options, environment), end='')
         return 0
     launch = partial(_launch, options, known, environment)
+    if options.demo:
+        from colcon_yamllaunch.verb.demo import launch_demo
+
+        launch = partial(launch_demo, _launch, options, known, environment)
     if options.ui:
         from colcon_yamllaunch.verb import background_launch
 

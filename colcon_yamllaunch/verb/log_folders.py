@@ -145,6 +145,9 @@ def default_log_base(known: Any) -> Path | None:
             values, positionals, _ = split_line(known, verb)
         if values.version or getattr(values, 'help_all', False):
             return None
+        if getattr(values, 'demo', False):
+            # its workspace is yet to be made
+            return None
         if verb == 'launch' and request_of(values, positionals):
             return None
         root = find_workspace(

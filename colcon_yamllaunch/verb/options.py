@@ -450,6 +450,18 @@ EXCLUSIVE = (
             *('--maintainer-name', '--maintainer-email', '--destination'),
         )
     ),
+    *(
+        ('--example', other)
+        for other in (
+            *('--build-type', '--dependencies', '--node', '--add-node'),
+            *('--license', '--description', '--maintainer-name'),
+            *('--maintainer-email', '--destination'),
+        )
+    ),
+    *(
+        ('--demo', other)
+        for other in (*REQUESTS, '--from-plan', '--workspace')
+    ),
 )
 _RUNS_NONE = dict.fromkeys(
     INSPECTIONS, '{one} is about a launch that runs, and {other} runs none'
@@ -457,6 +469,14 @@ _RUNS_NONE = dict.fromkeys(
 _ONE_COMPUTER = dict.fromkeys(
     ('--show-args', '--schema'),
     '{one} is about where processes run, and {other} runs none',
+)
+_OWN_COPY = dict.fromkeys(
+    (
+        *(*INSPECTIONS, '--paths', '--no-build', '--build-all', '--watch'),
+        *('--on', '--deploy', '--junit'),
+    ),
+    '{one} launches a copy that is removed at the end: for {other}, make one '
+    'of your own with colcon create --example',
 )
 _MADE_ALREADY = {
     '--from-plan': '{one} goes with a launch file: the command lines of a '
@@ -483,10 +503,15 @@ class _Common(Options):
 
 
 class _AllHelp(Options):
-    """How to see the options that `--help` leaves out."""
+    """How to see the options that `--help` leaves out, and a launch."""
 
     TITLE = 'options'
     help_all = flag('Show all options, and exit')
+    demo = flag(
+        'Launch a copy of the sample workspace in a temporary folder; it '
+        'needs no ROS',
+        excludes=_OWN_COPY,
+    )
 
 
 class _Inspection(Options):
@@ -824,7 +849,7 @@ class _Package(Options):
 
     TITLE = 'options'
     build_type = Option(
-        'How the package is built (default: %(default)s). That of type cmake '
+        'How the package is built (default: ament_cmake). That of type cmake '
         'needs no ROS',
         'ament_cmake',
         text(None, choices=('ament_cmake', 'ament_python', 'cmake')),
@@ -860,6 +885,10 @@ class _Package(Options):
         'in the root of a workspace, elsewhere the current folder)',
         _FOLDER,
     )
+    example = flag(
+        'Make no package, but a copy of the sample workspace, in the folder '
+        'DIR (default: sample_ws)'
+    )
 
 
 class LaunchOptions(
@@ -877,9 +906,9 @@ class LaunchOptions(
     """The command line of `colcon launch`."""
 
     DAILY = (
-        *('--version', '--help-all', '--show-args', '--check', '--plan'),
-        *('--no-build', '--watch', '--until', '--status', '--stop'),
-        *('--restart', '--logs'),
+        *('--version', '--help-all', '--demo', '--show-args', '--check'),
+        *('--plan', '--no-build', '--watch', '--until', '--status'),
+        *('--stop', '--restart', '--logs'),
     )
     #: The launch arguments, including those of `--launch-prefix`.
     arguments: Mapping[str, str] = MappingProxyType({})
@@ -959,6 +988,7 @@ class SweepOptions(
 class CreateOptions(_Common, _Package):
     """The command line of `colcon create`."""
 
+    #: The name of the package; with `--example`, the folder, '' for none.
     package: str = ''
 
 

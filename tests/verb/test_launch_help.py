@@ -12,7 +12,7 @@ from support.user import User
 PAGE = Path(__file__).parents[2] / 'docs/options.md'
 DAILY = {
     'positional arguments': [],
-    'options': ['--help', '--version', '--help-all'],
+    'options': ['--help', '--version', '--help-all', '--demo'],
     'Looking without running': ['--show-args', '--check', '--plan'],
     'Building': ['--no-build'],
     'Watching files': ['--watch'],
@@ -50,7 +50,7 @@ def shown(user: User, *words: str) -> dict[str, list[str]]:
 
 
 @pytest.mark.parametrize('words', [('--help',), ('pkg', 'file', '-h')])
-def test_help_shows_ten_options_in_groups(
+def test_help_shows_daily_options_in_groups(
     user: User, words: tuple[str, ...]
 ) -> None:
     found = shown(user, *words)

@@ -92,7 +92,7 @@ def test_launch_reads_its_options(option: Option[Any]) -> None:
     if option.name == '--lifecycle':
         words.append('activate')
     # these take nothing else to launch
-    if {'--from-plan', '--lifecycle', '--status'}.isdisjoint(
+    if {'--from-plan', '--demo', '--lifecycle', '--status'}.isdisjoint(
         (option.name, *option.needs)
     ):
         words += ['pkg', 'file']

@@ -199,6 +199,12 @@ def test_build_types_and_licenses(completes: Complete) -> None:
     assert completes('colcon create new --license M') == ['MIT']
 
 
+def test_folder_of_the_example(user: User, completes: Complete) -> None:
+    (user.root / 'src').mkdir(exist_ok=True)
+    assert 'src/' in completes('colcon create --example ')
+    assert completes('colcon create ') == []
+
+
 def test_workspace_elsewhere(user: User, tmp_path: Path) -> None:
     user.package('alpha', ARGUMENTS)
     line = f'colcon launch --workspace {user.root} '
