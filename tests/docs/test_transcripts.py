@@ -17,8 +17,7 @@ def test_creating(
     _, _, creating = PAGE.read_text(encoding='utf-8').partition(
         '## `colcon create`'
     )
-    made, added, warned = blocks(creating)
     reader = make_reader(tmp_path)
-    reader.do(made)
-    reader.do(added)
-    reader.do(warned)
+    made, added, warned, copied, shown = blocks(creating)
+    for block in (made, added, warned, copied, shown):
+        reader.do(block)

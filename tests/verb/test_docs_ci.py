@@ -64,6 +64,19 @@ def jobs() -> list[Any]:
     return [yaml.safe_load(text)['jobs']['launch']['steps'] for text in texts]
 
 
+def test_six_lines_check_all_launch_files(workspace: User) -> None:
+    (text,) = [t for t in blocks('yaml') if '--check=github' in t]
+    assert len(text.splitlines()) == 6
+    *_, install, check = yaml.safe_load(text)
+    assert install['run'].startswith('pip install')
+    on_github(workspace)
+    run(workspace, 'bash', '-e', '-c', check['run'])
+    workspace.write('flow/launch/wrong.yaml', 'launch: [{nod: {}}]\n')
+    launch = workspace.start('bash', '-e', '-c', check['run'])
+    assert launch.end() == 1
+    assert '::error file=flow/launch/wrong.yaml,line=1' in launch.output
+
+
 def test_the_example_for_github_without_the_action(workspace: User) -> None:
     scripts = [step['run'] for step in jobs()[1] if 'run' in step]
     on_github(workspace)
