@@ -32,7 +32,6 @@ from textual.containers import Horizontal, Vertical
 from textual.drivers import linux_driver
 from textual.events import Resize
 from textual.screen import Screen
-from textual.widgets import Static
 
 _PROMPT_HINT = 'Enter keeps what is found  Esc goes back'
 #: Seconds between two drawings.
@@ -109,7 +108,8 @@ class LaunchScreen(Screen[None]):
         self._is_due = False
         self._drawn = 0.0
         self._lines = {
-            name: Static(id=name) for name in ('title', 'short', 'keys')
+            name: widgets.FixedText(name)
+            for name in ('title', 'short', 'keys')
         }
         self._shown: dict[str, Text] = {}
         self._said: tuple[str, str] = ('', '')
@@ -396,10 +396,9 @@ class LaunchScreen(Screen[None]):
         self._update_line('short', shown)
 
     def _update_line(self, place: str, text: Text) -> None:
-        # the layout stays the same, so it is not computed again
         if text != self._shown.get(place):
             self._shown[place] = text
-            self._lines[place].update(text, layout=False)
+            self._lines[place].show(text)
 
     def _last_line(self) -> Text:
         said, style = self._said

@@ -35,7 +35,9 @@ if TYPE_CHECKING:
 
 
 #: What to say without the library that draws.
-MISSING = "--ui needs the Python package 'textual': pip install 'textual>=6'"
+MISSING = (
+    "--ui needs the Python package 'textual': pip install 'textual>=2.1.2'"
+)
 #: By how much the launch comes before us where both want a processor, as for
 #: nice(1).
 NICE = 5

@@ -29,6 +29,7 @@ from textual.message import Message
 from textual.screen import ModalScreen
 from textual.scroll_view import ScrollView
 from textual.strip import Strip
+from textual.widget import Widget
 from textual.widgets import Input, Static
 
 
@@ -462,6 +463,25 @@ class LeaveQuestion(ModalScreen[Leaving]):
             )
 
 
+class FixedText(Widget):
+    """A text in a place whose size does not depend on it."""
+
+    DEFAULT_CSS = 'FixedText { height: auto; }'
+
+    def __init__(self, name: str) -> None:
+        super().__init__(id=name)
+        self._text = Text()
+
+    def render(self) -> Text:
+        """Return the text, for textual."""
+        return self._text
+
+    def show(self, text: Text) -> None:
+        """Show another text, without computing the layout again."""
+        self._text = text
+        self.refresh()
+
+
 class Prompt(Input):
     """
     The line that a text or a name is typed in; hidden otherwise.
@@ -475,7 +495,7 @@ class Prompt(Input):
         changed: Callable[[Asked, str], None],
         submitted: Callable[[], None],
     ) -> None:
-        super().__init__(id='prompt', compact=True)
+        super().__init__(id='prompt')
         self.display = False
         #: What is asked for, None for nothing.
         self.asked: Asked | None = None
