@@ -161,7 +161,7 @@ class OrphanedLaunch(Targets):
             case Shutdown():
                 self._chosen.update(self._numbers.values())
             case Stop():
-                self._chosen.add(self._numbers[command.process])
+                self._chosen.add(self._numbers[command.member])
             case _:
                 raise ControlError(ONLY_STOPS)
 

@@ -9,7 +9,7 @@ import os
 import re
 
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.engine.state import ComponentState, Part
+from colcon_yamllaunch.engine.state import ComponentState, MemberState
 from colcon_yamllaunch.plan.labels import MACHINE_SEPARATOR
 from colcon_yamllaunch.plan.plan import Process
 
@@ -47,12 +47,12 @@ class ProcessNames:
         )
 
     @classmethod
-    def of_state(cls, part: Part) -> 'ProcessNames':
+    def of_state(cls, member: MemberState) -> 'ProcessNames':
         """Return the names of a process or component that runs."""
-        if isinstance(part, ComponentState):
-            return cls(part.label, part.label, part.plugin, part.node)
-        name = part.name or part.label
-        return cls(part.label, name, part.executable, part.node)
+        if isinstance(member, ComponentState):
+            return cls(member.label, member.label, member.plugin, member.node)
+        name = member.name or member.label
+        return cls(member.label, name, member.executable, member.node)
 
     def __iter__(self) -> Iterator[str]:
         """Iterate over all names, the best one first."""

@@ -10,7 +10,7 @@ which is :data:`VERSION`, and `request`:
 
 - `status`: the answer has the launch as `launch`, see
   `engine.state.to_json`;
-- `stop` and `restart`, with the label of a process as `process`, or what ROS 2
+- `stop` and `restart`, with the label of a process as `member`, or what ROS 2
   calls it; that of a component, or the full name of its node, has it unloaded,
   or loaded anew;
 - `kill`, with such a name of a process: SIGKILL for all of it, at once; it
@@ -27,7 +27,7 @@ which is :data:`VERSION`, and `request`:
   of files (`--watch`) until it is resumed, and then what follows from those
   since;
 - `change_state`, with the label or the full name of a lifecycle node as
-  `process`, and one of `plan.TRANSITIONS` as `transition`: it is
+  `member`, and one of `plan.TRANSITIONS` as `transition`: it is
   answered when the node has done it, or has not;
 - `shutdown`: everything is stopped; the connection ends with the launch;
 - `escalate`: the next step of stopping everything is taken at once, as by a

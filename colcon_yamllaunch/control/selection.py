@@ -19,7 +19,11 @@ from colcon_yamllaunch.control.orphaned_launches import (
     OrphanedLaunch,
 )
 from colcon_yamllaunch.control.process_names import meant_by, ProcessNames
-from colcon_yamllaunch.engine.state import LaunchState, Part, ProcessState
+from colcon_yamllaunch.engine.state import (
+    LaunchState,
+    MemberState,
+    ProcessState,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,28 +135,30 @@ def is_pattern(selector: str | None) -> bool:
     return selector is not None and not set('*?[').isdisjoint(selector)
 
 
-def choose_parts(state: LaunchState, names: Sequence[str]) -> list[Part]:
+def choose_members(
+    state: LaunchState, names: Sequence[str]
+) -> list[MemberState]:
     """
     Return the processes and components that are meant, in the plan's order.
 
     :param names: Names or globs; none means all
     :raises UserError: when a name means nothing
     """
-    parts = list(state.parts())
+    members = list(state.members())
     if not names:
-        return parts
+        return members
     meant: set[str] = set()
     for name, found in zip(names, matches(state, names), strict=True):
         meant.update(p.label for p in found)
         if not found:
-            known = [n for p in parts for n in ProcessNames.of_state(p)]
-            labels = listing(p.label for p in parts)
+            known = [n for p in members for n in ProcessNames.of_state(p)]
+            labels = listing(p.label for p in members)
             hint = did_you_mean(name, known) or f'there is {labels or "none"}'
             others = ' or component' if state.components else ''
             raise UserError(
                 f"{state.title} has no process{others} '{name}': {hint}"
             )
-    return [p for p in parts if p.label in meant]
+    return [p for p in members if p.label in meant]
 
 
 def choose_processes(
@@ -161,29 +167,31 @@ def choose_processes(
     """
     Return the processes that are meant; a component means its container.
 
-    :param names: As for :func:`choose_parts`
+    :param names: As for :func:`choose_members`
     :raises UserError: when a name means nothing, or no process of the launch
     """
     meant = set()
-    for part in choose_parts(state, names):
-        if isinstance(part, ProcessState):
-            meant.add(part.label)
-        elif part.process is not None:
-            meant.add(part.process)
+    for member in choose_members(state, names):
+        if isinstance(member, ProcessState):
+            meant.add(member.label)
+        elif member.process is not None:
+            meant.add(member.process)
         elif names:
             raise UserError(
-                f'{part.label} is in {part.container}, which is no container '
-                f'of {state.title}'
+                f'{member.label} is in {member.container}, which is no '
+                f'container of {state.title}'
             )
     return [p for p in state.processes if p.label in meant]
 
 
-def matches(state: LaunchState, names: Iterable[str]) -> list[list[Part]]:
+def matches(
+    state: LaunchState, names: Iterable[str]
+) -> list[list[MemberState]]:
     """Return for each name the processes and components that it means."""
-    parts = list(state.parts())
-    known = [ProcessNames.of_state(p) for p in parts]
+    members = list(state.members())
+    known = [ProcessNames.of_state(p) for p in members]
     return [
-        [parts[index] for index in meant_by(name, known)] for name in names
+        [members[index] for index in meant_by(name, known)] for name in names
     ]
 
 

@@ -151,7 +151,7 @@ def serve(
 
     def note(event: Event) -> None:
         if isinstance(event, Planned):
-            labels = {p.label for p in event.parts if isinstance(p, Process)}
+            labels = {p.label for p in event.members if isinstance(p, Process)}
             # others run on another machine
             tasks = engine.supervisor.tasks
             record.note(

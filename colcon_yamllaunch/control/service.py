@@ -162,9 +162,9 @@ class Service:
 
         :raises RefusedError: when there is none
         """
-        part = self._engine.find(name)
-        if isinstance(part, Process):
-            return part
+        member = self._engine.find(name)
+        if isinstance(member, Process):
+            return member
         return self._supervisor.task(name).process
 
     def _attach(

@@ -8,6 +8,9 @@ Input: a plan, an environment and observers. Output: events, and an exit code.
 Start with :mod:`.engine`, which connects the loop, processes, output and
 signals; a signal such as Ctrl-C arrives in `Engine._stop_by`.
 
+A member of a launch is a process or a component. A part of a launch is what
+runs on one machine.
+
 State and decisions, without the system:
 
 - :mod:`.supervisor` decides what is started, restarted and stopped, and when.

@@ -15,7 +15,7 @@ here and a handler there; a response with fields of its own is also read in
 from typing import ClassVar, Generic, Literal, TYPE_CHECKING, TypeVar
 
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.plan.plan import Component, Entry, Process
+from colcon_yamllaunch.plan.plan import Entry, Member
 
 if TYPE_CHECKING:
     # few launches are asked for these
@@ -93,19 +93,19 @@ class Command(Generic[Response]):
 
 
 @dataclass(frozen=True, slots=True)
-class PartCommand(Command[Response]):
+class MemberCommand(Command[Response]):
     """
     A command about one process or component.
 
-    :param process: Its label, what ROS 2 calls the process, or the full name
+    :param member: Its label, what ROS 2 calls the process, or the full name
       of the component's node
     """
 
-    process: str
+    member: str
 
 
 @dataclass(frozen=True, slots=True)
-class Stop(PartCommand[Done]):
+class Stop(MemberCommand[Done]):
     """
     Stop a process, or unload a component, and keep it so.
 
@@ -116,21 +116,21 @@ class Stop(PartCommand[Done]):
 
 
 @dataclass(frozen=True, slots=True)
-class Restart(PartCommand[Done]):
+class Restart(MemberCommand[Done]):
     """Stop a process and start it again, or reload a component."""
 
     name: ClassVar[str] = 'restart'
 
 
 @dataclass(frozen=True, slots=True)
-class Kill(PartCommand[Done]):
+class Kill(MemberCommand[Done]):
     """End a process, and all that it started, by SIGKILL."""
 
     name: ClassVar[str] = 'kill'
 
 
 @dataclass(frozen=True, slots=True)
-class Debug(PartCommand[Done]):
+class Debug(MemberCommand[Done]):
     """
     Restart a process under a debugger. Its next start is without it.
 
@@ -145,14 +145,14 @@ class Debug(PartCommand[Done]):
 
 
 @dataclass(frozen=True, slots=True)
-class Describe(PartCommand[Described]):
+class Describe(MemberCommand[Described]):
     """Describe a process or component as the plan has it now."""
 
     name: ClassVar[str] = 'describe'
 
 
 @dataclass(frozen=True, slots=True)
-class ChangeState(PartCommand[Done]):
+class ChangeState(MemberCommand[Done]):
     """
     Ask a lifecycle node for a transition.
 
@@ -168,7 +168,7 @@ class ChangeState(PartCommand[Done]):
 
 
 @dataclass(frozen=True, slots=True)
-class Type(PartCommand[Done]):
+class Type(MemberCommand[Done]):
     """Type at the terminal of a process."""
 
     keys: bytes
@@ -253,14 +253,14 @@ class Extend(Command[Done]):
 @dataclass(frozen=True, slots=True)
 class Revise(Command[Done]):
     """
-    Use another definition of a part from its next start on.
+    Use another definition of a member from its next start on.
 
-    :param part: The definition, with the label of a part of the plan
+    :param member: The definition, with the label of a member of the plan
     :param at_once: Whether it would be started as the running one was, so
       that its `respawn`, `on_exit` and timeouts apply now
     """
 
-    part: Process | Component
+    member: Member
     at_once: bool = False
     name: ClassVar[str] = 'revise'
     is_public: ClassVar[bool] = False
@@ -271,8 +271,8 @@ class RestartChanged(Command[Restarted]):
     """
     Restart processes and reload components after a change.
 
-    A part that was stopped on request, or has not started yet, is left alone.
-    Each starts when the one before it has started.
+    A member that was stopped on request, or has not started yet, is left
+    alone. Each starts when the one before it has started.
     """
 
     labels: tuple[str, ...]
@@ -282,7 +282,7 @@ class RestartChanged(Command[Restarted]):
 
 @dataclass(frozen=True, slots=True)
 class Drop(Command[Done]):
-    """Stop or unload a part of the plan, and then forget it."""
+    """Stop or unload a member of the plan, and then forget it."""
 
     label: str
     name: ClassVar[str] = 'drop'

@@ -643,7 +643,7 @@ class Composition:
         :param ending: Why it is not loaded, or could not be unloaded
         """
         if (phase, ending) != (task.phase, task.state.ending):
-            self._emit(events.PartChanged(task.component, phase, ending))
+            self._emit(events.MemberChanged(task.component, phase, ending))
 
     def _begin(self, task: ComponentTask) -> None:
         """Load a component as soon as possible."""

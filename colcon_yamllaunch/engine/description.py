@@ -9,7 +9,13 @@ from typing import Any
 
 from colcon_yamllaunch.common.codec import Codec, only
 from colcon_yamllaunch.common.frozen import dataclass, mutable
-from colcon_yamllaunch.plan.plan import Block, Component, Process, SetParameter
+from colcon_yamllaunch.plan.plan import (
+    Block,
+    Component,
+    Member,
+    Process,
+    SetParameter,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +113,7 @@ def from_json(data: object) -> Description:
 
 
 def described(
-    part: Process | Component,
+    member: Member,
     node: str | None,
     parameters: Iterable[SetParameter],
     blocks: Sequence[Block],
@@ -125,21 +131,21 @@ def described(
     :param argv: Its command line as it is started
     """
     more: dict[str, Any] = {}
-    if isinstance(part, Component):
-        more['plugin'] = part.plugin
-        more['container'] = part.container
-        more['remaps'] = part.remaps
+    if isinstance(member, Component):
+        more['plugin'] = member.plugin
+        more['container'] = member.container
+        more['remaps'] = member.remaps
     else:
         more['argv'] = tuple(argv)
-        more['cwd'] = part.cwd
-        more['environment'] = part.environment
+        more['cwd'] = member.cwd
+        more['environment'] = member.environment
     return Description(
-        part.label,
-        part.ros_name,
-        node or part.node_name,
-        part.package,
-        str(part.position),
-        _within(part.block, blocks),
+        member.label,
+        member.ros_name,
+        node or member.node_name,
+        member.package,
+        str(member.position),
+        _within(member.block, blocks),
         tuple(map(_parameter, parameters)),
         log,
         **more,
@@ -147,7 +153,7 @@ def described(
 
 
 def received_description(
-    part: Process | Component,
+    member: Member,
     received: Mapping[str, Any],
     blocks: Sequence[Block],
     log: str | None,
@@ -157,18 +163,18 @@ def received_description(
 
     What comes from there and makes no sense is passed over.
 
-    :param part: It as it is known here
+    :param member: It as it is known here
     :param received: The attributes of its description there
     :param blocks: The launch files, groups and timers of the plan
     :param log: The log with all of its output here, if there is one
     """
     node = _text(received.get('node'))
-    found = described(part, node, part.parameters, blocks, log)
+    found = described(member, node, member.parameters, blocks, log)
     variables = received.get('environment')
     if not isinstance(variables, Mapping):
         variables = {}
     environment = tuple((str(n), _text(v)) for n, v in variables.items())
-    if isinstance(part, Component):
+    if isinstance(member, Component):
         return replace(found, environment=environment)
     argv = received.get('argv')
     return replace(

@@ -21,7 +21,7 @@ from colcon_yamllaunch.engine.commands import Command, DONE, Refused, Response
 from colcon_yamllaunch.engine.loop import do_nothing
 from colcon_yamllaunch.engine.participants import Execute, Reply
 from colcon_yamllaunch.engine.spawn import StartError
-from colcon_yamllaunch.plan.plan import Component, Process
+from colcon_yamllaunch.plan.plan import Component, Member
 
 if TYPE_CHECKING:
     # most launches have no components, and few are asked for these
@@ -48,7 +48,7 @@ class Dispatcher:
             commands.Restart: self._restart,
             commands.Kill: self._kill,
             commands.Debug: self._debug,
-            commands.Type: lambda c: engine.terminals.type(c.process, c.keys),
+            commands.Type: lambda c: engine.terminals.type(c.member, c.keys),
             commands.Watch: self._watch,
             commands.Shutdown: self._shut_down,
             commands.Escalate: lambda _: supervisor.escalate(),
@@ -111,32 +111,32 @@ class Dispatcher:
     # -- commands about one process or component
 
     def _stop(self, command: commands.Stop) -> None:
-        if found := self._component(command.process):
+        if found := self._component(command.member):
             composition, task = found
             composition.unload(task.label)
         else:
-            self._supervisor.stop_process(command.process)
+            self._supervisor.stop_process(command.member)
 
     def _restart(self, command: commands.Restart) -> None:
-        if found := self._component(command.process):
+        if found := self._component(command.member):
             composition, task = found
             composition.reload(task.label)
         else:
-            self._supervisor.restart_process(command.process)
+            self._supervisor.restart_process(command.member)
 
     def _kill(self, command: commands.Kill) -> None:
-        self._refuse_component(command.process, 'killed')
-        self._supervisor.kill_process(command.process)
+        self._refuse_component(command.member, 'killed')
+        self._supervisor.kill_process(command.member)
 
     def _debug(self, command: commands.Debug) -> None:
         from colcon_yamllaunch.engine.debugging import debugged
 
-        self._refuse_component(command.process, 'debugged')
-        task = self._supervisor.task(command.process)
+        self._refuse_component(command.member, 'debugged')
+        task = self._supervisor.task(command.member)
         process = task.successor or task.process
         environment = self._engine.starter.environment_of(process)
         once = debugged(process, environment, command.port)
-        self._supervisor.restart_process(command.process, once)
+        self._supervisor.restart_process(command.member, once)
 
     def _describe(
         self, command: commands.Describe, _: Reply
@@ -144,23 +144,23 @@ class Dispatcher:
         from colcon_yamllaunch.engine.description import described
 
         engine = self._engine
-        part: Process | Component
+        member: Member
         argv: list[str] = []
-        if found := self._component(command.process):
+        if found := self._component(command.member):
             component = found[1]
-            part = component.successor or component.component
-            node, parameters = component.full_name, part.parameters
+            member = component.successor or component.component
+            node, parameters = component.full_name, member.parameters
         else:
-            task = self._supervisor.task(command.process)
-            part = task.successor or task.process
-            node, parameters = None, tuple(engine.parameters_of(part))
+            task = self._supervisor.task(command.member)
+            member = task.successor or task.process
+            node, parameters = None, tuple(engine.parameters_of(member))
             try:
-                argv = engine.starter.command_line(task.number, part)
+                argv = engine.starter.command_line(task.number, member)
             except StartError as error:
-                raise RefusedError(f'{part.label}: {error}') from error
-        log = engine.state.log_of(engine.state.by_label[part.label])
+                raise RefusedError(f'{member.label}: {error}') from error
+        log = engine.state.log_of(engine.state.by_label[member.label])
         return commands.Described(
-            described(part, node, parameters, engine.blocks, log, argv)
+            described(member, node, parameters, engine.blocks, log, argv)
         )
 
     def _change_state(
@@ -169,13 +169,13 @@ class Dispatcher:
         composition = self._engine.composition
         if composition is None:
             raise RefusedError(
-                f"there is no lifecycle node '{command.process}'"
+                f"there is no lifecycle node '{command.member}'"
             )
 
         def done(error: str | None) -> None:
             reply(DONE if error is None else Refused(error))
 
-        composition.change_state(command.process, command.transition, done)
+        composition.change_state(command.member, command.transition, done)
 
     # -- commands about the whole launch
 
@@ -216,11 +216,11 @@ class Dispatcher:
             raise RefusedError(str(error)) from error
 
     def _revise(self, command: commands.Revise) -> None:
-        part = command.part
-        if isinstance(part, Component):
-            self._composition_of(part.label).revise(part)
+        member = command.member
+        if isinstance(member, Component):
+            self._composition_of(member.label).revise(member)
         else:
-            for process in self._engine.planned((part,)).processes():
+            for process in self._engine.planned((member,)).processes():
                 self._supervisor.revise(process, at_once=command.at_once)
 
     def _restart_changed(

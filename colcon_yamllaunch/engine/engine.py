@@ -47,6 +47,7 @@ from colcon_yamllaunch.engine.writer import Writer
 from colcon_yamllaunch.plan.plan import (
     Component,
     Entry,
+    Member,
     ParametersOf,
     Plan,
     Process,
@@ -157,7 +158,7 @@ class Engine:
     ) -> None:
         if settings.tty:
             plan = with_terminals(plan)
-        #: The launch files, groups and timers that the parts of the plan
+        #: The launch files, groups and timers that the members of the plan
         #: stand in.
         self.blocks = plan.blocks
         #: What takes part in the launch beside the engine.
@@ -249,10 +250,10 @@ class Engine:
         """Change the variables of processes that start from now on."""
         self.starter.variables = self._settings.adapt(variables)
 
-    def find(self, name: str) -> Process | Component | None:
-        """Return a part of the plan that does not run here."""
+    def find(self, name: str) -> Member | None:
+        """Return a member of the plan that does not run here."""
         found = (p.find(name) for p in self.participants)
-        return next((part for part in found if part is not None), None)
+        return next((member for member in found if member is not None), None)
 
     def measure(self, done: Callable[[], None]) -> None:
         """Measure the resource usage on other machines, and call `done`."""

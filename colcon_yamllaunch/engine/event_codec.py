@@ -16,7 +16,7 @@ from colcon_yamllaunch.common.codec import Codec, CodecError, only, read_float
 from colcon_yamllaunch.common.printable import printable
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.outcome import Outcome, signal_name
-from colcon_yamllaunch.plan.plan import Component, Process
+from colcon_yamllaunch.plan.plan import Component, Member, Process
 
 #: The events of a part on a machine besides `Ended`, by the names of their
 #: records. All others are those of the launcher itself, and output is sent in
@@ -43,13 +43,13 @@ FROM_MACHINES: dict[str, type[events.Event]] = {
     'unloaded': events.Unloaded,
     'state_changed': events.StateChanged,
     'transition_failed': events.TransitionFailed,
-    'part_changed': events.PartChanged,
+    'member_changed': events.MemberChanged,
     'ros_lost': events.RosLost,
     'idle': events.Idle,
     'cannot_run': events.CannotRun,
 }
 #: Returns the process or component with a label, None if there is none.
-PartOf = Callable[[str], Process | Component | None]
+MemberOf = Callable[[str], Member | None]
 
 # JSON keeps smaller numbers exactly, whoever reads it
 _LARGEST = 1 << 53
@@ -68,15 +68,15 @@ class EventReader:
     """
     Reads the events of one machine.
 
-    :param part_of: Returns what a label of that machine stands for
+    :param member_of: Returns what a label of that machine stands for
     """
 
-    def __init__(self, part_of: PartOf) -> None:
+    def __init__(self, member_of: MemberOf) -> None:
         self._codec = Codec(
             special={
                 **{
-                    kinds: (None, _part_reader(part_of, kinds))
-                    for kinds in (Process, Component, Process | Component)
+                    kinds: (None, _member_reader(member_of, kinds))
+                    for kinds in (Process, Component, Member)
                 },
                 Outcome: (None, _read_outcome),
                 str: (None, lambda data: printable(only(str, data))),
@@ -133,9 +133,9 @@ def _fields(name: str, record: dict[str, Any]) -> dict[str, Any]:
     }
     fields = {**record, **numbers}
     if 'label' in record:
-        fields['process'] = fields['component'] = record['label']
+        fields |= dict.fromkeys(events.MEMBER_FIELDS, record['label'])
     if name == 'planned':
-        fields['parts'] = record.get('labels')
+        fields['members'] = record.get('labels')
     if name == 'exited':
         fields['outcome'] = [
             fields.get(key) for key in ('exit_code', 'signal', 'core_dumped')
@@ -149,14 +149,12 @@ def _signal_number(key: str, name: Any) -> int:
     return _SIGNALS[name]
 
 
-def _part_reader(
-    part_of: PartOf, kinds: Any
-) -> Callable[[Any], Process | Component]:
-    def read(label: Any) -> Process | Component:
-        part = part_of(only(str, label))
-        if part is None or not isinstance(part, kinds):
+def _member_reader(member_of: MemberOf, kinds: Any) -> Callable[[Any], Member]:
+    def read(label: Any) -> Member:
+        member = member_of(only(str, label))
+        if member is None or not isinstance(member, kinds):
             raise CodecError('is the label of nothing there')
-        return part
+        return member
 
     return read
 

@@ -18,14 +18,14 @@ from typing import Any, ClassVar, Literal, TYPE_CHECKING
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.outcome import ending_of, Outcome, signal_name
-from colcon_yamllaunch.plan.plan import Component, Process
+from colcon_yamllaunch.plan.plan import Component, Member, Process
 from colcon_yamllaunch.plan.position import Position
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.engine.state import LaunchState
 
 Stream = Literal['stdout', 'stderr']
-#: What a user requests of a part of a launch.
+#: What a user requests of a member of a launch.
 Action = Literal['stop', 'kill', 'restart', 'debug', 'change']
 #: The phases of a process: `waiting` for its turn or its timer, `running`,
 #: `stopping` on request, waiting for its `respawn`, or `ended`; of a
@@ -58,6 +58,8 @@ WATCHER = 'watch'
 MESSENGER = 'launch.user'
 #: The severities of messages that are shown even with `--quiet`.
 LOUD = frozenset(('WARNING', 'ERROR', 'CRITICAL'))
+#: The fields of events that can hold the member concerned.
+MEMBER_FIELDS = ('process', 'component', 'member')
 #: Why a component is unloaded, as a rule.
 REQUESTED = 'requested'
 CONTAINER_ENDED = 'its container ended'
@@ -119,24 +121,24 @@ class Event:
 @dataclass(frozen=True, slots=True)
 class Planned(Event):
     """
-    Parts were added to a running launch, or replaced.
+    Members were added to a running launch, or replaced.
 
-    It comes before any other event of these parts.
+    It comes before any other event of these members.
 
-    :param parts: Processes and components; one with the label of a part
-      replaces that part
+    :param members: Processes and components; one with the label of a member
+      replaces that member
     """
 
-    parts: tuple[Process | Component, ...]
+    members: tuple[Member, ...]
 
     name = 'planned'
 
 
 @dataclass(frozen=True, slots=True)
 class Dropped(Event):
-    """A part that has ended was removed from the launch."""
+    """A member that has ended was removed from the launch."""
 
-    process: Process | Component
+    member: Member
 
     name = 'dropped'
 
@@ -320,7 +322,7 @@ class Requested(Event):
     `change` is a restart after a change of its files.
     """
 
-    process: Process | Component
+    member: Member
     action: Action
 
     name = 'requested'
@@ -329,7 +331,7 @@ class Requested(Event):
         if self.action == 'change':
             # one line names the change and what follows
             return ()
-        return (f'{self.process.label}: {self.action} requested',)
+        return (f'{self.member.label}: {self.action} requested',)
 
 
 @dataclass(frozen=True, slots=True)
@@ -549,7 +551,7 @@ class StateChanged(Event):
     :param before: That of the state before, None if it is the first one seen
     """
 
-    process: Process | Component
+    member: Member
     node: str
     state: str
     before: str | None
@@ -560,7 +562,7 @@ class StateChanged(Event):
         # states between two others last a moment; the first is no news
         if self.state not in LASTING_STATES or self.before is None:
             return ()
-        return (f'{self.process.label}: {self.state}',)
+        return (f'{self.member.label}: {self.state}',)
 
 
 @dataclass(frozen=True, slots=True)
@@ -572,7 +574,7 @@ class TransitionFailed(Event):
     :param transition: The name of the transition
     """
 
-    process: Process | Component
+    member: Member
     node: str
     transition: str
     reason: str
@@ -581,8 +583,8 @@ class TransitionFailed(Event):
     severity = 'ERROR'
 
     def lines(self) -> tuple[str, ...]:
-        position = shown(self.process.position)
-        return (f'{self.process.label}: {self.text} (from {position})',)
+        position = shown(self.member.position)
+        return (f'{self.member.label}: {self.text} (from {position})',)
 
     @property
     def text(self) -> str:
@@ -594,7 +596,7 @@ class TransitionFailed(Event):
 
 
 @dataclass(frozen=True, slots=True)
-class PartChanged(Event):
+class MemberChanged(Event):
     """
     The state of a process or component changed as no other event says.
 
@@ -608,12 +610,12 @@ class PartChanged(Event):
     :param lifecycle: The state of its lifecycle node, if that changed
     """
 
-    process: Process | Component
+    member: Member
     phase: Phase | None = None
     ending: str = ''
     lifecycle: str | None = None
 
-    name = 'part_changed'
+    name = 'member_changed'
     is_internal = True
 
 
@@ -797,9 +799,9 @@ class Replanned(Event):
     """
     The launch files were evaluated again, and the plan has changed.
 
-    :param started: The labels of new parts
-    :param stopped: The labels of removed parts
-    :param restarted: The labels of changed parts
+    :param started: The labels of new members
+    :param stopped: The labels of removed members
+    :param restarted: The labels of changed members
     """
 
     started: tuple[str, ...]
@@ -817,7 +819,7 @@ class Restarted(Event):
     :param seconds: How long that took, from the change on
     """
 
-    process: Process | Component
+    member: Member
     seconds: float
 
     name = 'restarted'
@@ -984,14 +986,14 @@ class FailureReport:
     """
     What is known of a failure.
 
-    :param process: What failed; None for the launch itself
+    :param member: What failed; None for the launch itself
     :param text: What happened, in one line
     :param tail: The last lines of its output
     :param log_file: The file that has all of its output, if there is one
     :param advice: How to fix it, if the output shows that
     """
 
-    process: Process | Component | None
+    member: Member | None
     text: str
     tail: tuple[str, ...] = ()
     log_file: Path | None = None
@@ -1047,6 +1049,15 @@ class Ended(Event):
 Listener = Callable[[Event], None]
 
 
+def member_of(event: Event) -> Member | None:
+    """Return the process or component that an event is about, if any."""
+    for name in MEMBER_FIELDS:
+        member: Member | None = getattr(event, name, None)
+        if member is not None:
+            return member
+    return None
+
+
 def _starts_again(delay: float | None) -> str:
     if delay is None:
         return ''
@@ -1085,8 +1096,8 @@ def _recorded(name: str, value: Any) -> dict[str, Any]:
                 'signal': value.signal and signal_name(value.signal),
                 'core_dumped': value.core_dumped,
             }
-        case tuple() if name == 'parts':
-            return {'labels': [part.label for part in value]}
+        case tuple() if name == 'members':
+            return {'labels': [member.label for member in value]}
         case tuple():
             return {name: list(value)}
         case None if name == 'signal':

@@ -79,7 +79,7 @@ class ExitConditions:
             case events.LoadFailed():
                 self._note_failure(event.component.label, again=event.again)
             case events.TransitionFailed():
-                self._note_failure(event.process.label)
+                self._note_failure(event.member.label)
             case events.RosLost():
                 self._note_failure('the ROS client')
             case events.WorkerLost():

@@ -17,7 +17,7 @@ from colcon_yamllaunch.engine.ros_requests import (
 )
 from colcon_yamllaunch.plan.plan import (
     ChangeState,
-    Component,
+    Member,
     Plan,
     Process,
     TRANSITIONS,
@@ -32,7 +32,7 @@ _STEPS = {
     ('unconfigured', 'inactive'): 'configure',
     ('inactive', 'active'): 'activate',
 }
-_GONE = 'it is no part of the launch any more'
+_GONE = 'it is not in the launch any more'
 _SUPERSEDED = 'somebody asked for something else'
 # the state during a transition, and that after its success
 _REACHED = {
@@ -49,7 +49,7 @@ class LifecycleTask:
     """
     A lifecycle node of the plan, and its state.
 
-    :param owner: Its process or component
+    :param member: Its process or component
     :param node: Its full name, None where it is not known yet
     :param state: The label of its state, such as `active`; None while it
       does not run or its state is unknown
@@ -65,7 +65,7 @@ class LifecycleTask:
       without a number, it waits for a client
     """
 
-    owner: Process | Component
+    member: Member
     node: str | None
     goal: str | None = None
     state: str | None = None
@@ -79,7 +79,7 @@ class LifecycleTask:
     @property
     def label(self) -> str:
         """The label of its process or component."""
-        return self.owner.label
+        return self.member.label
 
     @property
     def is_reachable(self) -> bool:
@@ -130,14 +130,10 @@ class Lifecycles:
     def extend(self, more: Plan) -> None:
         """Add processes and components to the plan."""
         self._has_processes |= any(True for _ in more.processes())
-        owners: list[Process | Component] = [
-            *more.processes(),
-            *more.components(),
-        ]
-        for owner in owners:
-            if owner.is_lifecycle:
-                self._by_label[owner.label] = LifecycleTask(
-                    owner, owner.node_name, _first_goal(owner)
+        for member in more.members():
+            if member.is_lifecycle:
+                self._by_label[member.label] = LifecycleTask(
+                    member, member.node_name, _first_goal(member)
                 )
 
     def drop(self, label: str) -> None:
@@ -196,7 +192,7 @@ class Lifecycles:
         task.is_stopping = False
         # a node that was shut down comes back by a new start only
         if task.is_goal_reset or task.goal == 'finalized':
-            task.goal = _first_goal(task.owner)
+            task.goal = _first_goal(task.member)
         task.is_goal_reset = False
         task.is_driven = task.goal in ('inactive', 'active')
         task.request = None
@@ -259,7 +255,7 @@ class Lifecycles:
         """
         Make a transition of the plan, after those before it.
 
-        The node may be no part of the launch.
+        The node may not be in the launch.
         """
         if entry.transition not in TRANSITIONS:
             task = self._of_node(entry.node)
@@ -395,7 +391,7 @@ class Lifecycles:
         task.state = state
         if is_requested:
             task.goal = state
-        self._emit(events.PartChanged(task.owner, lifecycle=state))
+        self._emit(events.MemberChanged(task.member, lifecycle=state))
 
     def _planned_made(self, node: str) -> None:
         """Go on after a transition of the plan."""
@@ -448,7 +444,7 @@ class Lifecycles:
         if (before, state) in _REACHED and is_requested:
             # another program changed the state
             task.goal = state
-        self._emit(events.StateChanged(task.owner, node, state, before))
+        self._emit(events.StateChanged(task.member, node, state, before))
         self._drive(task)
 
     def _drive(self, task: LifecycleTask) -> None:
@@ -502,7 +498,7 @@ class Lifecycles:
     def _fail(self, task: LifecycleTask, transition: str, reason: str) -> None:
         self._emit(
             events.TransitionFailed(
-                task.owner, task.node or task.label, transition, reason
+                task.member, task.node or task.label, transition, reason
             )
         )
 
@@ -512,9 +508,9 @@ class Lifecycles:
         task.is_driven = False
 
 
-def _first_goal(owner: Process | Component) -> str | None:
+def _first_goal(member: Member) -> str | None:
     """Return the goal of a node in the launch file."""
-    return 'active' if owner.autostart else None
+    return 'active' if member.autostart else None
 
 
 def _next_step(task: LifecycleTask) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import Any, TYPE_CHECKING
 
 from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.plan.plan import Component, Plan, Process
+from colcon_yamllaunch.plan.plan import Member, Plan, Process
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.engine.commands import Command
@@ -74,9 +74,9 @@ class Participant:
     def call(self, number: int) -> None:
         """Call a function of a launch file; see `WorkerCall`."""
 
-    def find(self, name: str) -> Process | Component | None:  # noqa: ARG002
+    def find(self, name: str) -> Member | None:  # noqa: ARG002
         """
-        Return a part of the plan that does not run here, if it has one.
+        Return a member of the plan that does not run here, if it has one.
 
         :param name: Its label, what ROS 2 calls the process, or the full name
           of the component's node

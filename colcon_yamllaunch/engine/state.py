@@ -27,7 +27,13 @@ from colcon_yamllaunch.engine.outcome import (
     signal_name,
     STOP_SIGNALS,
 )
-from colcon_yamllaunch.plan.plan import Component, Entry, Process, Timer
+from colcon_yamllaunch.plan.plan import (
+    Component,
+    Entry,
+    Member,
+    Process,
+    Timer,
+)
 
 #: What views show of a process or component: `waiting` for a timer,
 #: `starting` (also while it is loaded, configured or activated), `running`,
@@ -82,9 +88,9 @@ class About:
 
 
 @mutable
-class PartState:
+class CommonState:
     """
-    A process or component of a launch.
+    What the states of a process and of a component have in common.
 
     :param label: Its name in output and logs
     :param phase: See :data:`.events.Phase`
@@ -143,7 +149,7 @@ class PartState:
 
 
 @mutable
-class ProcessState(PartState):
+class ProcessState(CommonState):
     """
     A process of a launch.
 
@@ -175,7 +181,7 @@ class ProcessState(PartState):
 
 
 @mutable
-class ComponentState(PartState):
+class ComponentState(CommonState):
     """
     A component of a launch.
 
@@ -218,8 +224,8 @@ class Countdown:
     due: float
 
 
-#: What a launch consists of, and what has a label.
-Part = ProcessState | ComponentState
+#: The state of a member of a launch; see `plan.Member`.
+MemberState = ProcessState | ComponentState
 
 
 @mutable
@@ -270,7 +276,7 @@ class LaunchState:
     machine_of: Callable[[str], str | None] = field(
         default_factory=lambda: lambda _label: None
     )
-    by_label: dict[str, Part] = field(default_factory=dict)
+    by_label: dict[str, MemberState] = field(default_factory=dict)
     machines: dict[str, MachineState] = field(default_factory=dict)
     stop_reason: str = ''
     countdown: Countdown | None = None
@@ -327,16 +333,16 @@ class LaunchState:
     @property
     def processes(self) -> list[ProcessState]:
         """Its processes, in the order of the plan."""
-        parts = self.by_label.values()
-        return [p for p in parts if isinstance(p, ProcessState)]
+        members = self.by_label.values()
+        return [p for p in members if isinstance(p, ProcessState)]
 
     @property
     def components(self) -> list[ComponentState]:
         """Its components, in the order of the plan."""
-        parts = self.by_label.values()
-        return [p for p in parts if isinstance(p, ComponentState)]
+        members = self.by_label.values()
+        return [p for p in members if isinstance(p, ComponentState)]
 
-    def parts(self) -> Iterator[Part]:
+    def members(self) -> Iterator[MemberState]:
         """Iterate over all that has a label, components below containers."""
         for process in self.processes:
             yield process
@@ -353,18 +359,22 @@ class LaunchState:
 
     def process(self, label: str) -> ProcessState | None:
         """Return the process with a label, if there is one."""
-        part = self.by_label.get(label)
-        return part if isinstance(part, ProcessState) else None
+        member = self.by_label.get(label)
+        return member if isinstance(member, ProcessState) else None
 
-    def seconds_of(self, part: Part) -> float:
+    def seconds_of(self, member: MemberState) -> float:
         """Return for how long a process runs or has ended; see `seconds`."""
-        if part.phase == 'waiting' and isinstance(part, ProcessState):
+        if member.phase == 'waiting' and isinstance(member, ProcessState):
             return 0.0
-        return max(0.0, self.clock() - part.since)
+        return max(0.0, self.clock() - member.since)
 
-    def log_of(self, part: Part) -> str | None:
-        """Return the path of a log that has all output of a part."""
-        label = part.label if isinstance(part, ProcessState) else part.process
+    def log_of(self, member: MemberState) -> str | None:
+        """Return the path of a log that has all output of a member."""
+        label = (
+            member.label
+            if isinstance(member, ProcessState)
+            else member.process
+        )
         log = self.log_files.get(label or '')
         return None if log is None else str(log)
 
@@ -394,8 +404,8 @@ class LaunchState:
         for entry in entries:
             if isinstance(entry, Timer):
                 self.expect(entry.entries, is_due=False)
-            elif isinstance(entry, Process | Component):
-                self._expect_part(entry, is_due=is_due)
+            elif isinstance(entry, Member):
+                self._expect_member(entry, is_due=is_due)
         self._find_containers()
         self._touch_all()
         self.version = self.order_version
@@ -409,50 +419,48 @@ class LaunchState:
         """Change the state as an event says."""
         if isinstance(event, events.Output):
             return
-        planned = getattr(event, 'process', None)
-        if planned is None:
-            planned = getattr(event, 'component', None)
+        planned = events.member_of(event)
         label = '' if planned is None else planned.label
         self._note_failure(label, event)
-        part = self.by_label.get(label)
-        if part is not None and self._apply_to_part(part, event):
-            self._show(part)
-        elif part is not None or not self._apply_to_launch(event):
+        member = self.by_label.get(label)
+        if member is not None and self._apply_to_member(member, event):
+            self._show(member)
+        elif member is not None or not self._apply_to_launch(event):
             return
         self.version += 1
 
     def _touch_all(self) -> None:
-        """Note that the next version may have other parts everywhere."""
+        """Note that the next version may have other members everywhere."""
         self.order_version = self.version + 1
-        for part in self.by_label.values():
-            part.version = self.order_version
+        for member in self.by_label.values():
+            member.version = self.order_version
 
-    def _expect_part(
-        self, entry: Process | Component, *, is_due: bool
-    ) -> None:
+    def _expect_member(self, entry: Member, *, is_due: bool) -> None:
         label = entry.label
         kind = ProcessState if isinstance(entry, Process) else ComponentState
-        part = self.by_label.get(label)
-        if not isinstance(part, kind):
+        member = self.by_label.get(label)
+        if not isinstance(member, kind):
             machine = self.machine_of(label)
-            part = kind(label, is_due=is_due, machine=machine)
-            part.condition = _condition_of(part)
-            part.since = self.clock()
-            self.by_label[label] = part
-        part.package = entry.package
+            member = kind(label, is_due=is_due, machine=machine)
+            member.condition = _condition_of(member)
+            member.since = self.clock()
+            self.by_label[label] = member
+        member.package = entry.package
         if not entry.is_lifecycle:
-            part.lifecycle = None
-        elif part.lifecycle is None:
-            part.lifecycle = UNKNOWN
-        if isinstance(part, ProcessState) or part.phase != 'loaded':
-            part.node = entry.node_name
-        if isinstance(part, ProcessState) and isinstance(entry, Process):
-            part.executable = os.path.basename(str(entry.argv[0]))
-            part.name = entry.ros_name
-            part.container = entry.node_name if entry.is_container else None
-        elif isinstance(part, ComponentState) and isinstance(entry, Component):
-            part.plugin = entry.plugin
-            part.container = entry.container
+            member.lifecycle = None
+        elif member.lifecycle is None:
+            member.lifecycle = UNKNOWN
+        if isinstance(member, ProcessState) or member.phase != 'loaded':
+            member.node = entry.node_name
+        if isinstance(member, ProcessState) and isinstance(entry, Process):
+            member.executable = os.path.basename(str(entry.argv[0]))
+            member.name = entry.ros_name
+            member.container = entry.node_name if entry.is_container else None
+        elif isinstance(member, ComponentState) and isinstance(
+            entry, Component
+        ):
+            member.plugin = entry.plugin
+            member.container = entry.container
 
     def _find_containers(self) -> None:
         components = self.components
@@ -461,23 +469,23 @@ class LaunchState:
             for component in components:
                 component.process = containers.get(component.container)
 
-    def _show(self, part: Part) -> None:
-        """Find out the condition of a part that changed."""
-        part.version = self.version + 1
-        before, part.condition = part.condition, _condition_of(part)
+    def _show(self, member: MemberState) -> None:
+        """Find out the condition of a member that changed."""
+        member.version = self.version + 1
+        before, member.condition = member.condition, _condition_of(member)
         is_first_start = (
-            not part.turn
-            and not part.restarts
-            and part.condition in ('starting', 'running')
+            not member.turn
+            and not member.restarts
+            and member.condition in ('starting', 'running')
         )
-        if part.condition != before and not is_first_start:
-            part.turn = self.version + 1
+        if member.condition != before and not is_first_start:
+            member.turn = self.version + 1
 
     def _apply_to_launch(self, event: events.Event) -> bool:
         """Apply an event about the launch; return whether it changed."""
         match event:
             case events.Planned():
-                self.expect(event.parts)
+                self.expect(event.members)
             case events.ShuttingDown():
                 self._shut_down(event.reason)
             case events.StillRunning():
@@ -508,15 +516,15 @@ class LaunchState:
 
     def _shut_down(self, reason: str) -> None:
         self.stop_reason = reason
-        for part in self.by_label.values():
-            part.is_due = False
-            if isinstance(part, ComponentState):
-                part.is_signalled = part.phase == 'loaded'
-            elif part.pid is not None:
-                part.phase = 'stopping'
-            elif part.phase in ('respawn', 'stopping'):
-                part.phase = 'ended'
-            self._show(part)
+        for member in self.by_label.values():
+            member.is_due = False
+            if isinstance(member, ComponentState):
+                member.is_signalled = member.phase == 'loaded'
+            elif member.pid is not None:
+                member.phase = 'stopping'
+            elif member.phase in ('respawn', 'stopping'):
+                member.phase = 'ended'
+            self._show(member)
 
     def _note_change(self, event: events.Watched | events.Checked) -> None:
         if isinstance(event, events.Watched):
@@ -532,9 +540,9 @@ class LaunchState:
 
     def _link(self, name: str, link: LinkState, reason: str = '') -> None:
         self.machines[name] = MachineState(name, link, reason)
-        for part in self.by_label.values():
-            if part.machine == name:
-                part.version = self.version + 1
+        for member in self.by_label.values():
+            if member.machine == name:
+                member.version = self.version + 1
 
     def _receive(self, data: object) -> None:
         """
@@ -551,11 +559,11 @@ class LaunchState:
             assert isinstance(data, Mapping)
             self.started = now - data['seconds']
             self.stop_reason = 'requested' if data['stopping'] else ''
-            parts = [
-                _part_from_json(ProcessState, p) for p in data['processes']
+            members = [
+                _member_from_json(ProcessState, p) for p in data['processes']
             ]
-            parts += (
-                _part_from_json(ComponentState, row)
+            members += (
+                _member_from_json(ComponentState, row)
                 for row in data.get('components', ())
             )
             machines = [
@@ -565,12 +573,12 @@ class LaunchState:
         except (AttributeError, KeyError, TypeError) as error:
             raise StateError('the launch is not described in full') from error
         logs = dict(self.log_files)
-        for part in parts:
-            part.since = now - part.seconds
-            part.version = self.version + 1
-            self.by_label[part.label] = part
-            if part.log is not None and isinstance(part, ProcessState):
-                logs[part.label] = part.log
+        for member in members:
+            member.since = now - member.seconds
+            member.version = self.version + 1
+            self.by_label[member.label] = member
+            if member.log is not None and isinstance(member, ProcessState):
+                logs[member.label] = member.log
         self.log_files = logs
         self.machines = {machine.name: machine for machine in machines}
         labels = data.get('labels')
@@ -626,26 +634,28 @@ class LaunchState:
             case _:
                 return
 
-    def _apply_to_part(self, part: Part, event: events.Event) -> bool:
-        """Apply an event about a part; return whether that changed."""
+    def _apply_to_member(
+        self, member: MemberState, event: events.Event
+    ) -> bool:
+        """Apply an event about a member; return whether that changed."""
         match event:
             case events.Dropped():
-                del self.by_label[part.label]
+                del self.by_label[member.label]
                 self._find_containers()
                 self._touch_all()
             case events.Requested():
-                self._request(part, event.action)
+                self._request(member, event.action)
             case events.StateChanged():
-                part.lifecycle = event.state
-                part.node = part.node or event.node
+                member.lifecycle = event.state
+                member.node = member.node or event.node
             case events.TransitionFailed():
-                part.failure = event.transition
-            case events.PartChanged():
-                self._change_part(part, event)
-            case _ if isinstance(part, ComponentState):
-                return self._apply_to_component(part, event)
+                member.failure = event.transition
+            case events.MemberChanged():
+                self._change_member(member, event)
+            case _ if isinstance(member, ComponentState):
+                return self._apply_to_component(member, event)
             case _:
-                return self._apply_to_process(part, event)
+                return self._apply_to_process(member, event)
         return True
 
     def _apply_to_process(
@@ -682,26 +692,26 @@ class LaunchState:
                 return False
         return True
 
-    def _begin(self, part: Part) -> None:
-        """Apply that a part is started or loaded."""
-        part.restarts += part.is_begun
-        part.is_begun = True
-        part.ending = ''
-        part.has_failed = part.was_asked = part.is_kept_stopped = False
-        self._reset(part)
+    def _begin(self, member: MemberState) -> None:
+        """Apply that a member is started or loaded."""
+        member.restarts += member.is_begun
+        member.is_begun = True
+        member.ending = ''
+        member.has_failed = member.was_asked = member.is_kept_stopped = False
+        self._reset(member)
 
-    def _reset(self, part: Part) -> None:
-        """Forget what holds only while a part runs as it did before."""
-        part.is_held = part.is_signalled = False
-        if part.lifecycle is not None:
-            part.lifecycle = UNKNOWN
-        if isinstance(part, ProcessState):
-            part.pid = part.cpu = part.memory = None
-            part.terminal = False
+    def _reset(self, member: MemberState) -> None:
+        """Forget what holds only while a member runs as it did before."""
+        member.is_held = member.is_signalled = False
+        if member.lifecycle is not None:
+            member.lifecycle = UNKNOWN
+        if isinstance(member, ProcessState):
+            member.pid = member.cpu = member.memory = None
+            member.terminal = False
 
-    def _enter(self, part: Part, phase: Phase) -> None:
-        part.phase = phase
-        part.since = self.clock()
+    def _enter(self, member: MemberState, phase: Phase) -> None:
+        member.phase = phase
+        member.since = self.clock()
 
     def _exit(self, process: ProcessState, event: events.Exited) -> None:
         process.run_seconds += event.seconds
@@ -726,40 +736,42 @@ class LaunchState:
         else:
             self._enter(process, 'stopping' if is_stopping else 'ended')
 
-    def _request(self, part: Part, action: events.Action) -> None:
+    def _request(self, member: MemberState, action: events.Action) -> None:
         ends = action in ('stop', 'kill')
         # a failure stays one though what failed is stopped
-        is_past = ends and part.condition == 'failed'
-        if isinstance(part, ComponentState):
-            part.failure = ''
-            part.was_asked = ends
+        is_past = ends and member.condition == 'failed'
+        if isinstance(member, ComponentState):
+            member.failure = ''
+            member.was_asked = ends
         else:
             if not is_past:
-                part.failure = ''
-                part.has_failed = False
-            part.was_asked |= part.phase == 'respawn'
-            part.is_debugged = action == 'debug'
-            part.phase = 'stopping'
+                member.failure = ''
+                member.has_failed = False
+            member.was_asked |= member.phase == 'respawn'
+            member.is_debugged = action == 'debug'
+            member.phase = 'stopping'
         if action != 'change':
-            part.is_kept_stopped = ends
+            member.is_kept_stopped = ends
 
-    def _change_part(self, part: Part, event: events.PartChanged) -> None:
+    def _change_member(
+        self, member: MemberState, event: events.MemberChanged
+    ) -> None:
         if event.lifecycle is not None:
-            part.lifecycle = event.lifecycle
+            member.lifecycle = event.lifecycle
         if event.phase is None:
             return
-        if isinstance(part, ComponentState):
-            part.ending = event.ending
-            if event.phase != part.phase:
-                part.since = self.clock()
+        if isinstance(member, ComponentState):
+            member.ending = event.ending
+            if event.phase != member.phase:
+                member.since = self.clock()
         elif event.phase == 'waiting':
             # its machine is back, and starts it again
-            part.is_kept_stopped = False
+            member.is_kept_stopped = False
         elif event.ending:
             # no more is known
-            self._reset(part)
-            part.ending, part.was_asked = event.ending, True
-        part.phase = event.phase
+            self._reset(member)
+            member.ending, member.was_asked = event.ending, True
+        member.phase = event.phase
 
     def _apply_to_component(
         self, component: ComponentState, event: events.Event
@@ -786,25 +798,25 @@ class LaunchState:
         return True
 
 
-def _condition_of(part: Part) -> Condition:
+def _condition_of(member: MemberState) -> Condition:
     """Return what views show of a process or component."""
-    match part.phase:
-        case 'waiting' if not part.is_due:
+    match member.phase:
+        case 'waiting' if not member.is_due:
             return 'waiting'
-        case 'waiting' if part.has_failed:
+        case 'waiting' if member.has_failed:
             return 'respawn'
         case 'running' | 'loaded':
-            if part.is_signalled:
+            if member.is_signalled:
                 return 'stopping'
-            if part.is_held:
+            if member.is_held:
                 return 'held'
-            if part.lifecycle in BETWEEN_STATES:
+            if member.lifecycle in BETWEEN_STATES:
                 return 'starting'
             return 'running'
-        case 'ended' if part.has_failed:
+        case 'ended' if member.has_failed:
             return 'failed'
         case 'ended' | 'unloaded':
-            return 'stopped' if part.was_asked else 'ended'
+            return 'stopped' if member.was_asked else 'ended'
         case 'stopping' | 'unloading':
             return 'stopping'
         case 'respawn' | 'failed' as phase:
@@ -857,11 +869,11 @@ def to_json(state: LaunchState, since: int | None = None) -> dict[str, Any]:
       them if that changed; None to send everything
     """
 
-    def rows(parts: Sequence[Part]) -> list[dict[str, Any]]:
+    def rows(members: Sequence[MemberState]) -> list[dict[str, Any]]:
         return [
-            part_to_json(state, part)
-            for part in parts
-            if since is None or part.version > since
+            member_to_json(state, member)
+            for member in members
+            if since is None or member.version > since
         ]
 
     data = {
@@ -882,16 +894,16 @@ def to_json(state: LaunchState, since: int | None = None) -> dict[str, Any]:
     return data
 
 
-def part_to_json(state: LaunchState, part: Part) -> dict[str, Any]:
+def member_to_json(state: LaunchState, member: MemberState) -> dict[str, Any]:
     """Return a process or component as the control protocol sends it."""
-    required, later = _FIELDS[type(part)]
-    values = _values(part, (*required, *later))
-    values['seconds'] = round(state.seconds_of(part), 3)
-    values['log'] = state.log_of(part)
-    machine = state.machines.get(part.machine or '')
+    required, later = _FIELDS[type(member)]
+    values = _values(member, (*required, *later))
+    values['seconds'] = round(state.seconds_of(member), 3)
+    values['log'] = state.log_of(member)
+    machine = state.machines.get(member.machine or '')
     if machine is not None and machine.link != 'up':
         values['terminal'] = False
-        if machine.link == 'lost' and part.phase not in _CERTAIN:
+        if machine.link == 'lost' and member.phase not in _CERTAIN:
             values |= {'phase': 'unknown', 'ending': ''}
     return values
 
@@ -913,16 +925,16 @@ def from_json(
     return state
 
 
-def _part_from_json(
+def _member_from_json(
     kind: type[ProcessState | ComponentState], row: Mapping[str, Any]
-) -> Part:
+) -> MemberState:
     required, later = _FIELDS[kind]
     known = _known(row, (*required, 'seconds'), later)
-    part = kind(**known, is_due=False)
-    part.log = row['log']
+    member = kind(**known, is_due=False)
+    member.log = row['log']
     if 'condition' not in row:
-        part.condition = _condition_of(part)
-    return part
+        member.condition = _condition_of(member)
+    return member
 
 
 def _values(of: object, names: Iterable[str]) -> dict[str, Any]:

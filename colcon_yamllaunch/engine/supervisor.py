@@ -42,6 +42,7 @@ from colcon_yamllaunch.plan.plan import (
     ChangeState,
     Component,
     Entry,
+    Member,
     Message,
     Plan,
     Process,
@@ -412,15 +413,12 @@ class Supervisor:
         if self.is_stopping:
             self._execute_while_stopping(more.entries)
             return
-        parts: tuple[Process | Component, ...] = (
-            *more.processes(),
-            *more.components(),
-        )
+        members = tuple(more.members())
         self._expect(more.processes())
         if self._composition is not None:
             self._composition.extend(more)
-        if parts:
-            self._engine.emit(events.Planned(parts))
+        if members:
+            self._engine.emit(events.Planned(members))
         self._agenda.extend(more.entries)
 
     def compose(self, composition: 'Composition') -> None:
@@ -488,9 +486,7 @@ class Supervisor:
         """
         task = self.task(label)
         self._filter(
-            lambda entry: (
-                isinstance(entry, Process | Component) and entry.label == label
-            )
+            lambda entry: isinstance(entry, Member) and entry.label == label
         )
         if not self._is_begun(task):
             self._forget(task)
@@ -932,7 +928,7 @@ class Supervisor:
             elif task.is_dropped:
                 self._forget(task)
             else:
-                self._engine.emit(events.PartChanged(task.process, 'ended'))
+                self._engine.emit(events.MemberChanged(task.process, 'ended'))
 
     def _end_if_idle(self) -> None:
         # those on ROS time are cancelled with it

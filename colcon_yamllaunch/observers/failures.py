@@ -9,7 +9,7 @@ from pathlib import Path
 from colcon_yamllaunch.engine import events, limits
 from colcon_yamllaunch.engine.lines import bare
 from colcon_yamllaunch.engine.state import Failure, LaunchState
-from colcon_yamllaunch.plan.plan import Component, Process, SHOWN
+from colcon_yamllaunch.plan.plan import Member, SHOWN
 
 #: Returns the package that has a Python module and that another package does
 #: not declare, or None; it gets the module and that other package.
@@ -63,7 +63,7 @@ class Failures:
                 self._core_dumps.pop(event.process.label, None)
                 self._shown_at[event.process.label] = self._lines_after
             case events.TransitionFailed() | events.LoadFailed():
-                self._shown_at[_owner(event).label] = self._lines_after
+                self._shown_at[_failed_member(event).label] = self._lines_after
             case _:
                 return
 
@@ -106,7 +106,7 @@ class Failures:
         if not self._state.failures:
             return others
         first, *following = self._state.failures.values()
-        label = _owner(first).label
+        label = _failed_member(first).label
         report = self._report(first)
         lines = [f'failed: {self._description(first)}']
         if report.tail and not self._stands_above(first):
@@ -124,7 +124,7 @@ class Failures:
     def _report(self, failure: Failure) -> events.FailureReport:
         if not isinstance(failure, events.Exited):
             text = _what_failed(failure)
-            return events.FailureReport(_owner(failure), text)
+            return events.FailureReport(_failed_member(failure), text)
         process = failure.process
         tail = tuple(self._tail(process.label))
         return events.FailureReport(
@@ -136,7 +136,7 @@ class Failures:
         )
 
     def _description(self, failure: Failure) -> str:
-        position = events.shown(_owner(failure).position)
+        position = events.shown(_failed_member(failure).position)
         what = _what_failed(failure)
         if self._stands_above(failure) and not isinstance(
             failure, events.Exited
@@ -146,7 +146,7 @@ class Failures:
 
     def _stands_above(self, failure: Failure) -> bool:
         """Return whether the last lines already show the failure."""
-        shown_at = self._shown_at.get(_owner(failure).label)
+        shown_at = self._shown_at.get(_failed_member(failure).label)
         return (
             shown_at is not None
             and self._lines_after - shown_at <= limits.TAIL_LINES
@@ -154,8 +154,8 @@ class Failures:
 
     def _look_for_core_dump(self, event: events.Exited) -> None:
         label = event.process.label
-        part = self._state.by_label.get(label)
-        is_here = part is None or part.machine is None
+        member = self._state.by_label.get(label)
+        is_here = member is None or member.machine is None
         self._core_dumps[label] = None
         if event.outcome.core_dumped and is_here:
             # imported late, as few processes crash
@@ -178,14 +178,14 @@ class Failures:
         return lines[-limits.TAIL_LINES :] if data.strip() else []
 
 
-def _owner(failure: Failure) -> Process | Component:
-    if isinstance(failure, events.LoadFailed):
-        return failure.component
-    return failure.process
+def _failed_member(failure: Failure) -> Member:
+    member = events.member_of(failure)
+    assert member is not None
+    return member
 
 
 def _what_failed(failure: Failure) -> str:
-    label = _owner(failure).label
+    label = _failed_member(failure).label
     match failure:
         case events.StartFailed():
             return f'{label} could not be started: {failure.reason}'

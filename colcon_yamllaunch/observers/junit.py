@@ -33,7 +33,7 @@ class JUnitReport:
     The last run of a process that is respawned decides, as for the exit code.
     Each exit condition of the launch has a case, too.
 
-    :param class_name: The name under which the cases are grouped, parts
+    :param class_name: The name under which the cases are grouped, members
       separated by dots
     :param started: When, in seconds since the epoch
     """
@@ -66,19 +66,19 @@ class JUnitReport:
             yield 'launch', 0.0, junit_outcome('error', text, source='launch')
             return
         failures = {
-            None if f.process is None else f.process.label: f
+            None if f.member is None else f.member.label: f
             for f in self._ended.failures
         }
         state = self._ended.state
-        for label, part in state.by_label.items() if state else ():
+        for label, member in state.by_label.items() if state else ():
             outcome = None
             if label in failures:
                 outcome = _failure(failures[label])
-            elif not part.is_begun:
-                is_process = isinstance(part, ProcessState)
+            elif not member.is_begun:
+                is_process = isinstance(member, ProcessState)
                 what = 'started' if is_process else 'loaded'
                 outcome = junit_outcome('skipped', f'it was never {what}')
-            yield label, part.run_seconds, outcome
+            yield label, member.run_seconds, outcome
         if None in failures:
             yield 'launch', 0.0, _failure(failures[None])
         for verdict in self._ended.verdicts:
@@ -92,8 +92,8 @@ class JUnitReport:
 
 def _failure(report: events.FailureReport) -> Element:
     lines = [report.text]
-    if report.process is not None:
-        lines.append(f'from {report.process.position}')
+    if report.member is not None:
+        lines.append(f'from {report.member.position}')
     if report.tail:
         lines += ['', 'the last lines of its output:', *report.tail]
     if report.log_file is not None:

@@ -385,7 +385,7 @@ class Logs:
         if isinstance(event, events.Started):
             self._unopened.append(event.process)
         elif isinstance(event, events.Planned):
-            processes = [p for p in event.parts if isinstance(p, Process)]
+            processes = [p for p in event.members if isinstance(p, Process)]
             self._quota.expect(3 * len(processes))
             self._expect(processes)
         for line in self._common_lines(event):

@@ -237,7 +237,7 @@ def _without_restarts(
                 # processes behind timers are shown when they start
                 new.clear()
             case events.Requested():
-                label = event.process.label
+                label = event.member.label
                 if event.action == 'change':
                     changed.add(label)
                 elif event.action == 'stop' and label in gone:
@@ -251,7 +251,7 @@ def _without_restarts(
             case events.Unloaded() if event.component.label in changed | gone:
                 return
             case events.Dropped():
-                gone.discard(event.process.label)
+                gone.discard(event.member.label)
             case events.Started() if event.process.label in changed | new:
                 changed.discard(event.process.label)
                 return

@@ -73,8 +73,12 @@ class StartTable:
         else:
             self._held.append(event)
         match event:
-            case events.Started() | events.StartFailed() | events.Dropped():
-                pending.discard(event.process.label)
+            case (
+                events.Started(process=member)
+                | events.StartFailed(process=member)
+                | events.Dropped(member=member)
+            ):
+                pending.discard(member.label)
             case events.Output():
                 self._held_bytes += len(event.data)
             case events.ShuttingDown() | events.MachineGone() | events.Ended():

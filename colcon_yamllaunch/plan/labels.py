@@ -14,13 +14,7 @@ from collections.abc import Collection
 from dataclasses import replace
 from itertools import chain, count
 
-from colcon_yamllaunch.plan.plan import (
-    changed_entries,
-    Component,
-    Entry,
-    Plan,
-    Process,
-)
+from colcon_yamllaunch.plan.plan import changed_entries, Entry, Member, Plan
 
 #: Separates the name of a machine from that of a process there.
 MACHINE_SEPARATOR = '│'
@@ -46,9 +40,9 @@ def with_labels(plan: Plan, taken: Collection[str] = ()) -> Plan:
 
     :param taken: The labels of what runs already, which stay as they are
     """
-    entries: list[Process | Component]
-    entries = [*plan.processes(), *plan.components()]
-    full_names = {e.ros_name: (e.node_name or '').lstrip('/') for e in entries}
+    full_names = {
+        m.ros_name: (m.node_name or '').lstrip('/') for m in plan.members()
+    }
     short_names = {n: f.rpartition('/')[2] for n, f in full_names.items()}
     kept = {*RESERVED, *taken, *full_names}
     choices = [
@@ -63,7 +57,7 @@ def with_labels(plan: Plan, taken: Collection[str] = ()) -> Plan:
         return _free(name, taken)
 
     def labelled(entry: Entry) -> Entry:
-        if isinstance(entry, Process | Component):
+        if isinstance(entry, Member):
             return replace(entry, label=label_of(entry.ros_name))
         return entry
 

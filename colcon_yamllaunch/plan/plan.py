@@ -331,9 +331,13 @@ class WorkerCall:
     position: Position
 
 
+#: A member of a launch: it has a label, and is started, stopped and shown by
+#: that.
+Member = Process | Component
+
+#: What a plan does at its turn.
 Entry = (
-    Process
-    | Component
+    Member
     | Message
     | Shutdown
     | Timer
@@ -403,6 +407,11 @@ class Plan:
     def components(self) -> Iterator[Component]:
         """Iterate over all components, those behind timers too."""
         return (e for e in self.walk() if isinstance(e, Component))
+
+    def members(self) -> Iterator[Member]:
+        """Iterate over all processes, then over all components."""
+        yield from self.processes()
+        yield from self.components()
 
     def changes_of_state(self) -> Iterator[ChangeState]:
         """Iterate over all transitions, those behind timers too."""

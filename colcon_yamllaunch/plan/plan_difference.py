@@ -28,6 +28,7 @@ from colcon_yamllaunch.plan.plan import (
     ChangeState,
     Component,
     Entry,
+    Member,
     ParameterFile,
     Plan,
     Process,
@@ -36,9 +37,6 @@ from colcon_yamllaunch.plan.plan import (
     Timer,
     WorkerCall,
 )
-
-#: What has a label.
-Labelled = Process | Component
 
 #: Tells what something is known by; None for what is not to be known by that.
 _Key = Callable[[Any], Hashable]
@@ -90,13 +88,13 @@ def plan_difference(
             *_matches(old.components(), new.components(), _COMPONENT_KEYS),
         )
     }
-    before = _labelled(old)
+    before = tuple(old.members())
     plan, labels = _relabelled(new, kept, before, taken)
     by_label = {entry.label: entry for entry in before}
     differs: list[str] = []
     same: list[str] = []
     for entry in plan.walk():
-        if isinstance(entry, Process | Component) and entry.label in by_label:
+        if isinstance(entry, Member) and entry.label in by_label:
             is_same = _content(by_label[entry.label]) == _content(entry)
             (same if is_same else differs).append(entry.label)
     stays = {*differs, *same}
@@ -120,12 +118,12 @@ def plan_difference(
 
 
 def _matches(
-    old: Iterable[Labelled], new: Iterable[Labelled], keys: Iterable[_Key]
-) -> Iterator[tuple[Labelled, Labelled]]:
+    old: Iterable[Member], new: Iterable[Member], keys: Iterable[_Key]
+) -> Iterator[tuple[Member, Member]]:
     """Iterate over the entries in both plans, as pairs."""
     old, new = list(old), list(new)
     for key in keys:
-        waiting: dict[Hashable, list[Labelled]] = {}
+        waiting: dict[Hashable, list[Member]] = {}
         for one in reversed(old):
             # what runs on a machine is none that runs on another one
             place = machine_of(one.label), key(one)
@@ -147,8 +145,8 @@ def _matches(
 
 def _relabelled(
     new: Plan,
-    kept: Mapping[str, Labelled],
-    before: Iterable[Labelled],
+    kept: Mapping[str, Member],
+    before: Iterable[Member],
     taken: Collection[str],
 ) -> tuple[Plan, set[str]]:
     """
@@ -162,7 +160,7 @@ def _relabelled(
     names: dict[str, str] = {}
     labels: dict[str, str] = {}
     fresh = set()
-    for entry in _labelled(new):
+    for entry in new.members():
         key = entry.ros_name
         if key in kept:
             names[key], labels[key] = kept[key].ros_name, kept[key].label
@@ -232,7 +230,7 @@ def _new(
     :param others: What was there already, which is counted down
     """
     for entry in entries:
-        if isinstance(entry, Process | Component):
+        if isinstance(entry, Member):
             if entry.label in labels:
                 yield entry
         elif isinstance(entry, Timer):
@@ -247,10 +245,6 @@ def _new(
                 yield entry
 
 
-def _labelled(plan: Plan) -> tuple[Labelled, ...]:
-    return (*plan.processes(), *plan.components())
-
-
 def _others(
     entries: Iterable[Entry], periods: tuple[float, ...] = ()
 ) -> Iterator[tuple[Hashable, Entry]]:
@@ -258,7 +252,7 @@ def _others(
     for entry in entries:
         if isinstance(entry, Timer):
             yield from _others(entry.entries, (*periods, entry.period))
-        elif not isinstance(entry, Process | Component):
+        elif not isinstance(entry, Member):
             yield _other_content(entry, periods), entry
 
 
@@ -275,7 +269,7 @@ def _other_content(entry: Entry, periods: tuple[float, ...]) -> Hashable:
             return periods, entry
 
 
-def _content(entry: Labelled) -> Hashable:
+def _content(entry: Member) -> Hashable:
     """Return all that determines how an entry is started or loaded."""
     if isinstance(entry, Process):
         return _process_content(entry)

@@ -12,6 +12,7 @@ from colcon_yamllaunch.plan.plan import (
     DEFAULT_SIGKILL_TIMEOUT,
     DEFAULT_SIGTERM_TIMEOUT,
     Entry,
+    Member,
     Message,
     Plan,
     Process,
@@ -166,7 +167,7 @@ def _jobs(entries: tuple[Entry, ...], cwd: str, delay: float) -> Iterator[str]:
         yield _job([_ON_SIGNAL, ' && '.join(steps)], delay)
 
 
-def _title(entry: Process | Component, cwd: str) -> str:
+def _title(entry: Member, cwd: str) -> str:
     place = one_line(shown_position(entry.position, cwd))
     return f'# {one_line(entry.label)}  ({place})'
 

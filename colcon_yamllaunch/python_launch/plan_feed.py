@@ -90,10 +90,13 @@ class PlanFeed(Participant):
             return
         match event:
             case events.Requested(action='change'):
-                self._changed.setdefault(event.process.label, None)
-            case events.Requested() | events.StartFailed():
+                self._changed.setdefault(event.member.label, None)
+            case (
+                events.Requested(member=member)
+                | events.StartFailed(process=member)
+            ):
                 # it is not the change any more that it ends for
-                kept = self._changed.pop(event.process.label, None)
+                kept = self._changed.pop(member.label, None)
                 if kept is not None:
                     self._exited(kept)
             case events.Started() if self._changed.pop(

@@ -9,7 +9,7 @@ from typing import ClassVar
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.engine.commands import Command, Done, PartCommand
+from colcon_yamllaunch.engine.commands import Command, Done, MemberCommand
 
 #: Seconds without a word from the launcher after which a part is stopped.
 LOST_AFTER = 10.0
@@ -50,7 +50,7 @@ class Finish(Command[Done]):
 
 
 @dataclass(frozen=True, slots=True)
-class Show(PartCommand[Done]):
+class Show(MemberCommand[Done]):
     """
     Send what a process writes at once, and how its terminal reads keys.
 

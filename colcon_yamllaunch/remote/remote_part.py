@@ -35,6 +35,7 @@ from colcon_yamllaunch.plan.plan import (
     changed_entries,
     Component,
     Entry,
+    Member,
     Plan,
     Process,
     Timer,
@@ -71,9 +72,9 @@ class RemotePart:
         #: The connection to the machine.
         self.link = link
         self._localised = localised
-        self._reader = EventReader(self._part_of_event)
-        self._parts: dict[str, Process | Component] = {}
-        self._successors: dict[str, Process | Component] = {}
+        self._reader = EventReader(self._member_of_event)
+        self._members: dict[str, Member] = {}
+        self._successors: dict[str, Member] = {}
         self._by_name: dict[str, str] = {}
         # whether its end may wait for timers
         self._has_timers = False
@@ -242,42 +243,42 @@ class RemotePart:
 
     def label_of(self, name: str) -> str | None:
         """Return the label of a process or component by one of its names."""
-        if name in self._parts:
+        if name in self._members:
             return name
         if name in self._by_name:
             return self._by_name[name]
-        for label, part in self._parts.items():
+        for label, member in self._members.items():
             state = self._launch.state.by_label.get(label)
-            if isinstance(part, Component) and state and state.node == name:
+            if isinstance(member, Component) and state and state.node == name:
                 return label
         return None
 
-    def part(self, label: str) -> Process | Component:
+    def member(self, label: str) -> Member:
         """Return a process or component as it is planned now."""
-        return self._successors.get(label) or self._parts[label]
+        return self._successors.get(label) or self._members[label]
 
     def processes(self) -> Iterator[Process]:
         """Iterate over the processes as they are planned now."""
-        for label in self._parts:
-            part = self.part(label)
-            if isinstance(part, Process):
-                yield part
+        for label in self._members:
+            member = self.member(label)
+            if isinstance(member, Process):
+                yield member
 
     def components(self) -> Iterator[tuple[Component, Process | None]]:
         """Iterate over the components, with the process of the container."""
         containers = {
             p.node_name: p for p in self.processes() if p.is_container
         }
-        for label in self._parts:
-            part = self.part(label)
-            if isinstance(part, Component):
-                yield part, containers.get(part.container)
+        for label in self._members:
+            member = self.member(label)
+            if isinstance(member, Component):
+                yield member, containers.get(member.container)
 
     # keyboards
 
     def has_keyboard(self, label: str) -> bool:
         """Return whether keys can be typed at a process now."""
-        if self.link_state != 'up' or label not in self._parts:
+        if self.link_state != 'up' or label not in self._members:
             return False
         state = self._launch.state.process(label)
         return state is not None and state.terminal
@@ -298,23 +299,23 @@ class RemotePart:
         self._is_idle = False
         self.send(commands.Extend(self._localised(plan).entries))
 
-    def revise(self, part: Process | Component, *, at_once: bool) -> None:
+    def revise(self, member: Member, *, at_once: bool) -> None:
         """Replace a process or component from its next start on."""
         if at_once:
-            self._plan_part(part)
+            self._plan_member(member)
         else:
-            self._successors[part.label] = part
-        if part.label not in self._missing:
-            (there,) = self._localised(Plan((part,))).entries
-            assert isinstance(there, Process | Component)
+            self._successors[member.label] = member
+        if member.label not in self._missing:
+            (there,) = self._localised(Plan((member,))).entries
+            assert isinstance(there, Member)
             self.send(commands.Revise(there, at_once))
 
     def restart(self, labels: Collection[str]) -> tuple[str, ...]:
-        """Restart or reload parts after a change; return their labels."""
+        """Restart or reload members after a change; return their labels."""
         states = self._launch.state.by_label
         begun = tuple(
             label
-            for label in self._parts
+            for label in self._members
             if label in labels
             and label in states
             and states[label].is_begun
@@ -329,7 +330,7 @@ class RemotePart:
     def drop(self, label: str) -> None:
         """Stop or unload a process or component, then remove it."""
         if label in self._missing:
-            self._launch.emit(events.Dropped(self._parts[label]))
+            self._launch.emit(events.Dropped(self._members[label]))
             self._forget(label)
             return
         self.send(commands.Drop(label))
@@ -343,17 +344,17 @@ class RemotePart:
 
     def execute(
         self,
-        command: commands.PartCommand[Any],
+        command: commands.MemberCommand[Any],
         reply: Callable[[Any], object],
     ) -> None:
         """
         Execute a command about a process or component.
 
-        :param command: Its `process` is a label
+        :param command: Its `member` is a label
         :param reply: Takes the response
         :raises RefusedError: when it cannot be sent now
         """
-        label = command.process
+        label = command.member
         match command:
             case commands.Type():
                 self.send(command)
@@ -403,10 +404,10 @@ class RemotePart:
             return commands.Refused(
                 f'{self.machine.name} does not describe it'
             )
-        part = self.part(command.process)
-        log = self._launch.state.log_files.get(part.label)
+        member = self.member(command.member)
+        log = self._launch.state.log_files.get(member.label)
         description = received_description(
-            part, described, self._launch.blocks, str(log) if log else None
+            member, described, self._launch.blocks, str(log) if log else None
         )
         return commands.Described(description)
 
@@ -445,7 +446,7 @@ class RemotePart:
 
         :param seconds: When, by the clock here (:func:`time.time`)
         """
-        process = self._parts.get(label)
+        process = self._members.get(label)
         if self.is_over:
             return
         if not isinstance(process, Process):
@@ -526,7 +527,7 @@ class RemotePart:
             plan = Plan(self._not_stopped())
         else:
             plan = self._plan_of(self._to_restart)
-        self._missing = {*self._parts} - self._expect(plan)
+        self._missing = {*self._members} - self._expect(plan)
         self._stopped_for = ''
         self._modes.clear()
         self._suspended.clear()
@@ -543,36 +544,38 @@ class RemotePart:
         self.send(commands.Extend(self._localised(plan).entries))
 
     def _plan_of(self, labels: Collection[str]) -> Plan:
-        """Return a plan of parts, with the components of containers."""
+        """Return a plan of members, with the components of containers."""
         inside = {
             component.label
             for component, process in self.components()
             if process is not None and process.label in labels
         }
         wanted = inside.union(labels)
-        return Plan(tuple(self.part(p) for p in self._parts if p in wanted))
+        return Plan(
+            tuple(self.member(p) for p in self._members if p in wanted)
+        )
 
     def _not_stopped(self) -> tuple[Entry, ...]:
         """Return all entries as planned now, but for what was stopped."""
         states = self._launch.state.by_label.values()
         stopped = {state.label for state in states if state.is_kept_stopped}
-        labels = self._to_restart.union(self._parts.keys() - stopped)
+        labels = self._to_restart.union(self._members.keys() - stopped)
 
         def planned_now(entry: Entry) -> Entry | None:
-            if not isinstance(entry, Process | Component):
+            if not isinstance(entry, Member):
                 return entry
-            return self.part(entry.label) if entry.label in labels else None
+            return self.member(entry.label) if entry.label in labels else None
 
         return changed_entries(self._entries, planned_now)
 
     def _expect(self, plan: Plan) -> set[str]:
         """Mark all of a plan as waiting for a start; return its labels."""
-        parts = _parts_of(plan)
-        for part in parts:
-            self._plan_part(part)
-            self._successors.pop(part.label, None)
-            self._launch.emit(events.PartChanged(part, 'waiting'))
-        return {part.label for part in parts}
+        members = tuple(plan.members())
+        for member in members:
+            self._plan_member(member)
+            self._successors.pop(member.label, None)
+            self._launch.emit(events.MemberChanged(member, 'waiting'))
+        return {member.label for member in members}
 
     def _answer_waiting(self, response: object) -> None:
         waiting, self._waiting_replies = self._waiting_replies, []
@@ -596,7 +599,7 @@ class RemotePart:
         is_needed = False
         for state in running:
             launch.end_lines(state.label)
-            process = self.part(state.label)
+            process = self.member(state.label)
             assert isinstance(process, Process)
             is_needed |= process.on_exit_shutdown
             launch.emit(
@@ -632,7 +635,7 @@ class RemotePart:
                     'stream': 'stdout' | 'stderr' as stream,
                     'data': bytes(data),
                 }
-            } if label in self._parts:
+            } if label in self._members:
                 self._launch.show(label, stream, data)
             case {
                 'modes': {
@@ -640,7 +643,7 @@ class RemotePart:
                     'lines': bool(lines),
                     'echo': bool(echo),
                 }
-            } if label in self._parts:
+            } if label in self._members:
                 flags = termios.ICANON if lines else 0
                 self._modes[label] = flags | (termios.ECHO if echo else 0)
             case {'missed': {'bytes': int(size)}} if size >= 0:
@@ -679,12 +682,12 @@ class RemotePart:
                     self._launch.shut_down(event.reason)
                 return
             case events.Planned():
-                labels = [part.label for part in event.parts]
+                labels = [member.label for member in event.members]
                 for label in labels:
-                    self._plan_part(self.part(label))
+                    self._plan_member(self.member(label))
                     self._successors.pop(label, None)
-                parts = tuple(self._parts[label] for label in labels)
-                event = events.Planned(parts)
+                members = tuple(self._members[label] for label in labels)
+                event = events.Planned(members)
             case events.Warned():
                 self._warn(event.text)
                 return
@@ -709,17 +712,17 @@ class RemotePart:
         # a failure ends the launch before the next event undoes it
         self._launch.check_conditions()
         if isinstance(event, events.Dropped):
-            self._forget(event.process.label)
+            self._forget(event.member.label)
 
-    def _part_of_event(self, label: str) -> Process | Component | None:
+    def _member_of_event(self, label: str) -> Member | None:
         """Return the process or component that a label in an event names."""
-        part = self._parts.get(label)
-        if part is None and label == UNATTRIBUTED:
+        member = self._members.get(label)
+        if member is None and label == UNATTRIBUTED:
             # what belongs to no process for sure
             name = f'{label} of {self.machine.name}'
             for process in self.processes():
                 return replace(process, label=name)
-        return part
+        return member
 
     def _add(self, plan: Plan) -> None:
         """
@@ -727,35 +730,37 @@ class RemotePart:
 
         :raises RefusedError: when a label is taken
         """
-        more = _parts_of(plan)
-        for part in more:
-            if part.label in self._parts:
-                raise RefusedError(f'there is a process {part.label} already')
-        for part in more:
-            self._plan_part(part)
+        more = tuple(plan.members())
+        for member in more:
+            if member.label in self._members:
+                raise RefusedError(
+                    f'there is a process {member.label} already'
+                )
+        for member in more:
+            self._plan_member(member)
         self._has_timers |= any(
             isinstance(entry, Timer) and not entry.cancel_on_shutdown
             for entry in plan.walk()
         )
         self._entries += plan.entries
 
-    def _plan_part(self, part: Process | Component) -> None:
-        before = self._parts.get(part.label)
+    def _plan_member(self, member: Member) -> None:
+        before = self._members.get(member.label)
         if before is not None:
             self._by_name.pop(before.ros_name, None)
-        self._parts[part.label] = part
-        self._by_name[part.ros_name] = part.label
+        self._members[member.label] = member
+        self._by_name[member.ros_name] = member.label
 
     def _forget(self, label: str) -> None:
-        part = self._parts.pop(label, None)
-        if part is not None:
-            self._by_name.pop(part.ros_name, None)
+        member = self._members.pop(label, None)
+        if member is not None:
+            self._by_name.pop(member.ros_name, None)
         self._successors.pop(label, None)
         self._missing.discard(label)
 
     def _running(self) -> list[ProcessState]:
         """Return the processes that run, according to the last events."""
-        states = map(self._launch.state.process, self._parts)
+        states = map(self._launch.state.process, self._members)
         return [state for state in states if state and state.pid is not None]
 
     def _enter(self, state: LinkState) -> None:
@@ -818,7 +823,3 @@ class RemotePart:
     def _reaped(self, pid: int, status: int) -> None:
         self.link.ended(pid, Outcome.from_status(status))
         self._guard_link()
-
-
-def _parts_of(plan: Plan) -> list[Process | Component]:
-    return [*plan.processes(), *plan.components()]

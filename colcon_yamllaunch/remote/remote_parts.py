@@ -15,7 +15,7 @@ from colcon_yamllaunch.engine import commands, events
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.participants import Execute, Participant, Reply
 from colcon_yamllaunch.engine.terminals import Keyboards
-from colcon_yamllaunch.plan.plan import Component, Entry, Plan, Process
+from colcon_yamllaunch.plan.plan import Entry, Member, Plan
 from colcon_yamllaunch.remote.deployment.placement import Placed
 from colcon_yamllaunch.remote.machine_link import MachineLink
 from colcon_yamllaunch.remote.part_protocol import Show
@@ -133,14 +133,14 @@ class RemoteParts(Participant, Keyboards):
 
     # lookups
 
-    def find(self, name: str) -> Process | Component | None:
+    def find(self, name: str) -> Member | None:
         """Return a process or component as it is planned now."""
-        found = self._find_part(name)
-        return None if found is None else found[0].part(found[1])
+        found = self._find_member(name)
+        return None if found is None else found[0].member(found[1])
 
     def machine_of(self, label: str) -> str | None:
-        """Return the name of the machine where a part runs."""
-        found = self._find_part(label)
+        """Return the name of the machine where a member runs."""
+        found = self._find_member(label)
         return None if found is None else found[0].machine.name
 
     def cpu_shares(self) -> dict[str, float]:
@@ -187,18 +187,18 @@ class RemoteParts(Participant, Keyboards):
     ) -> Any:
         """Execute the share of a command that concerns machines."""
         match command:
-            case commands.PartCommand() if found := self._find_part(
-                command.process
+            case commands.MemberCommand() if found := self._find_member(
+                command.member
             ):
                 part, label = found
-                part.execute(replace(command, process=label), reply)
+                part.execute(replace(command, member=label), reply)
                 return None
-            case commands.Revise() if found := self._find_part(
-                command.part.label
+            case commands.Revise() if found := self._find_member(
+                command.member.label
             ):
-                found[0].revise(command.part, at_once=command.at_once)
+                found[0].revise(command.member, at_once=command.at_once)
                 return commands.DONE
-            case commands.Drop() if found := self._find_part(command.label):
+            case commands.Drop() if found := self._find_member(command.label):
                 found[0].drop(command.label)
                 return commands.DONE
             case commands.Extend() | commands.Forget():
@@ -273,12 +273,12 @@ class RemoteParts(Participant, Keyboards):
 
     def has_keyboard(self, label: str) -> bool:
         """Return whether keys can be typed at a process now."""
-        found = self._find_part(label)
+        found = self._find_member(label)
         return found is not None and found[0].has_keyboard(found[1])
 
     def input_modes(self, label: str) -> int | None:
         """Return the local modes of the terminal that a process reads."""
-        found = self._find_part(label)
+        found = self._find_member(label)
         return None if found is None else found[0].input_modes(found[1])
 
     def attach(self, label: str) -> None:
@@ -293,12 +293,12 @@ class RemoteParts(Participant, Keyboards):
         """Type at a process."""
         self._send(commands.Type(label, keys))
 
-    def _send(self, command: commands.PartCommand[Any]) -> None:
-        found = self._find_part(command.process)
+    def _send(self, command: commands.MemberCommand[Any]) -> None:
+        found = self._find_member(command.member)
         if found is not None:
             found[0].send(command)
 
-    def _find_part(self, name: str) -> tuple[RemotePart, str] | None:
+    def _find_member(self, name: str) -> tuple[RemotePart, str] | None:
         for part in self.parts:
             label = part.label_of(name)
             if label is not None:

@@ -22,7 +22,7 @@ from colcon_yamllaunch.control.orphaned_launches import ONLY_STOPS
 from colcon_yamllaunch.control.protocol import ProtocolError
 from colcon_yamllaunch.control.selection import Candidate
 from colcon_yamllaunch.engine.loop import caught, received, STOPPING
-from colcon_yamllaunch.engine.state import ComponentState, Part
+from colcon_yamllaunch.engine.state import ComponentState, MemberState
 from colcon_yamllaunch.terminal.keyboard import (
     ESCAPE,
     ESCAPE_NAME,
@@ -31,18 +31,18 @@ from colcon_yamllaunch.terminal.keyboard import (
 )
 
 
-def attach(chosen: Candidate, parts: Sequence[Part]) -> int:
+def attach(chosen: Candidate, members: Sequence[MemberState]) -> int:
     """
     Connect the terminal to a process of a launch; return the exit code.
 
-    :param parts: The process that is meant
+    :param members: The process that is meant
     :raises UserError: when there are more of them, or no keyboard
     :raises ControlError: when the launch refuses
     """
-    if len(parts) != 1:
-        names = listing(p.label for p in parts)
+    if len(members) != 1:
+        names = listing(p.label for p in members)
         raise UserError(f'--attach takes one process, not {names}')
-    process = parts[0]
+    process = members[0]
     if isinstance(process, ComponentState):
         raise UserError(
             f'{process.label} is a component: --attach takes a process, such '

@@ -14,8 +14,9 @@ A new command is a class in `engine/commands` and a handler in
 full screen the keys for one, for all and for the screen share one keyboard.
 
 A row without either calls the method `key_NAME` of the view: of the status
-block with a label or None, of the full screen with the part or the key. A view
-may show the response to a command in its own way, by a method `after_NAME`.
+block with a label or None, of the full screen with the member or the key. A
+view may show the response to a command in its own way, by a method
+`after_NAME`.
 """
 
 from collections.abc import Callable
@@ -27,7 +28,7 @@ from colcon_yamllaunch.engine.commands import Command
 from colcon_yamllaunch.engine.state import (
     ComponentState,
     LaunchState,
-    Part,
+    MemberState,
     ProcessState,
 )
 from colcon_yamllaunch.terminal.keyboard import ESCAPE_NAME
@@ -207,16 +208,16 @@ BLOCK_HELP = (
 )
 
 
-def without_effect(state: LaunchState, part: Part | None) -> set[str]:
+def without_effect(state: LaunchState, member: MemberState | None) -> set[str]:
     """Return the names of keys that can do nothing now."""
     found = set()
     if state.watch is None:
         found.add('watch')
     if not state.errors:
         found.add('errors')
-    if isinstance(part, ComponentState):
+    if isinstance(member, ComponentState):
         found |= {key.name for key in ON_ONE if not key.for_components}
-    elif part is not None and not part.terminal:
+    elif member is not None and not member.terminal:
         found.add('attach')
     return found
 
@@ -226,10 +227,10 @@ def only_its_container_writes(label: str) -> str:
     return f'{label} is a component: its container writes'
 
 
-def cannot_be_typed_at(part: Part) -> str:
+def cannot_be_typed_at(member: MemberState) -> str:
     """Return why a process or component takes no keys, and the way out."""
-    if not isinstance(part, ProcessState):
-        return f'{part.label} is a component: it has no keyboard'
-    if part.pid is None:
-        return f'{part.label} does not run'
-    return f'{part.label} has no terminal; emulate_tty or --tty gives it one'
+    if not isinstance(member, ProcessState):
+        return f'{member.label} is a component: it has no keyboard'
+    if member.pid is None:
+        return f'{member.label} does not run'
+    return f'{member.label} has no terminal; emulate_tty or --tty gives it one'

@@ -291,7 +291,7 @@ class Keys:
 
     def view(self, live: tuple[str, ...] = ()) -> View:
         """
-        Return the part of this state that the block shows.
+        Return the member of this state that the block shows.
 
         :param live: Lines of output that may still change
         """
@@ -355,9 +355,9 @@ class Keys:
 
     def _hint_for(self, label: str) -> str:
         """Return what keys mean for a process as it is now."""
-        state, part = self._model.state, self._model.part(label)
-        is_down = part is not None and part.condition in DOWN
-        left_out = keymap.without_effect(state, part)
+        state, member = self._model.state, self._model.member(label)
+        is_down = member is not None and member.condition in DOWN
+        left_out = keymap.without_effect(state, member)
         if is_down:
             left_out |= {'stop', 'kill'}
         if state.stopping:
@@ -378,7 +378,9 @@ class Keys:
     def _range_of_keys(self) -> str:
         """Return the keys of the processes, in short."""
         given = self._model.keys
-        keys = [given[p.label] for p in self._model.parts if p.label in given]
+        keys = [
+            given[p.label] for p in self._model.members if p.label in given
+        ]
         if len(keys) < 2:
             return ''.join(keys)
         return f'{keys[0]}-{keys[-1]}'
@@ -449,13 +451,13 @@ class Keys:
     # for one
 
     def _press_for_one(self, label: str, key: str) -> Iterator[Press | Typed]:
-        part = self._model.part(label)
+        member = self._model.member(label)
         self._chosen = None
-        if part is None:
+        if member is None:
             return
         row = _FOR_ONE.get(key)
         if row is not None and row.filter is not None:
-            if isinstance(part, ComponentState):
+            if isinstance(member, ComponentState):
                 self._note = keymap.only_its_container_writes(label)
             else:
                 self.filtering = row.filter(self.filtering, label)
@@ -511,7 +513,9 @@ class Keys:
 
     def _matches(self) -> list[str]:
         """Return the labels that are meant, the best first."""
-        names = {p.label: ProcessNames.of_state(p) for p in self._model.parts}
+        names = {
+            p.label: ProcessNames.of_state(p) for p in self._model.members
+        }
         return matching(self._line.text, names)
 
     def _press_attached(self, label: str, key: str) -> Iterator[Press | Typed]:

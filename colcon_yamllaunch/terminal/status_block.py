@@ -12,7 +12,7 @@ from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import COLOUR, one_line
 from colcon_yamllaunch.engine import events, limits
 from colcon_yamllaunch.engine.outcome import signal_name
-from colcon_yamllaunch.engine.state import Countdown, LaunchState, Part
+from colcon_yamllaunch.engine.state import Countdown, LaunchState, MemberState
 from colcon_yamllaunch.terminal.line_filter import Filtering
 from colcon_yamllaunch.terminal.status_model import (
     ALARM,
@@ -193,18 +193,20 @@ def _processes(
     model: StatusModel, view: View, style: Style, columns: int, count: int
 ) -> list[str]:
     """Return lines with all processes, or with the most important ones."""
-    parts = model.parts
+    members = model.members
     shortest = 4
-    is_few = len(parts) <= FEW_PROCESSES
+    is_few = len(members) <= FEW_PROCESSES
     named = count if is_few else min(count, NAMED_LINES)
     # skip the attempt if the chips cannot fit
-    if len(parts) * shortest <= named * (columns + len(_GAP)):
-        lines = _packed([_chip(p, model, view, style) for p in parts], columns)
+    if len(members) * shortest <= named * (columns + len(_GAP)):
+        lines = _packed(
+            [_chip(p, model, view, style) for p in members], columns
+        )
         if len(lines) <= named:
             return lines
-    ordered = sorted(parts, key=lambda part: _rank(part, model, view))
+    ordered = sorted(members, key=lambda member: _rank(member, model, view))
     healthy = (True, HEALTHY)
-    notable = sum(_rank(part, model, view) < healthy for part in ordered)
+    notable = sum(_rank(member, model, view) < healthy for member in ordered)
     most = min(notable, count * columns // shortest)
     chips = [_chip(p, model, view, style) for p in ordered[:most]]
     best: list[str] = []
@@ -223,33 +225,39 @@ def _processes(
     return best or [cut(_GAP.join(rest), columns)]
 
 
-def _rank(part: Part, model: StatusModel, view: View) -> tuple[bool, int, int]:
-    condition = part.condition
+def _rank(
+    member: MemberState, model: StatusModel, view: View
+) -> tuple[bool, int, int]:
+    condition = member.condition
     rank = LOOKS[condition].rank
-    if part.label in model.cpu or (condition == 'running' and part.failure):
+    if member.label in model.cpu or (
+        condition == 'running' and member.failure
+    ):
         rank = min(rank, 1)
     if condition == 'stopping' and model.state.stopping:
         rank = HEALTHY
-    return part.label != view.chosen, rank, -part.turn
+    return member.label != view.chosen, rank, -member.turn
 
 
-def _chip(part: Part, model: StatusModel, view: View, style: Style) -> str:
+def _chip(
+    member: MemberState, model: StatusModel, view: View, style: Style
+) -> str:
     """Return what is shown of one process."""
-    row = model.row(part)
-    label, look = part.label, row.look
+    row = model.row(member)
+    label, look = member.label, row.look
     text, text_colour = row.title, look.text_colour
     if not view.filtering.has(label):
         text = f'({text})'
         text_colour = text_colour or DIM
-    failure = part.failure
-    if part.condition == 'running' and part.restarts:
+    failure = member.failure
+    if member.condition == 'running' and member.restarts:
         # the colour of the restarts shows it
         failure = ''
     words = [
         (row.key, BOLD),
         (look.sign, look.colour),
         (text, text_colour),
-        (row.restarts, RED if part.failure else YELLOW),
+        (row.restarts, RED if member.failure else YELLOW),
         (row.cpu, YELLOW),
         (row.lifecycle, YELLOW),
         (failure, RED),
@@ -262,10 +270,10 @@ def _chip(part: Part, model: StatusModel, view: View, style: Style) -> str:
 
 
 def _rest(
-    parts: Iterable[Part], style: Style, *, has_words: bool
+    members: Iterable[MemberState], style: Style, *, has_words: bool
 ) -> list[str]:
     """Return the numbers of processes that are not named, by state."""
-    counts = Counter(part.condition for part in parts)
+    counts = Counter(member.condition for member in members)
     chips = []
     for condition, look in LOOKS.items():
         if counts[condition]:

@@ -16,7 +16,7 @@ from colcon_yamllaunch.engine.state import (
     ComponentState,
     Condition,
     LaunchState,
-    Part,
+    MemberState,
     UNKNOWN,
 )
 
@@ -137,11 +137,11 @@ class StatusModel:
         return self.state.version, self._measured
 
     @property
-    def parts(self) -> tuple[Part, ...]:
+    def members(self) -> tuple[MemberState, ...]:
         """The processes and components, in the order of the plan."""
         return tuple(self.state.by_label.values())
 
-    def part(self, label: str | None) -> Part | None:
+    def member(self, label: str | None) -> MemberState | None:
         """Return the process or component with a label."""
         return None if label is None else self.state.by_label.get(label)
 
@@ -168,13 +168,13 @@ class StatusModel:
             self.cpu = cpu
             self._measured += 1
 
-    def row(self, part: Part, depth: int = 0) -> Row:
+    def row(self, member: MemberState, depth: int = 0) -> Row:
         """Return what is shown of a process or component."""
-        label, condition = part.label, part.condition
+        label, condition = member.label, member.condition
         look = LOOKS[condition]
-        has_failed = condition == 'respawn' and part.failure
+        has_failed = condition == 'respawn' and member.failure
         cpu = self.cpu.get(label)
-        is_steady = part.lifecycle in (None, UNKNOWN, 'active')
+        is_steady = member.lifecycle in (None, UNKNOWN, 'active')
         return Row(
             label,
             one_line(label),
@@ -182,10 +182,10 @@ class StatusModel:
             LOOKS['failed'].style if has_failed else look.style,
             self.keys.get(label, ''),
             # in short: the exit code, or the signal
-            _FAILED.sub(lambda m: m[2] or f'exit {m[1]}', state_of(part)),
-            f'×{part.restarts}' if part.restarts else '',
+            _FAILED.sub(lambda m: m[2] or f'exit {m[1]}', state_of(member)),
+            f'×{member.restarts}' if member.restarts else '',
             '' if cpu is None else f'{cpu * 100:.0f}%',
-            '' if is_steady else part.lifecycle or '',
+            '' if is_steady else member.lifecycle or '',
             depth,
         )
 
@@ -202,15 +202,15 @@ class StatusModel:
         self._keys.update(zip(new, free, strict=False))
 
 
-def state_of(part: Part) -> str:
+def state_of(member: MemberState) -> str:
     """Return the state of a process or component, as a word or a sentence."""
-    if part.phase in ('running', 'loaded') and part.lifecycle is not None:
-        return part.lifecycle
-    if part.phase == 'respawn':
-        return f'respawns ({part.ending})'
-    if part.phase == 'failed' or not isinstance(part, ComponentState):
-        return one_line(part.ending) or part.phase
-    return part.phase
+    if member.phase in ('running', 'loaded') and member.lifecycle is not None:
+        return member.lifecycle
+    if member.phase == 'respawn':
+        return f'respawns ({member.ending})'
+    if member.phase == 'failed' or not isinstance(member, ComponentState):
+        return one_line(member.ending) or member.phase
+    return member.phase
 
 
 class CpuShares:

@@ -18,7 +18,7 @@ from colcon_yamllaunch.control.resource_usage import Usage, use_of
 from colcon_yamllaunch.engine.state import (
     ComponentState,
     LaunchState,
-    Part,
+    MemberState,
     ProcessState,
 )
 from colcon_yamllaunch.terminal.status_model import state_of
@@ -120,12 +120,12 @@ def _component_row(component: ComponentState) -> tuple[str, ...]:
     return (_INDENT + label, _phase(component), '', up, '', '', '')
 
 
-def _phase(part: Part) -> str:
-    if part.phase in ('running', 'loaded') and part.lifecycle is not None:
-        return f'{part.phase}, {part.lifecycle}'
-    if part.phase == 'failed':
-        return f'not loaded: {part.ending}'
-    return state_of(part)
+def _phase(member: MemberState) -> str:
+    if member.phase in ('running', 'loaded') and member.lifecycle is not None:
+        return f'{member.phase}, {member.lifecycle}'
+    if member.phase == 'failed':
+        return f'not loaded: {member.ending}'
+    return state_of(member)
 
 
 def _narrow(widths: list[int], width: int) -> None:

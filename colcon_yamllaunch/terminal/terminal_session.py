@@ -57,7 +57,7 @@ LOOK_INTERVAL = 2.0
 LOOK_SHARE = 0.05
 #: Seconds between two checks whether the launch is in the foreground again.
 FOREGROUND_INTERVAL = 0.5
-#: The part of the lines of a terminal that the block takes at most, as one
+#: The share of the lines of a terminal that the block takes at most, as one
 #: divided by this.
 PART = 3
 #: Seconds between two checks whether a process reads lines or keys.
@@ -253,8 +253,12 @@ class TerminalSession:
         if command_of is None:
             getattr(self, f'key_{name}')(label)
             return
-        part = self.model.part(label)
-        if name in ('stop', 'kill') and part and part.condition in keys.DOWN:
+        member = self.model.member(label)
+        if (
+            name in ('stop', 'kill')
+            and member
+            and member.condition in keys.DOWN
+        ):
             self._keys.show_note(f'{label} does not run')
 
         command = command_of(state if label is None else label)
@@ -269,7 +273,7 @@ class TerminalSession:
 
     def after_debug(self, command: commands.Debug, _: object) -> None:
         """Type at a process as soon as its debugger runs."""
-        self._attachment.await_start(command.process)
+        self._attachment.await_start(command.member)
 
     def after_describe(self, _: object, response: commands.Described) -> None:
         """Show what a process or component is."""
@@ -278,9 +282,9 @@ class TerminalSession:
 
     def key_attach(self, label: str) -> None:
         """Type at a process."""
-        part = self.model.part(label)
-        if part is not None and not self._attachment.attach(label):
-            self._keys.show_note(cannot_be_typed_at(part))
+        member = self.model.member(label)
+        if member is not None and not self._attachment.attach(label):
+            self._keys.show_note(cannot_be_typed_at(member))
 
     def key_detach(self, label: str) -> None:
         """Go back from the process that is typed at."""
@@ -288,8 +292,8 @@ class TerminalSession:
 
     def key_log(self, label: str) -> None:
         """Show the log of a process in the pager."""
-        part = self.model.part(label)
-        log = None if part is None else self.model.state.log_of(part)
+        member = self.model.member(label)
+        log = None if member is None else self.model.state.log_of(member)
         if log is None:
             self._keys.show_note(f'{label} has no log')
         else:

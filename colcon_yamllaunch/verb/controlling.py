@@ -25,7 +25,7 @@ from colcon_yamllaunch.control.resource_usage import Usage, usage_of, use_of
 from colcon_yamllaunch.control.selection import (
     Candidate,
     choose_launch,
-    choose_parts,
+    choose_members,
     choose_processes,
     find_launches,
     is_pattern,
@@ -36,7 +36,7 @@ from colcon_yamllaunch.engine import commands
 from colcon_yamllaunch.engine.state import (
     ComponentState,
     LaunchState,
-    Part,
+    MemberState,
     ProcessState,
     to_json,
 )
@@ -86,7 +86,7 @@ def control(options: LaunchOptions, environment: Mapping[str, str]) -> int:
         if options.request == 'attach':
             from colcon_yamllaunch.terminal.client_attachment import attach
 
-            return attach(chosen, choose_parts(chosen.state, names))
+            return attach(chosen, choose_members(chosen.state, names))
         if options.request == 'ui':
             from colcon_yamllaunch.terminal.full_screen.session import (
                 show_launch,
@@ -103,15 +103,16 @@ def control(options: LaunchOptions, environment: Mapping[str, str]) -> int:
 
 def _end_in(chosen: Candidate, options: LaunchOptions) -> int:
     """Stop or restart processes and components of a launch."""
-    parts = choose_parts(chosen.state, options.names)
-    labels = {part.label for part in parts}
+    members = choose_members(chosen.state, options.names)
+    labels = {member.label for member in members}
     # components go with their container
-    parts = [
-        part
-        for part in parts
-        if not isinstance(part, ComponentState) or part.process not in labels
+    members = [
+        member
+        for member in members
+        if not isinstance(member, ComponentState)
+        or member.process not in labels
     ]
-    return _end(chosen, parts, is_restart=options.request == 'restart')
+    return _end(chosen, members, is_restart=options.request == 'restart')
 
 
 def _end_in_all(
@@ -191,15 +192,17 @@ def _wait_for_end(chosen: Candidate) -> int:
     return 0
 
 
-def _end(chosen: Candidate, parts: Sequence[Part], *, is_restart: bool) -> int:
+def _end(
+    chosen: Candidate, members: Sequence[MemberState], *, is_restart: bool
+) -> int:
     """Stop or restart processes and components; return the exit code."""
     command = commands.Restart if is_restart else commands.Stop
-    waited: list[Part] = []
+    waited: list[MemberState] = []
     refusals = []
-    for part in parts:
+    for member in members:
         try:
-            chosen.launch.do(command(part.label))
-            waited.append(part)
+            chosen.launch.do(command(member.label))
+            waited.append(member)
         except LaunchEndedError:
             raise
         except ControlError as e:
@@ -214,18 +217,18 @@ def _end(chosen: Candidate, parts: Sequence[Part], *, is_restart: bool) -> int:
         # containers load their components again
         waited += [
             component
-            for part in waited
-            for component in chosen.state.components_of(part.label)
+            for member in waited
+            for component in chosen.state.components_of(member.label)
             if component.phase != 'unloaded'
         ]
-    for part in waited:
-        text, is_done = _outcome(_wait_for(chosen, part), is_restart)
+    for member in waited:
+        text, is_done = _outcome(_wait_for(chosen, member), is_restart)
         code = code if is_done else 1
-        say_line(f'{part.label}: {text}')
+        say_line(f'{member.label}: {text}')
     return code
 
 
-def _outcome(now: Part | None, is_restart: bool) -> tuple[str, bool]:
+def _outcome(now: MemberState | None, is_restart: bool) -> tuple[str, bool]:
     """Return how a request ended, and whether it succeeded."""
     if now is None:
         return 'the launch has ended', not is_restart
@@ -244,8 +247,8 @@ def _outcome(now: Part | None, is_restart: bool) -> tuple[str, bool]:
     return now.ending or now.phase, False
 
 
-def _wait_for(chosen: Candidate, part: Part) -> Part | None:
-    """Wait until a part is settled; return None if the launch has ended."""
+def _wait_for(chosen: Candidate, member: MemberState) -> MemberState | None:
+    """Wait until a member is settled; return None if the launch has ended."""
     asked = time.monotonic()
     is_announced = False
     while True:
@@ -254,7 +257,7 @@ def _wait_for(chosen: Candidate, part: Part) -> Part | None:
         except LaunchEndedError:
             return None
         is_long = time.monotonic() - asked > PROGRESS_INTERVAL
-        for now in state.parts():
+        for now in state.members():
             # nobody knows when a container of others comes
             is_stuck = (
                 isinstance(now, ComponentState)
@@ -263,11 +266,11 @@ def _wait_for(chosen: Candidate, part: Part) -> Part | None:
                 and is_long
             )
             is_settled = is_stuck or now.phase not in _UNSETTLED
-            if now.label == part.label and is_settled:
+            if now.label == member.label and is_settled:
                 return now
         if is_long and not is_announced:
             is_announced = True
-            say_line(f'waiting for {part.label}')
+            say_line(f'waiting for {member.label}')
         time.sleep(POLL_INTERVAL)
 
 
@@ -276,11 +279,11 @@ def _debug(chosen: Candidate, names: Sequence[str], port: int) -> int:
     # few requests need it
     from colcon_yamllaunch.engine.debugging import HOST
 
-    parts = choose_parts(chosen.state, names)
-    if len(parts) != 1:
-        found = listing(p.label for p in parts)
+    members = choose_members(chosen.state, names)
+    if len(members) != 1:
+        found = listing(p.label for p in members)
         raise UserError(f'--debug takes one process, not {found}')
-    process = parts[0]
+    process = members[0]
     chosen.launch.do(commands.Debug(process.label, port))
     now = _wait_for(chosen, process)
     # an editor that connects too early gives up
@@ -318,11 +321,11 @@ def _change_states(
     :raises ControlError: when the launch ended
     """
     launch, code = chosen.launch, 0
-    nodes = choose_parts(chosen.state, names)
+    nodes = choose_members(chosen.state, names)
     # an orphaned launch has no lifecycle states, and refuses with a reason
     if not chosen.is_orphaned:
         _refuse_other_nodes(chosen.state, names)
-        nodes = [part for part in nodes if part.lifecycle is not None]
+        nodes = [member for member in nodes if member.lifecycle is not None]
     for label in [node.label for node in nodes]:
         try:
             launch.do(
@@ -333,7 +336,7 @@ def _change_states(
             raise
         except ControlError as e:
             code = 1
-            states = {p.label: p.lifecycle for p in launch.status().parts()}
+            states = {p.label: p.lifecycle for p in launch.status().members()}
             possible = transitions_of(states.get(label))
             text = f'{transition} failed: {e}'
             if possible and transition not in possible:
@@ -345,10 +348,10 @@ def _change_states(
 
 
 def _refuse_other_nodes(state: LaunchState, names: Sequence[str]) -> None:
-    """Refuse names that match only parts without a lifecycle."""
+    """Refuse names that match only members without a lifecycle."""
     for found in matches(state, names):
         if found and all(p.lifecycle is None for p in found):
-            known = [p for p in state.parts() if p.lifecycle is not None]
+            known = [p for p in state.members() if p.lifecycle is not None]
             raise UserError(
                 f'{listing(p.label for p in found)} of {state.title} is no '
                 'lifecycle_node or composable_lifecycle_node; there is '

@@ -50,7 +50,7 @@ Completer = Literal[
     'lifecycles',
     'nothing',
     'packages',
-    'parts',
+    'members',
     'places',
     'processes',
     'terminals',
@@ -487,7 +487,7 @@ _MADE_ALREADY = {
 _FILE = OptionValue('FILE', read_file, 'files')
 _FOLDER = OptionValue('PATH', read_path, 'folders')
 _NAME = text('NAME')
-_PARTS = text('NAME', 'parts')
+_MEMBERS = text('NAME', 'members')
 _SECONDS = OptionValue('SECONDS', read_seconds)
 _COUNT = OptionValue('N', read_count)
 _SIZE = OptionValue('SIZE', read_size)
@@ -729,12 +729,12 @@ class _Control(Options):
     stop = values(
         'Stop processes and unload components, by name or glob; without a '
         'name, the launch',
-        _PARTS,
+        _MEMBERS,
         'any',
     )
     restart = values(
         'Start processes and load components anew, by name or glob',
-        _PARTS,
+        _MEMBERS,
         'any',
     )
     lifecycle = values(
@@ -746,7 +746,7 @@ class _Control(Options):
     logs = values(
         'Show what processes wrote, by name or glob; for a component, what '
         'its container did',
-        _PARTS,
+        _MEMBERS,
         'any',
     )
     debug = value(

@@ -25,7 +25,7 @@ def candidates_of(
     """
     Return running launches, or processes and components of these.
 
-    :param completer: Which of them: `launches`, `parts`, `processes`,
+    :param completer: Which of them: `launches`, `members`, `processes`,
       `terminals` or `lifecycles`; with the latter, transitions follow the
       names of nodes
     :param words: The words in front that belong to no option
@@ -38,10 +38,10 @@ def candidates_of(
     names = (*(cursor.given('lifecycle') or ()), *words)
     if completer == 'lifecycles' and names:
         return _transitions(states, names)
-    return _parts(states, cursor.prefix, completer)
+    return _members(states, cursor.prefix, completer)
 
 
-def _parts(
+def _members(
     states: Sequence[LaunchState], prefix: str, completer: Completer
 ) -> Candidates:
     """
@@ -56,26 +56,26 @@ def _parts(
       nodes
     """
     named = [
-        (ProcessNames.of_state(part), part, state)
+        (ProcessNames.of_state(member), member, state)
         for state in states
-        for part in state.parts()
-        if completer == 'parts'
-        or (completer == 'lifecycles' and part.lifecycle is not None)
+        for member in state.members()
+        if completer == 'members'
+        or (completer == 'lifecycles' and member.lifecycle is not None)
         or (
-            isinstance(part, ProcessState)
+            isinstance(member, ProcessState)
             and (
                 completer == 'processes'
-                or (completer == 'terminals' and part.terminal)
+                or (completer == 'terminals' and member.terminal)
             )
         )
     ]
     shared = Counter(names.program for names, _, _ in named)
     texts: dict[str, str] = {}
     others: dict[str, str] = {}
-    for names, part, state in named:
-        phase: str = part.phase
-        if part.lifecycle not in (None, UNKNOWN):
-            phase = f'{phase}, {part.lifecycle}'
+    for names, member, state in named:
+        phase: str = member.phase
+        if member.lifecycle not in (None, UNKNOWN):
+            phase = f'{phase}, {member.lifecycle}'
         text = f'{phase} in {state.title}'
         best = names.label
         if best == names.name and shared[names.program] == 1:
@@ -94,10 +94,10 @@ def _transitions(
     if not TRANSITIONS.keys().isdisjoint(names):
         return texts
     for state in states:
-        for part in chain(*matches(state, names)):
-            if part.lifecycle is not None:
-                for name in transitions_of(part.lifecycle) or TRANSITIONS:
-                    texts[name] = f'{part.label} is {part.lifecycle}'
+        for member in chain(*matches(state, names)):
+            if member.lifecycle is not None:
+                for name in transitions_of(member.lifecycle) or TRANSITIONS:
+                    texts[name] = f'{member.label} is {member.lifecycle}'
     return texts
 
 

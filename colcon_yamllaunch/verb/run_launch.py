@@ -242,8 +242,8 @@ def _failures_of(ended: Ended) -> 'Iterator[Diagnostic]':
 
     for failure in ended.failures:
         text = '\n'.join((failure.text, *failure.tail))
-        process = failure.process
-        position = None if process is None else process.position
+        member = failure.member
+        position = None if member is None else member.position
         yield Diagnostic('error', text, position)
     for verdict in ended.verdicts:
         if verdict.failure is not None:

@@ -22,7 +22,7 @@ from colcon_yamllaunch.engine import commands, events
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.participants import Participant, Reply
-from colcon_yamllaunch.plan.plan import Component, Entry, Plan, Process
+from colcon_yamllaunch.plan.plan import Member, Plan, Process
 from colcon_yamllaunch.plan.plan_difference import plan_difference
 from colcon_yamllaunch.watch.consequences import (
     affected_by_build,
@@ -169,9 +169,9 @@ class ChangeLoop(Participant):
             case events.Exited(asked=False, failed=True):
                 self._crashed(event)
             case events.Dropped():
-                self._changes.dropped(event.process.label)
+                self._changes.dropped(event.member.label)
             case events.Requested(action='stop' | 'kill'):
-                self._changes.stopped(event.process.label)
+                self._changes.stopped(event.member.label)
             case _:
                 return
         if self._is_due:
@@ -507,7 +507,7 @@ class ChangeLoop(Participant):
         wanted = {*affected, *current.late, *self._unstarted, *new.differs}
         wanted |= self._worth_retrying(prepared)
         if not new.is_empty:
-            started = tuple(part.label for part in _parts(new.new))
+            started = tuple(member.label for member in Plan(new.new).members())
             launch.emit(events.Replanned(started, new.gone, new.differs))
             current.started = started
             current.stopped = new.gone
@@ -517,11 +517,11 @@ class ChangeLoop(Participant):
             self._libraries.pop(label, None)
         launch.dispatcher.do(commands.Forget(new.dropped))
         kept = {*new.same, *new.differs}
-        parts = [p for p in _parts(new.plan.entries) if p.label in kept]
-        for part in parts:
-            at_once = part.label not in new.differs
-            launch.dispatcher.do(commands.Revise(part, at_once))
-        labels = [p.label for p in parts if p.label in wanted]
+        members = [p for p in new.plan.members() if p.label in kept]
+        for member in members:
+            at_once = member.label not in new.differs
+            launch.dispatcher.do(commands.Revise(member, at_once))
+        labels = [p.label for p in members if p.label in wanted]
         self._restart(
             self._compiled(labels, changed, prepared.broken, current), current
         )
@@ -595,11 +595,11 @@ class ChangeLoop(Participant):
 
     # what starts and fails
 
-    def _started(self, part: Process | Component, *, failed: bool) -> None:
-        self._labels.add(part.label)
-        for change in self._changes.started(part.label, failed=failed):
+    def _started(self, member: Member, *, failed: bool) -> None:
+        self._labels.add(member.label)
+        for change in self._changes.started(member.label, failed=failed):
             seconds = self._clock() - change.since
-            self.launch.emit(events.Restarted(part, seconds))
+            self.launch.emit(events.Restarted(member, seconds))
 
     def _crashed(self, event: events.Exited) -> None:
         now = self._clock()
@@ -643,8 +643,3 @@ class ChangeLoop(Participant):
         assert self._watcher is not None
         since = self._current.since_ns
         self._watcher.watch(known.folders(), known.files(), since)
-
-
-def _parts(entries: Iterable[Entry]) -> list[Process | Component]:
-    plan = Plan(tuple(entries))
-    return [*plan.processes(), *plan.components()]

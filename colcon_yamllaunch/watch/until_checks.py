@@ -62,13 +62,16 @@ class UntilChecks(ExitConditions):
                 self._running.discard(label)
                 if event.failed and event.respawn_delay is None:
                     self._failures.append(f'{label} {event.outcome}')
-            case events.StartFailed() | events.TransitionFailed():
-                self._forget(event.process.label)
-                self._failures.append(f'{event.process.label} failed')
+            case (
+                events.StartFailed(process=member)
+                | events.TransitionFailed(member=member)
+            ):
+                self._forget(member.label)
+                self._failures.append(f'{member.label} failed')
             case events.LoadFailed():
                 self._failures.append(f'{event.component.label} failed')
             case events.Restarted() | events.Dropped():
-                self._forget(event.process.label)
+                self._forget(event.member.label)
             case events.Changed():
                 # the next check begins once the change is handled
                 self._is_open = False

@@ -170,21 +170,21 @@ def test_the_status_has_components_and_lifecycles(controlled, process):
 def test_component_is_unloaded_and_loaded_again(controlled):
     c = controlled(component('a'))
     c.answered('load', full_name='/ns/a', unique_id=1)
-    c.ask(('stop', {'process': 'a'}))
+    c.ask(('stop', {'member': 'a'}))
     assert [a['ok'] for a in c.answers()] == [True]
     assert c.state().components[0].phase == 'unloading'
     c.answered('unload')
     assert c.state().components[0].phase == 'unloaded'
-    c.ask(('stop', {'process': 'a'}))
+    c.ask(('stop', {'member': 'a'}))
     assert [a['error'] for a in c.answers()] == ['a is not loaded']
-    c.ask(('restart', {'process': 'a'}))
+    c.ask(('restart', {'member': 'a'}))
     assert [a['ok'] for a in c.answers()] == [True]
     c.answered('load', ok=False, reason='no such class')
     a = c.state().components[0]
     assert (a.phase, a.ending) == ('failed', 'no such class')
 
 
-CHANGE = {'process': 'a', 'transition': 'configure'}
+CHANGE = {'member': 'a', 'transition': 'configure'}
 
 
 @pytest.fixture
@@ -216,7 +216,7 @@ def test_failed_transition_has_its_reason(controlled):
     c.answered('load', full_name='/ns/a', unique_id=1)
     c.ask(('change_state', CHANGE))
     c.answered('change_state', ok=False, reason='no map')
-    c.ask(('change_state', {**CHANGE, 'process': 'b'}))
+    c.ask(('change_state', {**CHANGE, 'member': 'b'}))
     failed, none = c.answers()
     assert failed == protocol.failure('no map')
     assert none['error'] == "there is no lifecycle node 'b'"
@@ -257,7 +257,7 @@ def test_component_is_described_with_its_container(controlled):
         component('talker', parameters=(value,), remaps=('a:=b',), block=1),
         component('far', container='/elsewhere', block=0),
     )
-    c.ask(('describe', {'process': '/ns/talker'}), ('tree', {}))
+    c.ask(('describe', {'member': '/ns/talker'}), ('tree', {}))
     description, tree = c.answers()
     here, inner = {'position': '/ws/demo.yaml:14:5'}, '/ws/more.yaml:2:3'
     assert description['description'] == {
@@ -294,7 +294,7 @@ def test_component_cannot_be_killed_or_debugged(controlled):
         ('debug', '/ns/talker', 'debugged', 'box-1'),
         ('kill', 'far', 'killed', '/else'),
     ):
-        c.ask((do, {'process': process}))
+        c.ask((do, {'member': process}))
         (answer,) = c.answers()
         assert answer['error'] == (
             f'{process.removeprefix("/ns/")} is a component, which cannot be '

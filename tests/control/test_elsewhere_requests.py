@@ -113,7 +113,7 @@ def test_state_has_processes_of_machines_in_order(asked: Asked) -> None:
 
 
 def test_machine_describes_its_process(asked: Asked) -> None:
-    asked.asks('describe', process='arm│last')
+    asked.asks('describe', member='arm│last')
     same = {'cwd': '/home/robot', 'environment': {'A': 'b', 'C': None}}
     description = {'argv': ['there', 1], 'log': '/there/log', **same}
     asked.link.answers('describe', description=description)
@@ -122,7 +122,7 @@ def test_machine_describes_its_process(asked: Asked) -> None:
     assert told['argv'] == ('there', '1')
     assert {name: told[name] for name in same} == same
     assert told['log'] == '/log/last'
-    asked.asks('describe', process='arm│last')
+    asked.asks('describe', member='arm│last')
     asked.link.answers('describe', description='odd')
     assert not asked.answers[-1]['ok']
 

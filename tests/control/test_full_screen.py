@@ -39,9 +39,9 @@ def test_a_launch_is_shown_from_its_beginning_to_its_end(controlled, sh):
         await shown.until(lambda: ('a', 'one') in lines() and model.tree)
         assert model.failed == {'b'}
         await shown.until(lambda: model.usage.get('a'))
-        pid = model.part('a').pid
+        pid = model.member('a').pid
         await shown.types('r')
-        await shown.until(lambda: model.part('a').pid not in (None, pid))
+        await shown.until(lambda: model.member('a').pid not in (None, pid))
         await shown.types('s')
         await shown.until(
             lambda: model.state.exit_code is not None and model.ending

@@ -115,9 +115,9 @@ def untimed(record):
 
 def test_subscriber_can_send_requests(idle):
     news = subscribed(idle.connect(), events=False)
-    answer = answer_to(news, 'stop', process='x')
+    answer = answer_to(news, 'stop', member='x')
     assert answer['error'] == "there is no process 'x'"
-    description = answer_to(news, 'describe', process='a')['description']
+    description = answer_to(news, 'describe', member='a')['description']
     assert description['argv'] == ['sleep', '9999']
     assert description['position'] == '/ws/demo.yaml:14:5'
     assert (description['cwd'], description['environment']) == ('/', {})

@@ -28,15 +28,15 @@ from support.history import component, History, POSITION
 STOPPED = Outcome(signal=signal.SIGINT)
 
 
-def replace_process(h, part):
-    h.supervisor.revise(part, at_once=False)
-    if part.label in h.started():
-        h.supervisor.restart_process(part.label)
+def replace_process(h, member):
+    h.supervisor.revise(member, at_once=False)
+    if member.label in h.started():
+        h.supervisor.restart_process(member.label)
 
 
-def replace_component(h, part):
-    h.composition.revise(part)
-    h.composition.reload(part.label)
+def replace_component(h, member):
+    h.composition.revise(member)
+    h.composition.reload(member.label)
 
 
 @pytest.fixture
@@ -58,7 +58,7 @@ def test_added_entries_follow_those_of_the_plan(history, process):
     assert [t.process.label for t in h.supervisor.tasks] == ['a', 'b', 'c']
     kinds = [type(e) for e in h.host.events]
     assert kinds == [Started, Planned, Started, Said]
-    assert [p.label for p in h.happened(Planned)[0].parts] == ['b', 'c']
+    assert [p.label for p in h.happened(Planned)[0].members] == ['b', 'c']
     h.after(2.0)
     assert h.started() == ['a', 'b', 'c']
     h.exit('a')
@@ -123,7 +123,7 @@ def test_replaced_process_is_restarted(history, process):
     assert arguments(h, 'a') == ['old', 'new']
     ended, planned = h.happened(Exited)[0], h.happened(Planned)[0]
     assert ended.process.argv == ('old',)
-    assert planned.parts[0].argv == ('new',)
+    assert planned.members[0].argv == ('new',)
     assert not ended.failed
     assert h.state('a').restarts == 1
 
@@ -153,7 +153,7 @@ def test_dropped_process_is_stopped_and_forgotten(history, process):
     assert h.phases() == ['running', 'stopping']
     h.exit('b', STOPPED)
     assert [t.process.label for t in h.supervisor.tasks] == ['a']
-    assert [e.process.label for e in h.happened(Dropped)] == ['b']
+    assert [e.member.label for e in h.happened(Dropped)] == ['b']
     with pytest.raises(RefusedError, match='no process'):
         h.restart('b')
     h.exit('a')
@@ -228,7 +228,7 @@ def test_replaced_component_is_reloaded(history, box):
     assert h.composition.task('a').component.name == 'a'
     h.answer('unload')
     assert h.loads(2) == ['/other']
-    assert h.happened(Planned)[0].parts[0].name == 'other'
+    assert h.happened(Planned)[0].members[0].name == 'other'
 
 
 def test_component_moves_to_another_container(history, box, process):
@@ -257,7 +257,7 @@ def test_dropped_component_is_unloaded(history, box):
     h.loads(2)
     h.answer('unload')
     assert h.composition.tasks == []
-    assert {e.process.label for e in h.happened(Dropped)} == set('abc')
+    assert {e.member.label for e in h.happened(Dropped)} == set('abc')
     h.after(1.0)
     assert not h.open('load')
 

@@ -341,8 +341,8 @@ def test_returning_container_gets_its_components(process):
 
 
 def test_containers_do_not_wait_for_one_another(box):
-    parts = component('a'), component('b', '/other')
-    h = begin(box(), box('other-2', '/other'), *parts)
+    members = component('a'), component('b', '/other')
+    h = begin(box(), box('other-2', '/other'), *members)
     h.ready('/other')
     assert [r['name'] for r in h.open('load')] == ['a', 'b']
     assert phases(h) == ['waiting', 'loading']

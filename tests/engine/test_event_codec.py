@@ -18,8 +18,8 @@ import pytest
 _POSITION = Position('/ws/demo.yaml', 3, 5)
 DRIVER = Process('arm│driver', ('driver',), '/', _POSITION, 'driver-3')
 TALKER = Component('arm│talker', 'demo', 'demo::Talker', '/box', _POSITION)
-PARTS = {part.label: part for part in (DRIVER, TALKER)}
-READER = event_codec.EventReader(PARTS.get)
+MEMBERS = {member.label: member for member in (DRIVER, TALKER)}
+READER = event_codec.EventReader(MEMBERS.get)
 
 _TEXTS = st.text(st.characters(min_codepoint=0x20, max_codepoint=0x7E))
 _OUTCOMES = st.one_of(
@@ -28,7 +28,7 @@ _OUTCOMES = st.one_of(
 )
 _SCALARS = st.none() | st.booleans() | st.integers() | st.floats() | st.text()
 _JSON = st.recursive(
-    _SCALARS | st.sampled_from([*PARTS, *event_codec.FROM_MACHINES]),
+    _SCALARS | st.sampled_from([*MEMBERS, *event_codec.FROM_MACHINES]),
     lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner),
     max_leaves=10,
 )

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""The tree of a plan that runs, from its parts and what these stand in."""
+"""The tree of a plan that runs, from its members and what these stand in."""
 
 from colcon_yamllaunch.engine.description import plan_tree
 from colcon_yamllaunch.plan.plan import Block

@@ -87,7 +87,7 @@ def test_what_has_failed_stays_so_when_it_is_stopped(state, one, action):
     state.apply(events.Requested(one, action))
     row = state.process('a')
     assert (row.condition, row.failure) == ('stopping', 'exit 3')
-    state.apply(events.PartChanged(one, 'ended'))
+    state.apply(events.MemberChanged(one, 'ended'))
     assert (row.condition, row.failure) == ('failed', 'exit 3')
     state.apply(events.Requested(one, 'restart'))
     assert (row.condition, row.failure) == ('stopping', '')
@@ -110,7 +110,7 @@ def test_who_is_held(state, one):
 def test_the_launch_is_stopped(state, one):
     state.apply(events.Started(one, 7))
     state.apply(events.ShuttingDown('interrupted'))
-    phases = [part.condition for part in state.processes]
+    phases = [row.condition for row in state.processes]
     assert phases == ['stopping', 'waiting', 'waiting']
     state.apply(events.StillRunning(('a',), 0, 2, 15, 4.0))
     assert state.countdown.due == 104.0
@@ -139,7 +139,7 @@ def test_process_that_is_stopped_is_stopping_until_nothing_is_left(state, one):
     state.apply(exited(one, STOPPED, asked=True))
     row = state.process('a')
     assert (row.phase, row.pid, row.ending) == ('stopping', None, 'stopped')
-    state.apply(events.PartChanged(one, 'ended'))
+    state.apply(events.MemberChanged(one, 'ended'))
     assert (row.phase, row.condition) == ('ended', 'stopped')
 
 
@@ -232,7 +232,7 @@ def test_a_client_that_gets_changes_has_the_same_state(state, one, process):
         events.Dropped(process('c')),
         events.Watched('a.cpp changed: restarted a'),
         events.ShuttingDown('interrupted'),
-        events.PartChanged(one, 'ended'),
+        events.MemberChanged(one, 'ended'),
         events.Ended(1),
     ):
         state.apply(event)

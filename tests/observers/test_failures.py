@@ -174,7 +174,7 @@ def test_component_loaded_later_is_no_failure(process):
     line = f'failed: {reason} (from /ws/demo.yaml:7:9)'
     assert failures.summary() == (line,)
     (report,) = failures.reports()
-    assert report.process == component()
+    assert report.member == component()
     failures = heard(refused, Loaded(component(), '/a', 1, 0.1))
     assert exit_code(failures) == 0
 
@@ -210,7 +210,7 @@ def test_lost_machine_is_one_failure(process):
     assert exit_code(failures) == 1
     assert failures.summary() == ('failed: arm is gone: it was started anew',)
     # each of them has its place in a report
-    assert [(r.process, r.text) for r in failures.reports()] == [
+    assert [(r.member, r.text) for r in failures.reports()] == [
         (lost[0], 'arm│a was lost with arm'),
         (lost[1], 'arm│b was lost with arm'),
         (None, 'arm is gone: it was started anew'),
@@ -243,7 +243,7 @@ def test_failed_helper_processes_are_failures_of_the_launch(process):
     host = 'the worker for Python launch files died by SIGKILL (killed)'
     texts = 'a.launch.py:7: error: no', host, 'the ROS client died'
     assert failures.summary()[1:] == tuple(f'failed: {t}' for t in texts)
-    assert [r.process for r in failures.reports()[1:]] == [None] * 3
+    assert [r.member for r in failures.reports()[1:]] == [None] * 3
 
 
 def test_machine_that_is_back_is_no_failure(process):

@@ -29,8 +29,8 @@ def logged(process, tmp_path):
 
     def log(*events, complain=print, **attributes):
         folder = tmp_path / 'log'
-        parts = [process('counter', **attributes)]
-        logs = Logs(folder, parts, complain, now=lambda: 1732000000.25)
+        members = [process('counter', **attributes)]
+        logs = Logs(folder, members, complain, now=lambda: 1732000000.25)
         for event in events:
             if isinstance(event, Output):
                 logs.record(event.process, event.stream, event.data)

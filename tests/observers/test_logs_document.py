@@ -81,7 +81,7 @@ def records(process, tmp_path):
         events.PlanFailed(('error: oh', '  no')),
         events.WorkerLost('reason'),
         events.Ended(1),
-        events.PartChanged(talker, 'ended'),
+        events.MemberChanged(talker, 'ended'),
         events.LinkChanged('arm', 'done'),
         events.Measured('arm', {'arm│driver': (0.5, 1000)}),
         events.StateReceived({}),
@@ -97,7 +97,7 @@ def records(process, tmp_path):
         type(event).__name__ for event in recorded
     }
     assert unrecorded == {
-        *('Output', 'StillRunning', 'PartChanged', 'LinkChanged'),
+        *('Output', 'StillRunning', 'MemberChanged', 'LinkChanged'),
         *('Measured', 'StateReceived', 'Idle', 'CannotRun'),
     }
     assert len(lines) == len(recorded)

@@ -8,7 +8,7 @@ from itertools import count
 
 from colcon_yamllaunch.common.escalation import Orphan
 from colcon_yamllaunch.engine.composition import Composition
-from colcon_yamllaunch.engine.events import PartChanged, Started
+from colcon_yamllaunch.engine.events import MemberChanged, Started
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.spawn import StartError
 from colcon_yamllaunch.engine.state import LaunchState
@@ -83,7 +83,7 @@ class FakeHost:
     def emit(self, event):
         self.state.apply(event)
         # which is neither shown nor recorded
-        if not isinstance(event, PartChanged):
+        if not isinstance(event, MemberChanged):
             self.events.append(event)
 
 

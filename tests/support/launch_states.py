@@ -12,7 +12,7 @@ from colcon_yamllaunch.engine.state import (
     About,
     ComponentState,
     LaunchState,
-    Part,
+    MemberState,
     ProcessState,
 )
 from colcon_yamllaunch.plan.plan import Entry
@@ -54,7 +54,7 @@ def planned_state(*entries: Entry, now: float = 100.0) -> LaunchState:
 
 
 def launch_state(
-    *parts: Part,
+    *members: MemberState,
     about: About = ABOUT,
     seconds: float = 9.0,
     clock: Callable[[], float] = time.monotonic,
@@ -63,14 +63,14 @@ def launch_state(
 ) -> LaunchState:
     """Return a launch of processes and components."""
     now = clock()
-    for part in parts:
-        part.since = now - part.seconds
+    for member in members:
+        member.since = now - member.seconds
     return LaunchState(
         about,
         **{'pid': 4242, **more},
         started=now - seconds,
         clock=clock,
         stop_reason='requested' if stopping else '',
-        by_label={part.label: part for part in parts},
-        log_files={p.label: p.log for p in parts if p.log is not None},
+        by_label={member.label: member for member in members},
+        log_files={p.label: p.log for p in members if p.log is not None},
     )

@@ -54,10 +54,10 @@ def component(
     return component_state(label, container, **{**known, **more})
 
 
-def state_of(*parts: Any, **more: Any) -> LaunchState:
+def state_of(*members: Any, **more: Any) -> LaunchState:
     """Return a launch of processes and components."""
     known = {'pid': 999, 'seconds': 6.0, 'log_folder': '/log'}
-    return launch_state(*parts, **{**known, **more})
+    return launch_state(*members, **{**known, **more})
 
 
 def description(label: str) -> Description:
@@ -111,8 +111,8 @@ class ShownLaunch:
     :ivar state: Its state, as if each change of it was received at once
     """
 
-    def __init__(self, *parts: Any, **more: Any) -> None:
-        self.state = state_of(*parts, **more)
+    def __init__(self, *members: Any, **more: Any) -> None:
+        self.state = state_of(*members, **more)
         #: The commands and requests that were sent.
         self.asked: list[object] = []
         self.tree: tuple[Branch, ...] = ()
@@ -148,7 +148,7 @@ class ShownLaunch:
             case Tree():
                 reply(PlanTree(self.tree))
             case Describe():
-                reply(Described(description(command.process)))
+                reply(Described(description(command.member)))
             case Watch() if self.state.watch is None:
                 reply(Refused('no files are watched; that is --watch'))
             case _:

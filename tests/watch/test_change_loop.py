@@ -87,8 +87,8 @@ class Played:
         self.watching.join(self)  # type: ignore[arg-type]
         self.watching.begin()
         self.watcher: Any = self.watching._watcher
-        for part in (TALK, LOOP):
-            self.happens(events.Started(part, 1))
+        for member in (TALK, LOOP):
+            self.happens(events.Started(member, 1))
 
     # what it asks of the launch
 
@@ -107,14 +107,17 @@ class Played:
             case commands.RestartChanged(labels):
                 self.asked += [f'restart {label}' for label in labels]
                 return commands.Restarted(labels)
-            case commands.Revise(part, at_once) if part not in (TALK, LOOP):
+            case commands.Revise(member, at_once) if member not in (
+                TALK,
+                LOOP,
+            ):
                 when = 'at once' if at_once else 'when it starts'
-                self.asked.append(f'another {part.label} {when}')
+                self.asked.append(f'another {member.label} {when}')
             case commands.Drop(label):
                 self.asked.append(f'drop {label}')
             case commands.Extend(entries):
-                parts = Plan(entries).processes()
-                self.asked += [f'start {part.label}' for part in parts]
+                members = Plan(entries).processes()
+                self.asked += [f'start {member.label}' for member in members]
             case commands.Shutdown(reason):
                 self.asked.append(f'stop: {reason}')
         return commands.DONE
@@ -160,10 +163,10 @@ class Played:
         return self.was_asked()
 
     def prepared(
-        self, *parts: Process, changed: Any = None, **more: Any
+        self, *members: Process, changed: Any = None, **more: Any
     ) -> list[Any]:
         """Have the preparer prepare a launch; return what is asked at once."""
-        plan = Plan(parts) if parts else self.plan
+        plan = Plan(members) if members else self.plan
         for path, package in (changed or {}).items():
             before = self.built.get(package, {})
             digest = before.get(path, '') + '+'
@@ -180,8 +183,8 @@ class Played:
 
     def lines(self, *started: Process) -> list[str]:
         """Return what was said since, once some have started anew."""
-        for part in started:
-            self.happens(events.Started(part, 1))
+        for member in started:
+            self.happens(events.Started(member, 1))
         self.watching.end_turn()
         told, self.told = self.told, []
         return [line for event in told for line in event.lines()]
@@ -325,9 +328,9 @@ def test_copy_of_a_file_that_does_not_compile_restarts_nothing(
     assert played.prepared(changed={copy: 'arm'}) == ['restart loop']
 
 
-def failed(part: Process, seconds: float = 0.4) -> events.Exited:
+def failed(member: Process, seconds: float = 0.4) -> events.Exited:
     return events.Exited(
-        part, 1, Outcome(1), seconds, asked=False, failed=True
+        member, 1, Outcome(1), seconds, asked=False, failed=True
     )
 
 
@@ -341,8 +344,8 @@ def test_failure_after_a_restart_is_reported_once(played: Played) -> None:
     line = 'talk.py changed: failed once started: talk (0.50 s)'
     assert played.lines() == [line]
     # once only, and not of what was not restarted
-    for part in (TALK, LOOP):
-        played.happens(failed(part))
+    for member in (TALK, LOOP):
+        played.happens(failed(member))
     # nor long after the restart
     played.save('talk.py')
     played.lines(TALK)

@@ -130,7 +130,7 @@ def of(*paths: str, kind: str = 'changed', **known: bool) -> Steps:
         ('/home/me/bag.sh', 'deleted', Steps(replan=True)),
         (f'{ARM}/scripts/double.py', 'mode', Steps(restart=('double',))),
         (f'{ARM}/arm/pose.py', 'mode', Steps()),
-        # one that is not there is no part of the plan
+        # one that is not there is not in the plan
         ('/home/me/x.rviz', 'new', Steps(replan=True, restart=('triple',))),
         (LAUNCH, 'deleted', BUILDS_AND_REPLANS),
     ],

@@ -263,7 +263,7 @@ class Part(Participant):
         self._loop.call_later(resource_usage.INTERVAL, measured)
 
     def _show(self, command: part_protocol.Show, _: Reply) -> commands.Done:
-        label = command.process
+        label = command.member
         terminals = self._engine.terminals
         if command.is_shown and label not in self._shown:
             shown = _Shown(self._engine, label, self._send)

@@ -16,6 +16,7 @@ from colcon_yamllaunch.plan.plan import (
     ChangeState,
     Component,
     Entry,
+    Member,
     Plan,
     Process,
     SignalProcess,
@@ -78,10 +79,6 @@ class Placer:
         self._learn(plan)
         entries = changed_entries(plan.entries, self._labelled)
         whole = replace(plan, entries=entries)
-        labelled: list[Process | Component] = [
-            *whole.processes(),
-            *whole.components(),
-        ]
         cut: dict[str | None, list[Entry]] = {}
         for entry in whole.entries:
             for machine, part in self._cut(entry).items():
@@ -95,9 +92,9 @@ class Placer:
                 if name in cut
             },
             {
-                part.label: machine
-                for part in labelled
-                if (machine := self.machine_of(part)) is not None
+                member.label: machine
+                for member in whole.members()
+                if (machine := self.machine_of(member)) is not None
             },
         )
 
@@ -169,7 +166,7 @@ class Placer:
         machine = self.machine_of(entry)
         if (
             machine is None
-            or not isinstance(entry, Process | Component)
+            or not isinstance(entry, Member)
             or self._placed(entry.label) is not None
             or self._deployment.everything_on is not None
         ):

@@ -9,7 +9,13 @@ from pathlib import Path
 import re
 
 from colcon_yamllaunch.common.files import is_user_file
-from colcon_yamllaunch.plan.plan import Component, ParameterFile, Plan, Process
+from colcon_yamllaunch.plan.plan import (
+    Component,
+    Member,
+    ParameterFile,
+    Plan,
+    Process,
+)
 from colcon_yamllaunch.remote.deployment.remote_paths import (
     is_of_system,
     paths_in,
@@ -34,9 +40,8 @@ def packages_of(
     :param install_base: Where its packages are installed
     """
     own = {package.name for package in locator.packages()}
-    parts: list[Process | Component] = [*plan.processes()]
-    parts += plan.components()
-    found = {part.package for part in parts}
+    members = tuple(plan.members())
+    found = {member.package for member in members}
     bases = dict.fromkeys(
         str(path)
         for base in (install_base, root)
@@ -45,8 +50,8 @@ def packages_of(
     pattern = re.compile(f'(?:{"|".join(map(re.escape, bases))})/{_BETWEEN}')
     paths = {
         path
-        for part in parts
-        for text in _texts(part)
+        for member in members
+        for text in _texts(member)
         for path in pattern.findall(text)
     }
     for path in paths:
@@ -80,17 +85,15 @@ def named_paths(
             yield program, process
 
 
-def files_of(
-    part: Process | Component, covers: Callable[[str], bool]
-) -> frozenset[str]:
+def files_of(member: Member, covers: Callable[[str], bool]) -> frozenset[str]:
     """
     Return the files that a process or component names, as absolute paths.
 
     :param covers: Whether a file counts that does not exist here
     """
-    folder = part.cwd if isinstance(part, Process) else os.sep
+    folder = member.cwd if isinstance(member, Process) else os.sep
     found = set()
-    for text in _texts(part):
+    for text in _texts(member):
         words = (text, text.rpartition('=')[2], *_WORD.findall(text))
         for word in words:
             path = os.path.normpath(os.path.join(folder, word.strip('"\'')))
@@ -103,19 +106,19 @@ def files_of(
     )
 
 
-def _texts(part: Process | Component) -> Iterator[str]:
-    parameters = list(part.parameters)
-    if isinstance(part, Component):
-        parameters += part.extra_arguments
+def _texts(member: Member) -> Iterator[str]:
+    parameters = list(member.parameters)
+    if isinstance(member, Component):
+        parameters += member.extra_arguments
     else:
-        yield part.cwd
-        for argument in part.argv:
+        yield member.cwd
+        for argument in member.argv:
             if isinstance(argument, ParameterFile):
                 yield argument.content
                 parameters += argument.parameters
             else:
                 yield argument
-        for _, value in part.environment:
+        for _, value in member.environment:
             yield value or ''
     for parameter in parameters:
         yield parameter.value

@@ -253,13 +253,13 @@ class LaunchModel(StatusModel):
         stopped = state.clock()
         state.clock = lambda: stopped
         # a killed launcher did not report how these ended
-        for part in tuple(state.by_label.values()):
-            named: Any = part
-            if isinstance(part, ComponentState):
-                if part.phase in ('loading', 'loaded', 'unloading'):
-                    state.apply(events.PartChanged(named, 'unloaded'))
-            elif part.phase not in ('ended', 'waiting'):
-                state.apply(events.PartChanged(named, 'ended', 'ended'))
+        for member in tuple(state.by_label.values()):
+            named: Any = member
+            if isinstance(member, ComponentState):
+                if member.phase in ('loading', 'loaded', 'unloading'):
+                    state.apply(events.MemberChanged(named, 'unloaded'))
+            elif member.phase not in ('ended', 'waiting'):
+                state.apply(events.MemberChanged(named, 'ended', 'ended'))
         if reason:
             self.say(reason)
 
@@ -307,7 +307,7 @@ class LaunchModel(StatusModel):
     ) -> Iterator[Row]:
         for branch in branches:
             kind, title = branch.kind, branch.title
-            part = self.part(title)
+            member = self.member(title)
             if kind in _BLOCKS:
                 shown = os.path.basename(title) if kind == 'file' else title
                 name = one_line(shown) or kind
@@ -317,8 +317,8 @@ class LaunchModel(StatusModel):
                     # no file includes the launched one
                     position = ''
                 yield _block_row(_BLOCKS[kind], name, position, depth)
-            elif part is not None:
-                yield self.row(part, depth)
+            elif member is not None:
+                yield self.row(member, depth)
             yield from self._branch_rows(branch.children, depth + 1)
 
     def _assign(self) -> None:

@@ -18,7 +18,7 @@ from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.control.client import RunningLaunch
 from colcon_yamllaunch.control.resource_usage import Usage, usage_of
 from colcon_yamllaunch.engine import commands
-from colcon_yamllaunch.engine.state import ComponentState, Part
+from colcon_yamllaunch.engine.state import ComponentState, MemberState
 from colcon_yamllaunch.observers.log_levels import FORMAT
 from colcon_yamllaunch.terminal import keymap
 from colcon_yamllaunch.terminal.full_screen import screen_texts, widgets
@@ -88,7 +88,7 @@ class LaunchScreen(Screen[None]):
         for key in _KEYS.values()
         for name in (key.names or key.key).split(',')
     ]
-    AUTO_FOCUS = '#parts'
+    AUTO_FOCUS = '#members'
 
     def __init__(
         self,
@@ -99,7 +99,7 @@ class LaunchScreen(Screen[None]):
         self._launch = launch
         self._terminal = terminal
         self.model = LaunchModel(launch, os.environ.get(FORMAT))
-        self._parts = widgets.PartList()
+        self._members = widgets.MemberList()
         self._output = widgets.OutputPane(self.model.view)
         self._shows_plan = False
         self._is_output = False
@@ -121,7 +121,7 @@ class LaunchScreen(Screen[None]):
         yield self._lines['title']
         with Horizontal(id='panes'):
             with Vertical(id='left'):
-                yield self._parts
+                yield self._members
                 yield self._lines['short']
             yield self._output
         yield self._prompt
@@ -168,7 +168,7 @@ class LaunchScreen(Screen[None]):
             loop.call_at(due, self._draw)
 
     # the cursor, the focus, and whether the output follows are all shown
-    on_part_list_moved = on_descendant_focus = changed
+    on_member_list_moved = on_descendant_focus = changed
     on_output_pane_followed = changed
 
     # -- keys
@@ -183,14 +183,14 @@ class LaunchScreen(Screen[None]):
         subject: Any = self.model.state
         argument: Any = pressed
         if key in keymap.ON_ONE:
-            part = self.model.part(self._parts.label)
-            if part is None:
+            member = self.model.member(self._members.label)
+            if member is None:
                 self.say('go to a process or component first', 'red')
                 return
-            if key.filter and isinstance(part, ComponentState):
-                self.say(keymap.only_its_container_writes(part.label), 'red')
+            if key.filter and isinstance(member, ComponentState):
+                self.say(keymap.only_its_container_writes(member.label), 'red')
                 return
-            subject, argument = part.label, part
+            subject, argument = member.label, member
         if key.filter is not None:
             self._filter(key.filter(self._filtering, subject))
         elif key.command is not None:
@@ -204,8 +204,8 @@ class LaunchScreen(Screen[None]):
                 self.say(response.error, 'red')
             elif after := getattr(self, f'after_{name}', None):
                 after(command, response)
-            elif isinstance(command, commands.PartCommand):
-                self.say(f'{command.process}: {name} requested')
+            elif isinstance(command, commands.MemberCommand):
+                self.say(f'{command.member}: {name} requested')
 
         if self.model.ending:
             self.say(self.model.ending, 'red')
@@ -213,42 +213,44 @@ class LaunchScreen(Screen[None]):
             self.model.send(self._launch.ask, command, reply)
 
     def after_debug(
-        self, command: commands.PartCommand[Any], _: object
+        self, command: commands.MemberCommand[Any], _: object
     ) -> None:
         """Show how to type at the debugger."""
         text = 'starts under a debugger: a types at it'
-        self.say(f'{command.process}: {text}')
+        self.say(f'{command.member}: {text}')
 
     def after_describe(
-        self, command: commands.PartCommand[Any], response: commands.Described
+        self,
+        command: commands.MemberCommand[Any],
+        response: commands.Described,
     ) -> None:
         """Show what a process or component is."""
         text = screen_texts.in_full(
-            self.model, command.process, response.description
+            self.model, command.member, response.description
         )
-        self.app.push_screen(widgets.Reading(one_line(command.process), text))
+        self.app.push_screen(widgets.Reading(one_line(command.member), text))
 
     def after_watch(self, command: commands.Watch, _: object) -> None:
         """Show whether `--watch` is on."""
         is_off = command.action == 'pause'
         self.say(f'--watch is {"off: w switches it on" if is_off else "on"}')
 
-    def key_attach(self, part: Part) -> None:
+    def key_attach(self, member: MemberState) -> None:
         """Type at a process."""
-        if isinstance(part, ComponentState) or not part.terminal:
-            self.say(keymap.cannot_be_typed_at(part), 'red')
+        if isinstance(member, ComponentState) or not member.terminal:
+            self.say(keymap.cannot_be_typed_at(member), 'red')
             return
         with self.app.suspend():
-            self._terminal.attach(part.label)
+            self._terminal.attach(member.label)
         self.app.refresh()
 
-    def key_log(self, part: Part) -> None:
+    def key_log(self, member: MemberState) -> None:
         """Show its log."""
-        if part.log is None:
-            self.say(f'{part.label} has no log of its own', 'red')
+        if member.log is None:
+            self.say(f'{member.label} has no log of its own', 'red')
             return
         with self.app.suspend():
-            self._terminal.page(part.log)
+            self._terminal.page(member.log)
         self.app.refresh()
 
     def key_search(self, _: str) -> None:
@@ -269,12 +271,14 @@ class LaunchScreen(Screen[None]):
         """Go to one of the first processes."""
         label = self.model.label_of(digit)
         if label is not None:
-            self._parts.go_to(lambda row: row.label == label)
+            self._members.go_to(lambda row: row.label == label)
 
     def key_failed(self, _: str) -> None:
         """Go to the next that failed."""
         failed = self.model.failed
-        if not self._parts.go_to(lambda row: row.label in failed, after=True):
+        if not self._members.go_to(
+            lambda row: row.label in failed, after=True
+        ):
             self.say('nothing has failed')
 
     def key_switch(self, _: str) -> None:
@@ -349,7 +353,7 @@ class LaunchScreen(Screen[None]):
             self._filter(replace(self._filtering, search=text))
         elif asked == 'find' and text:
             name = text.lower()
-            self._parts.go_to(lambda row: name in (row.label or '').lower())
+            self._members.go_to(lambda row: name in (row.label or '').lower())
 
     def _leave(self, answer: widgets.Leaving | None) -> None:
         if answer == 'leave' or (answer == 'stop' and self.model.ending):
@@ -361,7 +365,7 @@ class LaunchScreen(Screen[None]):
 
     def _close_prompt(self) -> None:
         self._prompt.close_prompt()
-        self.set_focus(self._output if self._is_output else self._parts)
+        self.set_focus(self._output if self._is_output else self._members)
         self.changed()
 
     def _ended(self, reason: str) -> None:
@@ -383,12 +387,12 @@ class LaunchScreen(Screen[None]):
             return
         model = self.model
         rows = model.plan_rows() if self._shows_plan else model.rows()
-        self._parts.show(rows, self._filtering)
+        self._members.show(rows, self._filtering)
         self._output.changed()
         title = screen_texts.title_text(model, follows=self._output.follows)
         self._update_line('title', title)
         self._update_line('keys', self._last_line())
-        label = self._parts.label
+        label = self._members.label
         shown = Text()
         if label is not None:
             width = self._lines['short'].size.width
@@ -414,7 +418,7 @@ class LaunchScreen(Screen[None]):
             width,
             is_narrow=width < NARROW,
             left_out=keymap.without_effect(
-                self.model.state, self.model.part(self._parts.label)
+                self.model.state, self.model.member(self._members.label)
             ),
         )
 
@@ -444,7 +448,7 @@ class LaunchApp(App[None]):
     #panes { height: 1fr; }
     #left { width: 34%; max-width: 60; min-width: 24;
             border-right: solid ansi_bright_black; }
-    #parts { height: 1fr; overflow-x: hidden; scrollbar-size: 0 1; }
+    #members { height: 1fr; overflow-x: hidden; scrollbar-size: 0 1; }
     #short { height: 4; }
     #output { width: 1fr; scrollbar-size: 0 1; overflow-y: scroll;
               overflow-x: hidden; }

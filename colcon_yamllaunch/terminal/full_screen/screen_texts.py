@@ -38,7 +38,7 @@ def title_text(model: LaunchModel, *, follows: bool) -> Text:
         text.append(f' {words} ', 'bold reverse')
     elif state.stopping:
         text.append(' stopping ', 'bold reverse yellow')
-    failed = sum(bool(part.failure) for part in state.parts())
+    failed = sum(bool(member.failure) for member in state.members())
     if failed:
         text.append(f' {failed} failed ', 'bold reverse red')
     filtering = model.view.filtering.text
@@ -119,21 +119,21 @@ def help_table(last: str) -> Table:
 
 def in_short(model: LaunchModel, label: str, width: int) -> Text:
     """Return a process or component in four lines: state and resources."""
-    part = model.part(label)
+    member = model.member(label)
     text = Text(no_wrap=True, overflow='ellipsis')
-    if part is None:
+    if member is None:
         return text
     text.append(one_line(label), 'bold')
-    if part.node is not None:
-        text.append(f'  {one_line(part.node)}', 'dim')
-    text.append(f'\n{state_of(part)}')
-    if isinstance(part, ProcessState) and part.pid is not None:
-        up = duration(model.state.seconds_of(part))
-        text.append(f'  pid {part.pid}  up {up}')
-        if part.restarts:
-            text.append(f'  restarts {part.restarts}')
-    elif isinstance(part, ComponentState):
-        text.append(f'  {one_line(part.plugin)}')
+    if member.node is not None:
+        text.append(f'  {one_line(member.node)}', 'dim')
+    text.append(f'\n{state_of(member)}')
+    if isinstance(member, ProcessState) and member.pid is not None:
+        up = duration(model.state.seconds_of(member))
+        text.append(f'  pid {member.pid}  up {up}')
+        if member.restarts:
+            text.append(f'  restarts {member.restarts}')
+    elif isinstance(member, ComponentState):
+        text.append(f'  {one_line(member.plugin)}')
     history = list(model.usage.get(label, ()))
     if history:
         latest = history[-1]

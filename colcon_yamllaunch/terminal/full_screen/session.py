@@ -169,8 +169,8 @@ class OuterTerminal:
             return
         try:
             state = launch.status()
-            parts = [p for p in state.processes if p.label == label]
-            attach(Candidate(launch, state), parts)
+            members = [p for p in state.processes if p.label == label]
+            attach(Candidate(launch, state), members)
         except (ControlError, UserError) as e:
             say(f'{label}: {e}')
             self._wait()

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""The parts of the full screen: list, output, dialogs and prompt."""
+"""The widgets of the full screen: list, output, dialogs and prompt."""
 
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
@@ -74,14 +74,14 @@ class Pane(ScrollView, can_focus=True):
         raise NotImplementedError
 
 
-class PartList(Pane):
+class MemberList(Pane):
     """Rows with a cursor, which stays with its process."""
 
     class Moved(Message):
         """The cursor is on another row."""
 
     def __init__(self) -> None:
-        super().__init__(id='parts')
+        super().__init__(id='members')
         self._rows: Sequence[Row] = ()
         self._filtering = Filtering()
         self._cursor = 0
@@ -289,13 +289,13 @@ class OutputPane(Pane):
         width = self._columns
         row = self.scroll_offset.y + y
         lines = self._view.lines
-        number, part = self._index.at(row)
+        number, piece = self._index.at(row)
         if number >= min(len(lines), len(self._index)):
             return Strip.blank(self.size.width, self.rich_style)
         if not y:
             self._top = lines[number]
         strip = self._strip_of(lines[number])
-        begin = part * width
+        begin = piece * width
         return strip.crop_extend(begin, begin + width, self.rich_style)
 
     @property

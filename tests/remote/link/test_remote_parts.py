@@ -216,7 +216,7 @@ def test_launch_waits_for_the_answer_to_a_command(played):
 def test_commands_are_answered_or_refused(played):
     answers = []
     act(played.parts, 'stop', LABEL, answers.append)
-    assert played.link.asked('stop') == [{'request': 'stop', 'process': LABEL}]
+    assert played.link.asked('stop') == [{'request': 'stop', 'member': LABEL}]
     played.link.answers('stop', error='it has \x1b[1mnot been started yet')
     assert answers == ['it has not been started yet']
     # another one is this machine's
@@ -489,7 +489,7 @@ def test_keys_and_modes(played):
     played.parts.attach(label)
     played.parts.detach(label)
     assert played.link.asked('show') == [
-        {'request': 'show', 'process': label, 'is_shown': is_shown}
+        {'request': 'show', 'member': label, 'is_shown': is_shown}
         for is_shown in (True, False)
     ]
 
@@ -547,7 +547,7 @@ def test_changes_of_the_plan_are_routed_by_label(played):
     changed = process(LABEL, name='driver-1', respawn=True)
     played.do(commands.Revise(changed))
     (asked,) = played.link.asked('revise')
-    assert asked['part']['respawn'] is True
+    assert asked['member']['respawn'] is True
     assert played.parts.find(LABEL) == changed
     restart = commands.RestartChanged((LABEL, 'here'))
     assert played.do(restart).labels == ()

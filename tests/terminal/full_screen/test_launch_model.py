@@ -40,8 +40,8 @@ class Clock:
         return self.now
 
 
-def model_of(*parts: Any) -> launch_model.LaunchModel:
-    return launch_model.LaunchModel(ShownLaunch(*parts))
+def model_of(*members: Any) -> launch_model.LaunchModel:
+    return launch_model.LaunchModel(ShownLaunch(*members))
 
 
 def lines_of(model: launch_model.LaunchModel) -> list[tuple[str | None, str]]:
@@ -119,8 +119,8 @@ def test_gap_is_counted_where_output_is_missing() -> None:
 def test_end_marks_processes_ended_and_stops_the_clock() -> None:
     clock = Clock()
     names = ('a', 'b', 'c')
-    parts = *map(process, names), component('talker', 'a')
-    launch = ShownLaunch(*parts, stopping=True, clock=clock)
+    members = *map(process, names), component('talker', 'a')
+    launch = ShownLaunch(*members, stopping=True, clock=clock)
     model = launch_model.LaunchModel(launch)
     clock.now += 4
     plan = Process('a', ('true',), Position('/ws/demo.yaml', 1, 1), '/')

@@ -16,7 +16,7 @@ from colcon_yamllaunch.terminal.full_screen.launch_screen import (
     LaunchApp,
     LaunchScreen,
 )
-from colcon_yamllaunch.terminal.full_screen.widgets import PartList
+from colcon_yamllaunch.terminal.full_screen.widgets import MemberList
 from colcon_yamllaunch.terminal.keymap import ON_ALL, ON_ONE
 from rich.style import Style
 from support.shown_launch import (
@@ -217,8 +217,8 @@ def test_output_can_be_read_after_the_end() -> None:
         launch.emit(wrote('kitchen', 'warm'), exited('kitchen', 3))
         launch.emit(happened('ended', exit_code=1))
         failed = {'phase': 'ended', 'pid': None, 'failure': 'exit 3'}
-        parts = [process('kitchen', condition='failed', **failed)]
-        launch.state = state_of(*parts, exit_code=1)
+        members = [process('kitchen', condition='failed', **failed)]
+        launch.state = state_of(*members, exit_code=1)
         launch.end()
         await shown.shows('ended, exit code 1', '1 failed', 'q leaves')
         await shown.types('s')
@@ -354,7 +354,7 @@ def test_cursor_row_has_one_style() -> None:
 
     async def act(shown: Shown) -> None:
         await shown.shows('1 ✗ kitchen', 'exit 3')
-        strip = shown.app.panes.query_one(PartList).render_line(0)
+        strip = shown.app.panes.query_one(MemberList).render_line(0)
         styles = {segment.style for segment in strip if segment.text}
         assert styles == {Style(reverse=True)}
 

@@ -10,12 +10,12 @@ from typing import Any
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.control.client import ControlError, LaunchEndedError
 from colcon_yamllaunch.control.selection import Candidate
-from colcon_yamllaunch.engine.commands import ChangeState, PartCommand
+from colcon_yamllaunch.engine.commands import ChangeState, MemberCommand
 from colcon_yamllaunch.engine.state import (
     About,
     ComponentState,
     LaunchState,
-    Part,
+    MemberState,
     ProcessState,
 )
 from colcon_yamllaunch.terminal import client_attachment
@@ -66,24 +66,25 @@ class FakeLaunch:
 
     def do(
         self,
-        command: PartCommand[Any],
+        command: MemberCommand[Any],
         waiting: Callable[[], None] | None = None,
     ) -> None:
-        label = command.process
+        label = command.member
         more = [command.transition] if isinstance(command, ChangeState) else []
         self.requests.append((command.name, label, *more))
         if waiting is not None:
             waiting()
         if label in self.refused:
             raise ControlError(self.refused[label])
-        parts = map(self._changed, self.state.by_label.values())
-        self.state = replace(self.state, by_label={p.label: p for p in parts})
+        members = map(self._changed, self.state.by_label.values())
+        by_label = {member.label: member for member in members}
+        self.state = replace(self.state, by_label=by_label)
 
     def status(self) -> LaunchState:
         return self.state
 
-    def _changed(self, part: Any) -> Any:
-        return replace(part, **self.after.get(part.label, {}))
+    def _changed(self, member: Any) -> Any:
+        return replace(member, **self.after.get(member.label, {}))
 
 
 @pytest.fixture
@@ -210,8 +211,8 @@ def test_logs_of_a_component_are_its_containers(
 ) -> None:
     shown: list[str | None] = []
 
-    def show(_: object, parts: list[Part], **__: object) -> int:
-        shown.extend(p.label for p in parts)
+    def show(_: object, members: list[MemberState], **__: object) -> int:
+        shown.extend(p.label for p in members)
         return 0
 
     monkeypatch.setattr(reading_logs, 'show_logs', show)
@@ -286,10 +287,10 @@ def test_completion_offers_components(running: FakeLaunch) -> None:
         found = process_candidates.candidates_of(cursor, completer, words)
         return dict(found)
 
-    assert set(offered('parts')) == {
+    assert set(offered('members')) == {
         *('box', 'camera', 'mapper', 'remote', 'talker'),
     }
-    assert '/ns/talker' in offered('parts', prefix='/ns/t')
+    assert '/ns/talker' in offered('members', prefix='/ns/t')
     assert offered('lifecycles') == {
         'camera': 'running, unconfigured in demo',
         'mapper': 'loaded, inactive in demo',
