@@ -93,7 +93,7 @@ class RunContext:
     color: bool | None = None
     tty: bool = False
     terminal_size: os.terminal_size | None = None
-    log_limit: int | None = limits.LOG_LIMIT
+    log_limit: int | None = limits.DEFAULT_LOG_BYTES
     log_store: 'LogStore | None' = None
     presentation: Presentation = Presentation()
     about: About | None = None

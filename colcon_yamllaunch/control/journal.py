@@ -96,7 +96,7 @@ class Cursor:
     wants_events: bool = True
     wants_output: bool = True
     labels: Collection[str] | None = None
-    behind: int = limits.JOURNAL
+    behind: int = limits.JOURNAL_BYTES
     is_raw: bool = False
     is_relayed: bool = False
     is_holder: bool = False
@@ -372,9 +372,9 @@ class Journal:
         self._order += 1
         self._event_count += 1
         self._events_size += len(line)
-        while self._events_size > limits.EVENT_BACKLOG:
+        while self._events_size > limits.EVENT_BACKLOG_BYTES:
             first = self._event_count - len(self._events)
-            may_wait = self._events_size <= limits.UNREAD_EVENTS
+            may_wait = self._events_size <= limits.UNREAD_EVENT_BYTES
             if any(
                 c.wants_events and c.events <= first
                 for c in self._cursors
@@ -413,7 +413,10 @@ class Journal:
         self._byte_count += size
         self._output_size += size
         # many at once, as they are one block
-        room, pieces = limits.OUTPUT_BACKLOG, limits.OUTPUT_PIECES
+        room, pieces = (
+            limits.OUTPUT_BACKLOG_BYTES,
+            limits.OUTPUT_BACKLOG_PIECES,
+        )
         if (
             self._output_size > room + room // 16
             or len(self._output) > pieces + pieces // 16
@@ -424,8 +427,8 @@ class Journal:
         """Move output from memory to a file if a client needs it."""
         records = []
         while (
-            self._output_size > limits.OUTPUT_BACKLOG
-            or len(self._output) > limits.OUTPUT_PIECES
+            self._output_size > limits.OUTPUT_BACKLOG_BYTES
+            or len(self._output) > limits.OUTPUT_BACKLOG_PIECES
         ):
             record = self._output.popleft()
             self._output_size -= len(record.data)
@@ -476,7 +479,7 @@ class Journal:
 
         :raises OSError: when there can be no further file
         """
-        if self._blocks and self._file_size < limits.JOURNAL_FILE:
+        if self._blocks and self._file_size < limits.JOURNAL_FILE_BYTES:
             return self._blocks[-1].descriptor
         descriptor = _nameless_file(self._folder)
         self._file_size = 0

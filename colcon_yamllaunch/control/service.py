@@ -287,7 +287,7 @@ class Subscribers:
             wants_events=request.events,
             wants_output=request.output,
             labels=request.processes,
-            behind=limits.JOURNAL if behind is None else behind,
+            behind=limits.JOURNAL_BYTES if behind is None else behind,
             is_raw=request.raw,
             is_relayed=request.relayed,
         )

@@ -222,7 +222,7 @@ def _newest(pattern: str, since: float) -> str | None:
         except OSError:
             continue
     newest = max(times, key=times.__getitem__, default=None)
-    if newest is None or times[newest] < since - limits.FILE_TIME_STEP:
+    if newest is None or times[newest] < since - limits.FILE_TIME_TOLERANCE:
         return None
     return newest
 

@@ -212,7 +212,7 @@ class Engine:
         self._end_turns = overridden(participants, 'end_turn')
         # whether the screen may have to be waited for
         self._is_screen_slow = False
-        self._last_stop = -limits.SIGNAL_ECHO
+        self._last_stop = -limits.SIGNAL_ECHO_INTERVAL
         #: Are called with True before Ctrl-Z suspends the launch, and
         #: with False when it goes on.
         self.when_suspended: list[Callable[[bool], None]] = []
@@ -613,7 +613,9 @@ class Engine:
     def _look_for_children(self) -> None:
         """Check all children, as SIGCHLD may be lost or not sent."""
         self._reap()
-        self.loop.call_later(limits.ADOPTION_PAUSE, self._look_for_children)
+        self.loop.call_later(
+            limits.IDLE_ADOPTION_INTERVAL, self._look_for_children
+        )
 
     def _handle_signals(self, numbers: list[int]) -> None:
         for number in numbers:
@@ -635,7 +637,7 @@ class Engine:
         from colcon_yamllaunch.engine import commands
 
         now = self.loop.time()
-        is_echo = now - self._last_stop < limits.SIGNAL_ECHO
+        is_echo = now - self._last_stop < limits.SIGNAL_ECHO_INTERVAL
         self._last_stop = now
         self.supervisor.stopped_by_signal = True
         if not self.supervisor.is_stopping:

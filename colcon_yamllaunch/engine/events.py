@@ -856,7 +856,10 @@ class Watched(Event):
         """What failed, and below it why; empty if nothing did."""
         if not (self.failed and self.details):
             return ()
-        return (self.text, *self.details[: limits.ERRORS_KEPT].splitlines())
+        return (
+            self.text,
+            *self.details[: limits.BUILD_ERROR_CHARACTERS].splitlines(),
+        )
 
     def lines(self) -> tuple[str, ...]:
         return (self.text,)
@@ -1066,8 +1069,8 @@ def _starts_again(delay: float | None) -> str:
 
 def listed(labels: Sequence[str]) -> str:
     """Return labels as a part of a sentence; of many, some are counted."""
-    names = ', '.join(labels[: limits.NAMES_SHOWN])
-    more = len(labels) - limits.NAMES_SHOWN
+    names = ', '.join(labels[: limits.LISTED_NAMES])
+    more = len(labels) - limits.LISTED_NAMES
     return f'{names} and {more} more' if more > 0 else names
 
 

@@ -177,7 +177,7 @@ class ExitConditions:
             slow = self._slow.get(pattern.text, 0) + 1
             self._slow[pattern.text] = slow
             # all else waits meanwhile, Ctrl-C too
-            if slow >= limits.SLOW_SEARCHES:
+            if slow >= limits.SLOW_SEARCH_COUNT:
                 self._given_up = pattern.text
             return False
 

@@ -107,7 +107,7 @@ class OrphanedOutput:
         self._lines = {d: LineBuffer() for d in self._outputs}
         self._commons = {o.common for o in self._outputs.values()} - {None}
         self._files: dict[str, int | None] = {}
-        self._left = limits.GUARD_LOG
+        self._left = limits.GUARD_LOG_BYTES
         self._poll = select.poll()
         for descriptor in self._outputs:
             os.set_blocking(descriptor, False)
@@ -127,7 +127,7 @@ class OrphanedOutput:
         """Pass on what is left."""
         for descriptor in tuple(self._outputs):
             # no more than what was written before, as a process may go on
-            rounds = limits.LARGE_PIPE // limits.READ_SIZE + 1
+            rounds = limits.LARGE_PIPE_BYTES // limits.READ_BYTES + 1
             while rounds and self._read(descriptor):
                 rounds -= 1
             if descriptor in self._outputs:
@@ -141,7 +141,7 @@ class OrphanedOutput:
     def _read(self, descriptor: int) -> bool:
         """Read once, and return whether there may be more."""
         try:
-            data = os.read(descriptor, limits.READ_SIZE)
+            data = os.read(descriptor, limits.READ_BYTES)
         except BlockingIOError:
             return False
         except OSError:
@@ -332,7 +332,7 @@ def main() -> None:
         while identity:
             guard(identity, int(session), connection)
             connection.settimeout(None)
-            identity = connection.recv(limits.GUARD_MESSAGE).decode()
+            identity = connection.recv(limits.GUARD_MESSAGE_BYTES).decode()
 
 
 def guard(identity: str, session: int, connection: socket.socket) -> None:
@@ -377,7 +377,9 @@ def _messages(
         connection.settimeout(launch.seconds_to_wait())
         try:
             data, descriptors, _, _ = socket.recv_fds(
-                connection, limits.GUARD_MESSAGE, limits.GUARD_FRAMES
+                connection,
+                limits.GUARD_MESSAGE_BYTES,
+                limits.GUARD_MESSAGE_FRAMES,
             )
         except TimeoutError:
             # the process that made the connection, see unix(7)

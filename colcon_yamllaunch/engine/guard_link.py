@@ -288,7 +288,7 @@ class GuardLink:
 
         Once for several processes, as each message wakes the guard up.
         """
-        count = limits.GUARD_FRAMES
+        count = limits.GUARD_MESSAGE_FRAMES
         while self._pending and self._socket is not None:
             frames = self._pending[:count]
             data = json.dumps([frame for frame, _ in frames]).encode()

@@ -75,7 +75,7 @@ class JsonPipes:
         messages: list[dict[str, Any]] = []
         while not messages and self.output != -1 and not self.has_ended:
             try:
-                data = os.read(self.output, limits.READ_SIZE)
+                data = os.read(self.output, limits.READ_BYTES)
             except BlockingIOError:
                 break
             self._unread += data
@@ -159,12 +159,12 @@ class HelperProcess:
 
     def restart_later(self) -> bool:
         """Start the process after a pause; False if it ended too often."""
-        if self._loop.time() - self._started_at > limits.HELPER_STEADY_AFTER:
+        if self._loop.time() - self._started_at > limits.HELPER_STEADY_TIME:
             self.ends = 0
         self.ends += 1
         if self.ends > limits.HELPER_RESTARTS:
             return False
-        pause = limits.SHORTEST_PAUSE * 2.0 ** (self.ends - 1)
+        pause = limits.SHORTEST_RESTART_PAUSE * 2.0 ** (self.ends - 1)
         self._cancel_restart()
         self._restart = self._loop.call_later(pause, self.start)
         return True
@@ -288,4 +288,4 @@ def pythons(path: str) -> list[str]:
             # not that of the program: each virtual environment is one
             found.setdefault(os.path.realpath(folder), candidate)
     # if that is missing, the error is reported when it is started
-    return list(found.values())[: limits.PYTHONS] or ['python3']
+    return list(found.values())[: limits.TRIED_INTERPRETERS] or ['python3']

@@ -40,7 +40,7 @@ class LineBuffer:
         if not end and not (is_waiting and last):
             pieces.append(chunk)
             self.size += len(chunk)
-            return self.flush() if self.size > limits.MAXIMUM_LINE else b''
+            return self.flush() if self.size > limits.LINE_BYTES else b''
         lines = b''.join((*pieces, chunk[:end])) if pieces else chunk[:end]
         self._pieces = [chunk[end:]] if end < len(chunk) else []
         self.size = len(chunk) - end

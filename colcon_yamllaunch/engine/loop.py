@@ -279,7 +279,7 @@ class Loop:
         dues = [d for d in (self._timers.next_due(), until) if d is not None]
         if not dues:
             return None
-        return min(max(0.0, min(dues) - self.time()), limits.LONGEST_WAIT)
+        return min(max(0.0, min(dues) - self.time()), limits.LONGEST_LOOP_WAIT)
 
     def _update(self, descriptor: int) -> None:
         mask = select.EPOLLIN * (descriptor in self._readers)

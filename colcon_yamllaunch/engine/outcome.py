@@ -104,9 +104,9 @@ def delay_of_respawn(process: Process, quick_ends: int) -> float:
 
     :param quick_ends: How often in a row it ended at once
     """
-    excess = quick_ends - limits.QUICK_ENDS
+    excess = quick_ends - limits.QUICK_ENDS_WITHOUT_PAUSE
     if process.respawn_delay > 0 or excess <= 0:
         return process.respawn_delay
     # no more powers than the longest pause needs
-    pause = limits.SHORTEST_PAUSE * 2.0 ** min(excess - 1, 10)
-    return min(pause, limits.LONGEST_PAUSE)
+    pause = limits.SHORTEST_RESTART_PAUSE * 2.0 ** min(excess - 1, 10)
+    return min(pause, limits.LONGEST_RESTART_PAUSE)

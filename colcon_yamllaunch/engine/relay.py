@@ -66,7 +66,7 @@ class Relay:
         self._large_pipes = 0
         # glibc gives the top of the heap back to the system with each chunk of
         # output, unless a larger block was freed before (see mallopt(3))
-        bytearray(limits.LARGE_PIPE)
+        bytearray(limits.LARGE_PIPE_BYTES)
         #: Receive the output of a process at once, by its label.
         self.sinks: dict[str, list[Sink]] = {}
         #: Is called with each descriptor before it is closed.
@@ -180,7 +180,7 @@ class Relay:
             self._paused.append(source)
 
     def _drain(self, source: _Source) -> None:
-        left = limits.LARGE_PIPE + limits.READ_SIZE
+        left = limits.LARGE_PIPE_BYTES + limits.READ_BYTES
         while left > 0 and (size := self._read(source)):
             left -= size
         self._pass_on(source, self._flushed(source))
@@ -195,7 +195,7 @@ class Relay:
         if not self._is_open(source):
             return 0
         try:
-            chunk = os.read(source.descriptor, limits.READ_SIZE)
+            chunk = os.read(source.descriptor, limits.READ_BYTES)
         except BlockingIOError:
             return 0
         except OSError:
@@ -205,7 +205,7 @@ class Relay:
             self._pass_on(source, self._flushed(source))
             self._close(source)
             return 0
-        if len(chunk) == limits.READ_SIZE and not source.is_large:
+        if len(chunk) == limits.READ_BYTES and not source.is_large:
             self._enlarge(source)
         self._handle_chunk(source, chunk)
         return len(chunk)
@@ -220,7 +220,7 @@ class Relay:
         before = source.buffer.size
         self._pass_on(source, source.buffer.feed(chunk))
         self._unfinished += source.buffer.size - before
-        if self._unfinished > limits.MAXIMUM_LINES:
+        if self._unfinished > limits.UNFINISHED_LINES_BYTES:
             longest = max(self._all(), key=lambda s: s.buffer.size)
             self._pass_on(longest, self._flushed(longest))
 
@@ -244,12 +244,12 @@ class Relay:
         os.close(source.descriptor)
 
     def _enlarge(self, source: _Source) -> None:
-        if self._large_pipes == limits.LARGE_PIPES:
+        if self._large_pipes == limits.LARGE_PIPE_COUNT:
             return
         self._large_pipes += 1
         source.is_large = True
         # the user's share of pipe memory may be used up, or it is a terminal
         with suppress(OSError):
             fcntl.fcntl(
-                source.descriptor, fcntl.F_SETPIPE_SZ, limits.LARGE_PIPE
+                source.descriptor, fcntl.F_SETPIPE_SZ, limits.LARGE_PIPE_BYTES
             )

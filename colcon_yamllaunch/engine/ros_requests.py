@@ -100,7 +100,7 @@ class WaitWarnings:
         now = self._loop.time()
         if now < due:
             return False
-        pause = min(2 * (due - since), limits.LONGEST_WARNING_PAUSE)
+        pause = min(2 * (due - since), limits.LONGEST_WARNING_DELAY)
         self._set(key, since, now + pause)
         return True
 

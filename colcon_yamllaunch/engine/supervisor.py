@@ -731,10 +731,10 @@ class Supervisor:
                 events.Warned(
                     f'{task.process.label} ended within '
                     f'{limits.QUICK_END_SECONDS:g} s of its start '
-                    f'more than {limits.QUICK_ENDS} times in a row; it '
-                    'is started again after a pause now, which grows to '
-                    f'{limits.LONGEST_PAUSE:g} s; set respawn_delay for a '
-                    'fixed pause'
+                    f'more than {limits.QUICK_ENDS_WITHOUT_PAUSE} times in a '
+                    'row; it is started again after a pause now, which grows '
+                    f'to {limits.LONGEST_RESTART_PAUSE:g} s; set '
+                    'respawn_delay for a fixed pause'
                 )
             )
 
@@ -751,7 +751,7 @@ class Supervisor:
             if respawn.task.number in numbers:
                 respawn.cleanup = self._stop_of([respawn.task])
         end = self._loop.time()
-        self._next_search = end + limits.SEARCH_PAUSE * (end - begin)
+        self._next_search = end + limits.SEARCH_PAUSE_FACTOR * (end - begin)
         self._loop.wake_at(self._next_search)
 
     def _respawn_due(self) -> None:
@@ -895,7 +895,7 @@ class Supervisor:
         progress = labels, timers, stop.escalation.latest_signal()
         before, last = self._progress
         is_repeated = (
-            progress == before and now - last < limits.PROGRESS_REPEAT
+            progress == before and now - last < limits.PROGRESS_REPEAT_INTERVAL
         )
         if is_repeated or not (labels or timers):
             return

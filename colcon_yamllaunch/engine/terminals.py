@@ -179,7 +179,7 @@ class Terminals:
             self._relay.end_lines(label)
         if keyboard is not None:
             pending = self._typed.get(keyboard, b'') + keys
-            self._typed[keyboard] = pending[: limits.KEYS]
+            self._typed[keyboard] = pending[: limits.TYPED_BYTES]
             self._write(keyboard)
         else:
             self.elsewhere.type(label, keys)
@@ -211,7 +211,7 @@ class Terminals:
     def _read_echo(self, label: str) -> None:
         keyboard = self._keyboards[label]
         try:
-            echo = os.read(keyboard, limits.READ_SIZE)
+            echo = os.read(keyboard, limits.READ_BYTES)
         except BlockingIOError:
             return
         except OSError:

@@ -81,9 +81,9 @@ class Writer:
     def accepts(self, key: object) -> bool:
         """Return whether a stream may add to what is pending."""
         share = self._shares.get(key, 0)
-        if self._total > limits.SCREEN_BACKLOG:
-            return share == 0 and self._total < limits.SCREEN_MAXIMUM
-        return share < limits.STREAM_BACKLOG
+        if self._total > limits.SCREEN_BACKLOG_BYTES:
+            return share == 0 and self._total < limits.SCREEN_MAXIMUM_BYTES
+        return share < limits.STREAM_BACKLOG_BYTES
 
     def waits(self) -> bool:
         """Return whether output is pending."""
@@ -119,10 +119,10 @@ class Writer:
         """Return what may be taken at once; a terminal takes little."""
         pieces = []
         size = 0
-        for _, data in islice(self._queue, limits.WRITE_BATCH):
+        for _, data in islice(self._queue, limits.WRITE_BATCH_PIECES):
             pieces.append(data)
             size += len(data)
-            if size >= limits.READ_SIZE:
+            if size >= limits.READ_BYTES:
                 break
         return pieces
 

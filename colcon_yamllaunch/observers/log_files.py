@@ -14,9 +14,9 @@ the epoch and the label.
 A file that is full is renamed as logrotate does it: `stdout.log` becomes
 `stdout.log.1`, `stdout.log.1` becomes `stdout.log.2`, and so on. It is full
 when it reaches its share, which is so small that the files without a number
-take no more than half of the limit; and not before it has an eighth of its
-old parts, so that there are never many to rename. When the limit is reached,
-the oldest of all files with a number is deleted.
+take no more than half of the limit; and not before it has an eighth of the
+size of its rotated files, so that there are never many to rename. When the
+limit is reached, the oldest of all files with a number is deleted.
 """
 
 from collections import deque
@@ -58,8 +58,8 @@ class Quota:
     The bytes that the log files of a launch may take together.
 
     :param limit: In bytes, or None for no limit
-    :param files: How many log files there may be, old parts not counted
-    :param warn: Is called once when old parts are deleted
+    :param files: How many log files there may be besides rotated ones
+    :param warn: Is called once when rotated files are deleted
     :param allowed: Given the bytes that the files take and need, returns how
       many they may take on this disk; see :meth:`.log_store.LogStore.allowed`
     """
@@ -77,7 +77,7 @@ class Quota:
         self._has_warned = False
         self._allowed = allowed
         # bytes that may be written before the disk is looked at again
-        self._left = limits.LOG_MINIMUM if allowed else sys.maxsize
+        self._left = limits.MINIMUM_LOG_BYTES if allowed else sys.maxsize
         #: Bytes that all files have now.
         self.used = 0
         self._rotated: deque[LogFile] = deque()
@@ -89,14 +89,14 @@ class Quota:
         self._restrict(self._bound)
 
     def rotated(self, file: 'LogFile') -> None:
-        """Note that `file` has one more old part."""
+        """Note that `file` was rotated once more."""
         self._rotated.append(file)
 
     def make_room(self, size: int) -> None:
-        """Delete old parts so that files can grow by `size` bytes."""
+        """Delete rotated files so that files can grow by `size` bytes."""
         self._left -= size
         if self._left < 0 and self._allowed is not None:
-            step = size + min(limits.LOG_STEP, self._part)
+            step = size + min(limits.DISK_CHECK_BYTES, self._even_share)
             allowed = self._allowed(self.used, self.used + step)
             self._restrict(min(self._limit, allowed))
             self._left = step - size
@@ -108,9 +108,11 @@ class Quota:
 
     def _restrict(self, bound: int) -> None:
         self._bound = bound
-        self._part = bound // (2 * max(self._files, limits.LOG_PARTS))
-        #: Bytes at which a file is full unless it has large old parts.
-        self.share = max(self._part, limits.LOG_PART)
+        self._even_share = bound // (
+            2 * max(self._files, limits.MINIMUM_LOG_SHARES)
+        )
+        #: Bytes at which a file is full unless its rotated files are large.
+        self.share = max(self._even_share, limits.MINIMUM_LOG_FILE_BYTES)
 
     def _warning(self) -> str:
         # imported late, as few launches write so much
@@ -148,20 +150,21 @@ class LogFile:
         self._descriptor = _opened(path)
         self._size = os.fstat(self._descriptor).st_size
         quota.used += self._size
-        # the sizes of its old parts, the latest first
-        self._parts: deque[int] = deque()
+        # the sizes of its rotated files, the latest first
+        self._rotated_sizes: deque[int] = deque()
         self._is_mid_line = False
         # a rotation that failed is tried again with this size
         self._retry_size = 0
-        # whether the file has become an old part, and no other could be made
+        # whether the file was rotated, and no other could be made
         self._is_renamed = False
 
     def write(self, data: bytes) -> None:
         """
         Append to the file at once.
 
-        :param data: Whole lines, or any part of what comes; a line that is
-          no longer than :data:`.limits.LOG_LINE` is not torn by a rotation
+        :param data: Whole lines, or any piece of what comes; a line that is
+          no longer than :data:`.limits.LOG_LINE_BYTES` is not torn by a
+          rotation
         :raises OSError: when the disk is full, for instance
         """
         # this check takes only a microsecond
@@ -173,19 +176,19 @@ class LogFile:
             if end:
                 self._append(data[:end])
                 data = data[end:]
-            if not self._is_mid_line or excess > limits.LOG_LINE:
+            if not self._is_mid_line or excess > limits.LOG_LINE_BYTES:
                 self._rotate()
         if data:
             self._append(data)
 
     def forget_oldest(self) -> int:
-        """Delete the oldest part, and return the size that it had."""
-        if not self._parts:
+        """Delete the oldest rotated file, and return the size that it had."""
+        if not self._rotated_sizes:
             # somebody deleted them all
             return 0
         with suppress(OSError):
-            self._part(len(self._parts)).unlink()
-        return self._parts.pop()
+            self._path_of(len(self._rotated_sizes)).unlink()
+        return self._rotated_sizes.pop()
 
     def close(self) -> None:
         """Close the file."""
@@ -195,7 +198,7 @@ class LogFile:
     def _full(self) -> int:
         return max(
             self._quota.share,
-            sum(self._parts) // limits.LOG_PARTS,
+            sum(self._rotated_sizes) // limits.ROTATED_LOG_DIVISOR,
             self._retry_size,
         )
 
@@ -211,15 +214,15 @@ class LogFile:
 
     def _rotate(self) -> None:
         try:
-            for number in range(len(self._parts), -1, -1):
+            for number in range(len(self._rotated_sizes), -1, -1):
                 # somebody may have deleted it to have more room
                 with suppress(FileNotFoundError):
-                    os.rename(self._part(number), self._part(number + 1))
+                    os.rename(self._path_of(number), self._path_of(number + 1))
         except OSError:
             # another program changes the folder
-            self._retry_size = self._size + limits.LOG_PART
+            self._retry_size = self._size + limits.MINIMUM_LOG_FILE_BYTES
             return
-        self._parts.appendleft(self._size)
+        self._rotated_sizes.appendleft(self._size)
         self._size = 0
         self._retry_size = 0
         self._quota.rotated(self)
@@ -234,20 +237,20 @@ class LogFile:
             return
         os.close(self._descriptor)
         self._descriptor = descriptor
-        if self._is_renamed and self._parts:
-            # output since then went into the old part
-            self._parts[0] += self._size
+        if self._is_renamed and self._rotated_sizes:
+            # output since then went into the rotated file
+            self._rotated_sizes[0] += self._size
         else:
             self._quota.used -= self._size
-            if self._parts and not self._part(1).exists():
+            if self._rotated_sizes and not self._path_of(1).exists():
                 # they were deleted with it
-                self._quota.used -= sum(self._parts)
-                self._parts.clear()
+                self._quota.used -= sum(self._rotated_sizes)
+                self._rotated_sizes.clear()
         self._is_renamed = False
         self._size = 0
         self._is_mid_line = False
 
-    def _part(self, number: int) -> Path:
+    def _path_of(self, number: int) -> Path:
         if not number:
             return self.path
         return self.path.with_name(f'{self.path.name}.{number}')
@@ -356,7 +359,7 @@ class Logs:
         key = process.label, stream
         begun = self._begun.pop(key, None) or self._waiting.pop(key, b'')
         end = data.rfind(b'\n') + 1
-        if len(begun) + len(data) - end > limits.READ_SIZE:
+        if len(begun) + len(data) - end > limits.READ_BYTES:
             end = len(data)
         if not end:
             self._begun[key] = begun + data
@@ -379,7 +382,7 @@ class Logs:
                 )
                 self._common_pending.append(lines)
                 self._pending_size += len(lines)
-                if self._pending_size > limits.COLLECTED_LOG:
+                if self._pending_size > limits.PENDING_LOG_BYTES:
                     self._write_collected()
             return
         if isinstance(event, events.Started):
@@ -402,7 +405,7 @@ class Logs:
 
         Return whether there is more to do with the next call.
         """
-        for _ in range(min(limits.OPENED_PER_TURN, len(self._unopened))):
+        for _ in range(min(limits.LOGS_OPENED_PER_TURN, len(self._unopened))):
             self._open_own(self._unopened.popleft())
         for (label, _), data in self._waiting.items():
             self._write(self._files[label][-1], data)

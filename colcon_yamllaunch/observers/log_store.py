@@ -115,7 +115,7 @@ class LogStore:
         self._delete_oldest(min(short, wanted - used))
         room = max(0, -self._missing_space())
         allowed = min(self.limit - others, used + room)
-        return max(allowed, limits.LOG_MINIMUM)
+        return max(allowed, limits.MINIMUM_LOG_BYTES)
 
     def _tidy(self) -> Iterator[bool]:
         index = self._read()
@@ -228,7 +228,7 @@ class LogStore:
         free = disk.f_bavail * disk.f_frsize
         if self._spare is None:
             # on a disk that is almost full already, half of the rest
-            spare = disk.f_blocks * disk.f_frsize // limits.SPARE_PART
+            spare = disk.f_blocks * disk.f_frsize // limits.FREE_DISK_DIVISOR
             self._spare = min(spare, free // 2)
         return self._spare - free
 

@@ -334,7 +334,7 @@ class Screen:
             name = process.label if is_own else process.ros_name
             self._names[process.label] = f'[{one_line(name)}]'
         longest = max(map(len, self._names.values()), default=0)
-        most = len('[] ') + limits.LABEL_WIDTH
+        most = len('[] ') + limits.LABEL_CHARACTERS
         self._width = max(self._width, min(longest + 1, most))
         for index, (label, name) in enumerate(self._names.items()):
             padding = ' ' * (self._width - len(name)) or ' '

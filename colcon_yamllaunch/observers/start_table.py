@@ -83,7 +83,7 @@ class StartTable:
                 self._held_bytes += len(event.data)
             case events.ShuttingDown() | events.MachineGone() | events.Ended():
                 pending.clear()
-        if not pending or self._held_bytes > limits.HELD_FOR_TABLE:
+        if not pending or self._held_bytes > limits.TABLE_BACKLOG_BYTES:
             pending.clear()
             self._show()
 
@@ -119,9 +119,9 @@ def start_table_lines(
     Where it would be too high, the processes of one package share a row, and
     those of one program where there is no package.
     """
-    if not rows or size.columns < limits.TABLE_WIDTH:
+    if not rows or size.columns < limits.TABLE_COLUMNS:
         return []
-    if len(rows) > size.lines - limits.TABLE_MARGIN:
+    if len(rows) > size.lines - limits.TABLE_MARGIN_LINES:
         groups: dict[tuple[str, str], list[Row]] = {}
         for row in rows:
             key = row.package, '' if row.package else row.program

@@ -144,7 +144,7 @@ class PlanFeed(Participant):
             self._output = 0
         return (
             self._is_over
-            or self._output < limits.STREAM_BACKLOG
+            or self._output < limits.STREAM_BACKLOG_BYTES
             or label not in self._labels
         )
 

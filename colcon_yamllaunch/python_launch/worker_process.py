@@ -75,7 +75,7 @@ def timeout_of(environment: Mapping[str, str]) -> float:
     """
     text = environment.get(TIMEOUT_VARIABLE) or str(TIMEOUT)
     with suppress(ValueError):
-        if 0 < (seconds := float(text)) < limits.LONGEST_WAIT:
+        if 0 < (seconds := float(text)) < limits.LONGEST_LOOP_WAIT:
             return seconds
     raise UserError(f"{TIMEOUT_VARIABLE} is a number of seconds, not '{text}'")
 

@@ -93,7 +93,7 @@ class PartSettings:
     on_lost: str = 'stop'
     lost_after: float = LOST_AFTER
     log_name: str | None = None
-    log_limit: int | None = limits.LOG_LIMIT
+    log_limit: int | None = limits.DEFAULT_LOG_BYTES
     kept_logs: int | None = None
     logs_limit: int | None = None
     tty: bool = False

@@ -368,7 +368,7 @@ def _stopping(countdown: Countdown | None, now: float) -> str:
     if event.next_signal is not None:
         seconds = max(0, math.ceil(countdown.due - now))
         text += f', {signal_name(event.next_signal)} in {seconds} s'
-    names = list(event.labels[: limits.NAMES_SHOWN])
+    names = list(event.labels[: limits.LISTED_NAMES])
     if len(event.labels) > len(names):
         names.append(f'{len(event.labels) - len(names)} more')
     if event.timers:

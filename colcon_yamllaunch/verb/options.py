@@ -30,7 +30,7 @@ from typing import (
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass, mutable
-from colcon_yamllaunch.engine.limits import LOG_LIMIT
+from colcon_yamllaunch.engine.limits import DEFAULT_LOG_BYTES
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.engine.line_pattern import LinePattern
@@ -620,8 +620,8 @@ class _Shown(Options):
     )
     log_limit = Option(
         'What the log files of the launch may take together, such as 500MB, '
-        f'2GB or {NO_LIMIT} (default: {LOG_LIMIT // 10**9}GB)',
-        LOG_LIMIT,
+        f'2GB or {NO_LIMIT} (default: {DEFAULT_LOG_BYTES // 10**9}GB)',
+        DEFAULT_LOG_BYTES,
         _SIZE,
     )
 

@@ -233,7 +233,7 @@ def _parameters_of(process: Process) -> Iterable[SetParameter]:
     from colcon_yamllaunch.language.actions import parameter_files
 
     # all else waits meanwhile
-    return parameter_files.parameters_of(process, limits.PARAMETERS)
+    return parameter_files.parameters_of(process, limits.PARAMETER_FILE_BYTES)
 
 
 def _failures_of(ended: Ended) -> 'Iterator[Diagnostic]':

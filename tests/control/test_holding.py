@@ -124,9 +124,9 @@ def test_hanging_launcher_is_killed_when_its_lease_expires(
 def test_unacknowledged_events_and_output_are_kept(
     process, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr(limits, 'OUTPUT_BACKLOG', 8)
-    monkeypatch.setattr(limits, 'EVENT_BACKLOG', 8)
-    monkeypatch.setattr(limits, 'UNREAD_EVENTS', 8)
+    monkeypatch.setattr(limits, 'OUTPUT_BACKLOG_BYTES', 8)
+    monkeypatch.setattr(limits, 'EVENT_BACKLOG_BYTES', 8)
+    monkeypatch.setattr(limits, 'UNREAD_EVENT_BYTES', 8)
     journal = Journal(tmp_path, limit=100)
     subscribers = Subscribers(journal)
     one = process('a')
@@ -157,8 +157,8 @@ def test_unacknowledged_events_and_output_are_kept(
 
 
 def test_full_disk_loses_only_what_did_not_fit(process, tmp_path, monkeypatch):
-    monkeypatch.setattr(limits, 'OUTPUT_BACKLOG', 8)
-    monkeypatch.setattr(limits, 'JOURNAL_FILE', 1)
+    monkeypatch.setattr(limits, 'OUTPUT_BACKLOG_BYTES', 8)
+    monkeypatch.setattr(limits, 'JOURNAL_FILE_BYTES', 1)
     journal = Journal(tmp_path)
     subscribers = Subscribers(journal)
     one = process('a')

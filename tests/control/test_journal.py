@@ -108,7 +108,7 @@ def test_cursor_without_output_or_events_skips_them(told):
 
 
 def test_cursor_with_labels_skips_other_output(told, process, monkeypatch):
-    monkeypatch.setattr(limits, 'OUTPUT_BACKLOG', 8)
+    monkeypatch.setattr(limits, 'OUTPUT_BACKLOG_BYTES', 8)
     quiet = process('quiet')
     cursor = told.cursor(labels={'quiet'})
     for _ in range(9):
@@ -131,7 +131,7 @@ def test_cursor_with_labels_skips_other_output(told, process, monkeypatch):
 
 
 def test_lost_output_is_counted_exactly(told, monkeypatch):
-    monkeypatch.setattr(limits, 'OUTPUT_BACKLOG', 8)
+    monkeypatch.setattr(limits, 'OUTPUT_BACKLOG_BYTES', 8)
     cursor, deaf = told.cursor(behind=0), told.cursor(output=False)
     told.writes(b'one\n')
     told.says('first')
@@ -152,9 +152,9 @@ def test_lost_output_is_counted_exactly(told, monkeypatch):
 
 
 def test_lagging_cursor_reads_output_from_files(told, process, monkeypatch):
-    monkeypatch.setattr(limits, 'OUTPUT_BACKLOG', 8)
-    monkeypatch.setattr(limits, 'EVENT_BACKLOG', 150)
-    monkeypatch.setattr(limits, 'JOURNAL_FILE', 100)
+    monkeypatch.setattr(limits, 'OUTPUT_BACKLOG_BYTES', 8)
+    monkeypatch.setattr(limits, 'EVENT_BACKLOG_BYTES', 150)
+    monkeypatch.setattr(limits, 'JOURNAL_FILE_BYTES', 100)
     files = opened_files()
     quiet = process('quiet')
     cursor = told.cursor()
@@ -186,7 +186,7 @@ def test_lagging_cursor_reads_output_from_files(told, process, monkeypatch):
 
 
 def test_cursor_too_far_behind_continues_with_latest_output(told, monkeypatch):
-    monkeypatch.setattr(limits, 'OUTPUT_BACKLOG', 8)
+    monkeypatch.setattr(limits, 'OUTPUT_BACKLOG_BYTES', 8)
     files = opened_files()
     cursor, other = told.cursor(behind=21), told.cursor(behind=60)
     for number in range(4):
@@ -224,7 +224,7 @@ def test_output_that_comes_together_is_merged(told, process, monkeypatch):
 
 
 def test_journal_without_cursors_writes_no_file(told, monkeypatch):
-    monkeypatch.setattr(limits, 'OUTPUT_BACKLOG', 8)
+    monkeypatch.setattr(limits, 'OUTPUT_BACKLOG_BYTES', 8)
     files = opened_files()
     told.cursor(output=False)
     told.writes(*[b'one more line\n'] * 9)
@@ -232,9 +232,9 @@ def test_journal_without_cursors_writes_no_file(told, monkeypatch):
 
 
 def test_output_does_not_displace_events(told, monkeypatch):
-    monkeypatch.setattr(limits, 'EVENT_BACKLOG', 150)
+    monkeypatch.setattr(limits, 'EVENT_BACKLOG_BYTES', 150)
     told.says('first', 'second', 'third')
-    monkeypatch.setattr(limits, 'OUTPUT_PIECES', 1)
+    monkeypatch.setattr(limits, 'OUTPUT_BACKLOG_PIECES', 1)
     told.writes(b'one\n', b'two\n')
     missed, *rest = told.read(told.cursor())
     assert missed == {'events': 1, 'bytes': 4}

@@ -154,7 +154,7 @@ def test_verdicts_say_when(says):
 
 @pytest.mark.hostile
 def test_an_expression_that_takes_too_long_is_given_up(says, monkeypatch):
-    monkeypatch.setattr(limits, 'SLOW_SEARCHES', 2)
+    monkeypatch.setattr(limits, 'SLOW_SEARCH_COUNT', 2)
     replay = Replay('(a+)+$', 'one')
     slow = says('a' * 40 + 'b\n')
     assert replay.hears(slow) is None

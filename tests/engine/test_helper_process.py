@@ -105,7 +105,7 @@ def test_a_killed_helper_is_reported_and_restarted(served):
     served.wait(lambda: served.lost)
     assert served.lost == [('died by SIGKILL (killed)', True)]
     assert served.process.restart_later()
-    served.loop.pass_time(limits.SHORTEST_PAUSE)
+    served.loop.pass_time(limits.SHORTEST_RESTART_PAUSE)
     assert served.process.pid
 
 
@@ -125,14 +125,14 @@ def test_each_pause_is_twice_as_long_as_the_one_before(served):
         served.loop.pass_time(pauses[-1])
         assert served.loop.next_due() is None
     factors = [2.0**number for number in range(limits.HELPER_RESTARTS)]
-    expected = [limits.SHORTEST_PAUSE * factor for factor in factors]
+    expected = [limits.SHORTEST_RESTART_PAUSE * factor for factor in factors]
     assert pauses == pytest.approx(expected)
     assert served.process.ends == limits.HELPER_RESTARTS + 1
     reason = 'could not be started: there is no program', False
     assert served.lost == [reason] * (limits.HELPER_RESTARTS + 1)
     # one that has run for a while may end as often again
     served.process.start()
-    served.loop.now += limits.HELPER_STEADY_AFTER + 1
+    served.loop.now += limits.HELPER_STEADY_TIME + 1
     assert served.process.restart_later()
     assert served.process.ends == 1
 

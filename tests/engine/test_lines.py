@@ -22,7 +22,7 @@ def test_a_line_without_end_is_passed_on_in_pieces():
     buffer = lines.LineBuffer()
     chunk = b'x' * (1024 * 1024)
     passed = sum(len(buffer.feed(chunk)) for _ in range(40))
-    assert passed >= 40 * len(chunk) - limits.MAXIMUM_LINE
+    assert passed >= 40 * len(chunk) - limits.LINE_BYTES
 
 
 @given(CHUNKS)

@@ -71,7 +71,7 @@ def test_a_piece_is_recorded_before_its_line_ends(relayed):
 
 @pytest.mark.hostile
 def test_of_many_long_lines_the_longest_goes_in_pieces(relayed, monkeypatch):
-    monkeypatch.setattr(limits, 'MAXIMUM_LINES', 100_000)
+    monkeypatch.setattr(limits, 'UNFINISHED_LINES_BYTES', 100_000)
     prompt, _ = relayed.add('prompt')
     os.write(prompt, b'name: ')
     writers = [relayed.add(f'p{n}')[0] for n in range(5)]

@@ -45,7 +45,7 @@ def test_a_launch_waits_for_centuries(launch, sh, wait_until, what):
 
 def has_ended(one):
     try:
-        one.popen.wait(2 * limits.SIGNAL_ECHO)
+        one.popen.wait(2 * limits.SIGNAL_ECHO_INTERVAL)
     except subprocess.TimeoutExpired:
         return False
     return True

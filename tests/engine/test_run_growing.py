@@ -144,7 +144,9 @@ def test_ctrl_c_again_does_not_wait_for_an_answer(launch, sleep, wait_until):
     started.shows('a: started').sends(signal.SIGINT)
     started.shows('a: stopped')
     shown = time.monotonic()
-    wait_until(lambda: time.monotonic() - shown > 2 * limits.SIGNAL_ECHO)
+    wait_until(
+        lambda: time.monotonic() - shown > 2 * limits.SIGNAL_ECHO_INTERVAL
+    )
     started.sends(signal.SIGINT)
     assert started.ends() == 0
     assert started.processes() == []

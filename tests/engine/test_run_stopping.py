@@ -74,7 +74,9 @@ def test_ctrl_c_again_goes_one_step_further(launch, python, wait_until):
     one.sends(signal.SIGINT).shows('[a]      SIGTERM')
     one.shows('waiting for a after SIGTERM; SIGKILL in 900 s')
     shown = time.monotonic()
-    wait_until(lambda: time.monotonic() - shown > 2 * limits.SIGNAL_ECHO)
+    wait_until(
+        lambda: time.monotonic() - shown > 2 * limits.SIGNAL_ECHO_INTERVAL
+    )
     assert one.sends(signal.SIGINT).ends() == 0
     assert one.processes() == []
 

@@ -52,7 +52,7 @@ def test_who_reads_slowly_is_not_waited_for_and_loses_nothing(kind):
 
 
 def test_only_who_floods_has_to_wait(to_pipe, pipe):
-    to_pipe.write('flood', b'x' * (limits.STREAM_BACKLOG + 200_000))
+    to_pipe.write('flood', b'x' * (limits.STREAM_BACKLOG_BYTES + 200_000))
     to_pipe.flush()
     assert not to_pipe.accepts('flood')
     assert to_pipe.accepts('quiet')
@@ -70,18 +70,18 @@ def test_all_together_do_not_use_more_than_the_limit(to_pipe):
             if to_pipe.accepts(key):
                 to_pipe.write(key, data)
                 written += len(data)
-    assert written <= limits.SCREEN_BACKLOG + 10 * len(data)
+    assert written <= limits.SCREEN_BACKLOG_BYTES + 10 * len(data)
 
 
 @pytest.mark.hostile
 def test_many_streams_together_do_not_use_more_than_the_maximum(to_pipe):
-    data = b'x' * limits.STREAM_BACKLOG
+    data = b'x' * limits.STREAM_BACKLOG_BYTES
     written = 0
-    for key in range(2 * limits.SCREEN_MAXIMUM // len(data)):
+    for key in range(2 * limits.SCREEN_MAXIMUM_BYTES // len(data)):
         if to_pipe.accepts(key):
             to_pipe.write(key, data)
             written += len(data)
-    assert written == limits.SCREEN_MAXIMUM
+    assert written == limits.SCREEN_MAXIMUM_BYTES
 
 
 def test_a_pipe_without_a_reader_breaks_quietly(to_pipe, pipe):

@@ -138,8 +138,8 @@ def test_partial_lines_are_logged_at_once(process, logs_of, tmp_path):
     both += b'prompt: '
     assert log.read_bytes() == both
     assert not logs.flush()
-    logs.record(one, 'stdout', b'x' * (limits.READ_SIZE + 1))
-    assert log.read_bytes() == both + b'x' * (limits.READ_SIZE + 1)
+    logs.record(one, 'stdout', b'x' * (limits.READ_BYTES + 1))
+    assert log.read_bytes() == both + b'x' * (limits.READ_BYTES + 1)
 
 
 def test_log_files_are_opened_with_output_or_on_flush(
@@ -159,7 +159,7 @@ def test_log_files_are_opened_with_output_or_on_flush(
 def test_log_files_of_many_processes_are_opened_in_turns(
     process, logs_of, tmp_path
 ):
-    many = [process(f'p{n}') for n in range(3 * limits.OPENED_PER_TURN)]
+    many = [process(f'p{n}') for n in range(3 * limits.LOGS_OPENED_PER_TURN)]
     logs = logs_of(*many)
     for one in many:
         logs.handle(Started(one, 12))

@@ -115,7 +115,7 @@ def test_a_line_is_never_torn(tmp_path, open_log):
 
 def test_the_share_of_many_files_is_not_tiny():
     quota = Quota(LIMIT, 1000, pytest.fail)
-    assert quota.share == limits.LOG_PART
+    assert quota.share == limits.MINIMUM_LOG_FILE_BYTES
 
 
 def test_old_parts_may_be_deleted_meanwhile(tmp_path, open_log):
@@ -144,7 +144,7 @@ def test_pieces_of_lines_are_put_together_before_a_rotation(
 def test_a_line_without_end_keeps_to_the_limit(tmp_path, open_log):
     file = open_log(limit=4 * LIMIT)
     for _ in range(400):
-        file.write(b'x' * limits.READ_SIZE)
+        file.write(b'x' * limits.READ_BYTES)
         assert size_of(tmp_path) <= 4 * LIMIT
     assert len(parts(tmp_path)) > 2
 

@@ -143,11 +143,15 @@ def test_the_output_modes_are_explained(mode):
 
 
 def test_the_limits_are_those_of_the_code():
-    assert f'take at most {decimal_size(limits.LOG_LIMIT)};' in TEXT
-    assert f'each file may have {limits.LOG_PART // 1024} KiB' in TEXT
-    assert limits.LOG_PARTS * 2 == 16
+    assert f'take at most {decimal_size(limits.DEFAULT_LOG_BYTES)};' in TEXT
+    assert (
+        f'each file may have {limits.MINIMUM_LOG_FILE_BYTES // 1024} KiB'
+        in TEXT
+    )
+    assert limits.MINIMUM_LOG_SHARES * 2 == 16
+    assert limits.ROTATED_LOG_DIVISOR == 8
     assert f'the latest {KEPT_LOG_FOLDERS} launches are kept' in TEXT
     assert f'together take at most {decimal_size(ALL_LOGS_LIMIT)}' in TEXT
-    assert f'{100 // limits.SPARE_PART} %, or half' in TEXT
-    assert f'it may have {decimal_size(limits.LOG_MINIMUM)}' in TEXT
+    assert f'{100 // limits.FREE_DISK_DIVISOR} %, or half' in TEXT
+    assert f'it may have {decimal_size(limits.MINIMUM_LOG_BYTES)}' in TEXT
     assert f'`{INDEX_NAME}` beside them' in TEXT

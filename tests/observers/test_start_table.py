@@ -132,7 +132,7 @@ def test_table_comes_before_held_events(table, process):
 
 def test_much_output_shows_the_table_early(table, process):
     a, b = process('a'), process('b')
-    much = b'x' * limits.HELD_FOR_TABLE + b'\n'
+    much = b'x' * limits.TABLE_BACKLOG_BYTES + b'\n'
     shown = table([a, b], Started(a, 1), Output(a, 'stdout', much))
     assert shown[:2] == ['NAME  PID', 'a     1']
     assert len(shown) == 3

@@ -223,7 +223,7 @@ def test_what_it_has_not_taken_is_sent_soon(launch):
 
 def test_who_writes_too_much_is_held_up_while_it_works(launch):
     launch.growing.is_busy = True
-    half = b'x' * (limits.STREAM_BACKLOG // 2)
+    half = b'x' * (limits.STREAM_BACKLOG_BYTES // 2)
     for one in (TALKER, OTHER, OTHER):
         launch.told(events.Output(one, 'stdout', half))
     assert launch.feed.accepts(TALKER.label)

@@ -247,7 +247,7 @@ def test_watcher_that_cannot_run_is_given_up(
     watched: Watched, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(watcher, 'PROGRAM', 'no_such_module')
-    monkeypatch.setattr(limits, 'SHORTEST_PAUSE', 0.001)
+    monkeypatch.setattr(limits, 'SHORTEST_RESTART_PAUSE', 0.001)
     monkeypatch.setattr(limits, 'HELPER_RESTARTS', 1)
     watched.link.start()
     watched.wait(lambda: bool(watched.warnings))
