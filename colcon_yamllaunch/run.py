@@ -22,7 +22,7 @@ from colcon_yamllaunch.engine.exit_conditions import ExitConditions
 from colcon_yamllaunch.engine.guard_link import GuardLink, GuardProcess
 from colcon_yamllaunch.engine.launch_scan import new_identity
 from colcon_yamllaunch.engine.line_buffering import LineBuffering
-from colcon_yamllaunch.engine.loop import caught, do_nothing
+from colcon_yamllaunch.engine.loop import caught
 from colcon_yamllaunch.engine.own_files import ParameterFiles, Place
 from colcon_yamllaunch.engine.participants import Participant
 from colcon_yamllaunch.engine.spawn import close_on_exec_all, Spawn
@@ -72,7 +72,7 @@ class RunContext:
     :param about: What other terminals of the user know the launch by; without
       it, they do not see it
     :param is_hidden: Whether nothing is shown, and other terminals see it
-      only when a participant calls `Engine.serve`
+      only when a participant calls `Engine.show_to_others`
     :param attach: The label of a process that the keyboard, which is standard
       input, is connected to; it must have a terminal
     :param conditions: When it ends by itself, by default never
@@ -219,6 +219,7 @@ class _Launch:
             state=state,
             participants=context.participants,
             parameters_of=context.parameters_of,
+            open_control=self._open_control,
         )
         stack.callback(self.engine.close)
         # the participants have said by now on which machines it runs
@@ -231,25 +232,24 @@ class _Launch:
 
         :param stack: Ends that
         """
-        engine, context = self.engine, self._context
+        context = self._context
         for keyboard in self._keyboards:
-            keyboard.connect(engine)
+            keyboard.connect(self.engine)
             stack.callback(keyboard.close)
-
-        def show() -> None:
-            engine.serve = do_nothing
-            serve(
-                engine,
-                Journal(context.log_folder, context.log_limit),
-                self._display.environment,
-                self.guard,
-                self._record,
-                stack,
-            )
-
-        engine.serve = show
+        self._control = stack
         if context.about is not None and not context.is_hidden:
-            engine.serve()
+            self.engine.show_to_others()
+
+    def _open_control(self) -> None:
+        context = self._context
+        serve(
+            self.engine,
+            Journal(context.log_folder, context.log_limit),
+            self._display.environment,
+            self.guard,
+            self._record,
+            self._control,
+        )
 
     def finish(self, signals: int) -> int:
         """

@@ -11,7 +11,7 @@ find the processes, see :class:`Targets`.
 This module is part of the guard and imports little.
 """
 
-from abc import abstractmethod
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Mapping
 import math
 import os
@@ -69,8 +69,8 @@ class Orphan:
 Target = int | Orphan
 
 
-class Targets:
-    """The processes to be stopped."""
+class Targets(ABC):
+    """The processes to be stopped, and how they are found and signalled."""
 
     def groups(self) -> Mapping[int, int]:
         """Return the process groups that run now, with their numbers."""
@@ -88,7 +88,7 @@ class Targets:
         """Send a signal."""
         send(target, step)
 
-    def kill(self, number: int) -> None:
+    def kill(self, number: int) -> None:  # noqa: B027
         """Kill all processes with a number, even unseen ones, if possible."""
 
 

@@ -90,7 +90,7 @@ class RunningLaunch:
 
         :raises ControlError: when it does not answer
         """
-        return self._state or self.status()
+        return self._state or self.refresh()
 
     def close(self) -> None:
         """Close the connection; the launch runs on."""
@@ -167,9 +167,9 @@ class RunningLaunch:
             raise ControlError(str(answer.get('error')))
         return answer
 
-    def status(self) -> LaunchState:
+    def refresh(self) -> LaunchState:
         """
-        Ask for its state, and return it.
+        Request its state, and return it.
 
         :raises ControlError: when it does not answer
         """
@@ -339,7 +339,7 @@ def answering_launches(
     for launch in running_launches(environment, do_nothing):
         launch.connection.settimeout(SHORT_TIMEOUT)
         try:
-            yield launch.status()
+            yield launch.refresh()
         except ControlError:
             continue
         finally:

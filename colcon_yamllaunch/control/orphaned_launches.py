@@ -113,9 +113,9 @@ class OrphanedLaunch(Targets):
     def close(self) -> None:
         """Do nothing, as there is no connection."""
 
-    def status(self) -> LaunchState:
+    def refresh(self) -> LaunchState:
         """
-        Return its state, and go on with what was asked for.
+        Take the steps of stopping that are due, and return its state.
 
         :raises LaunchEndedError: when nothing of it runs any more
         """
@@ -173,7 +173,7 @@ class OrphanedLaunch(Targets):
         """
         with suppress(LaunchEndedError):
             while True:
-                state = self.status()
+                state = self.refresh()
                 if all(p.ending for p in state.processes):
                     break
                 time.sleep(INTERVAL)
@@ -247,7 +247,7 @@ def orphaned_launches(environment: Mapping[str, str]) -> list[OrphanedLaunch]:
             record, remains = records.get(identity, ({}, ()))
             launch = OrphanedLaunch(identity, launcher[0], record, remains)
             try:
-                launch.status()
+                launch.refresh()
             except LaunchEndedError:
                 continue
             launches.append(launch)

@@ -63,7 +63,7 @@ def find_launches(
     silent = 0
     for launch in launches:
         try:
-            candidates.append(Candidate(launch, launch.status()))
+            candidates.append(Candidate(launch, launch.refresh()))
         except client.LaunchEndedError:
             # it was just about to end
             continue

@@ -137,7 +137,7 @@ class Service:
         is_holder = self.subscribers.is_holder(cursor)
         if kind is None or not (kind.is_public or is_holder):
             raise ProtocolError('there is no such request')
-        if is_holder and self.subscribers.is_repeated(message.get('id')):
+        if is_holder and self.subscribers.note_request(message.get('id')):
             # the answer was lost with a connection
             reply(protocol.success())
             return
@@ -324,11 +324,12 @@ class Subscribers:
             self.connection = None
             self.when_held(None)
 
-    def is_repeated(self, number: object) -> bool:
+    def note_request(self, number: object) -> bool:
         """
-        Return whether the holder has sent a request before.
+        Note a request of the holder.
 
         :param number: The `id` of the request
+        :return: Whether the holder has sent it before
         """
         if not isinstance(number, int):
             return False

@@ -93,7 +93,7 @@ class LaunchCgroup:
 
         :param number: The number of the process in the plan
         """
-        if not self._is_made or not self._enter(number):
+        if not self._can_use_folder or not self._enter(number):
             yield
             return
         try:
@@ -164,8 +164,8 @@ class LaunchCgroup:
         return None if self._home is None else f'{self._home}/{self._name}'
 
     @cached_property
-    def _is_made(self) -> bool:
-        """Whether there is a folder; it is made if need be."""
+    def _can_use_folder(self) -> bool:
+        """Whether the folder could be made, which is tried at first use."""
         if not self._wanted or self._home is None or self._folder is None:
             return False
         controllers = _read(f'{self._home}/cgroup.subtree_control').split()

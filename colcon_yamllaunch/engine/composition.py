@@ -132,7 +132,7 @@ class _Container:
     def is_gone(self) -> bool:
         """Whether its processes have ended for good."""
         phases = self.phases.values()
-        return bool(phases) and all(c == 'ended' for c in phases)
+        return bool(phases) and all(phase == 'ended' for phase in phases)
 
     @property
     def runs(self) -> bool:
@@ -300,7 +300,12 @@ class Composition:
         """
         lacking = [t for t in self.tasks if t.label in labels and t.is_wanted]
         found = [self._container_of(task) for task in lacking]
-        return {label for c in found if c.is_gone for label in c.phases}
+        return {
+            label
+            for container in found
+            if container.is_gone
+            for label in container.phases
+        }
 
     def drop(self, label: str) -> None:
         """
@@ -882,7 +887,9 @@ def _waited_for(container: _Container, waiting: list[ComponentTask]) -> str:
     text = f'waiting for the container {container.name}, to load {names}'
     if container.runs:
         (label, *_) = (
-            n for n, c in container.phases.items() if c == 'running'
+            label
+            for label, phase in container.phases.items()
+            if phase == 'running'
         )
         return f'{text}; {label} runs, but is no container yet'
     if container.phases:

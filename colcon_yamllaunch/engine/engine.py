@@ -138,6 +138,7 @@ class Engine:
     :param participants: What else takes part in the launch, in the order in
       which they execute commands and receive events
     :param parameters_of: Returns the parameters of a process
+    :param open_control: Opens the control socket, see :meth:`show_to_others`
     """
 
     def __init__(
@@ -155,6 +156,7 @@ class Engine:
         state: LaunchState,
         participants: Sequence[Participant] = (),
         parameters_of: ParametersOf = lambda process: process.parameters,
+        open_control: Callable[[], object] = do_nothing,
     ) -> None:
         if settings.tty:
             plan = with_terminals(plan)
@@ -218,8 +220,8 @@ class Engine:
         self.when_suspended: list[Callable[[bool], None]] = []
         #: Are called when the screen has another size.
         self.when_resized: list[Callable[[], None]] = []
-        #: Lets other terminals of the user see the launch, if they do not yet.
-        self.serve: Callable[[], object] = do_nothing
+        self._open_control = open_control
+        self._is_visible = False
         #: Returns the parameters of a process.
         self.parameters_of = parameters_of
         self._dispatcher: Dispatcher | None = None
@@ -241,6 +243,12 @@ class Engine:
     def composition(self) -> 'Composition | None':
         """The components and lifecycle nodes; None if ROS is not needed."""
         return None if self._ros is None else self._ros.composition
+
+    def show_to_others(self) -> None:
+        """Let other terminals of the user see the launch from now on."""
+        if not self._is_visible:
+            self._is_visible = True
+            self._open_control()
 
     def groups(self) -> Mapping[str, int]:
         """Return the process groups of the processes that run, by label."""
@@ -477,9 +485,9 @@ class Engine:
         for participant in self.participants:
             participant.call(number)
 
-    def is_waiting(self) -> bool:
-        """Return whether the launch goes on although nothing runs."""
-        return any(p.is_waiting() for p in self.participants)
+    def prepare_end(self) -> bool:
+        """Prepare for the end; return whether the launch must go on."""
+        return any(p.prepare_end() for p in self.participants)
 
     def ask(
         self,

@@ -162,12 +162,15 @@ class ExitConditions:
     def _search(self, event: events.Output) -> None:
         lines = bare(event.data)
         for pattern in self._patterns:
-            if pattern.text in self._unseen and self._is_in(pattern, lines):
+            if pattern.text in self._unseen and self._search_for(
+                pattern, lines
+            ):
                 self._unseen.remove(pattern.text)
                 self._found_at = self._clock() - self._start
                 self._seen[pattern.text] = self._found_at
 
-    def _is_in(self, pattern: 'LinePattern', lines: str) -> bool:
+    def _search_for(self, pattern: 'LinePattern', lines: str) -> bool:
+        """Search lines, and note a search that takes too long."""
         # few launches wait for a line
         from colcon_yamllaunch.engine.line_pattern import SearchTimeError
 

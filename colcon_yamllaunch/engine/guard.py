@@ -188,8 +188,8 @@ class GuardedLaunch(Targets):
         self.identity = identity
         self.session = session
         self.cgroup = LaunchCgroup(identity)
-        #: The process groups that run, with their numbers.
-        self.made: dict[int, int] = {}
+        #: The process groups that the launcher started, with their numbers.
+        self.started_groups: dict[int, int] = {}
         #: The time-outs of every process that was ever started.
         self.timeouts: dict[int, Timeouts] = {}
         self.outputs: dict[int, HeldOutput] = {}
@@ -213,10 +213,10 @@ class GuardedLaunch(Targets):
         """
         match frame:
             case ['start', number, group, sigterm, sigkill]:
-                self.made[group] = number
+                self.started_groups[group] = number
                 self.timeouts[number] = Timeouts(sigterm, sigkill)
             case ['end', group]:
-                self.made.pop(group, None)
+                self.started_groups.pop(group, None)
             case ['output', key, number, label, files, common]:
                 # without one there were too many; they are closed already
                 if descriptors:
@@ -276,7 +276,7 @@ class GuardedLaunch(Targets):
         """Return the groups whose leader runs, and whose id was not reused."""
         return {
             group: number
-            for group, number in self.made.items()
+            for group, number in self.started_groups.items()
             if (leader := read_process(group)) is not None
             and leader.session == self.session
         }
@@ -290,7 +290,7 @@ class GuardedLaunch(Targets):
         return find_orphans(
             self.identity,
             self.session,
-            self.made,
+            self.started_groups,
             groups,
             known=self.known,
             # the process that adopted the guard adopts those of the launcher

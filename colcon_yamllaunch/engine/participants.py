@@ -94,12 +94,14 @@ class Participant:
     def end_turn(self) -> None:
         """Do what is due at the end of a turn of the loop."""
 
-    def is_waiting(self) -> bool:
+    def prepare_end(self) -> bool:
         """
-        Return whether the launch must go on though no process runs.
+        Prepare for the end of the launch, as no process runs.
 
-        It is asked before the launch begins to end, and while it ends, and
-        only if no participant before it is waiting.
+        It is called before the launch begins to end, and while it ends, and
+        only if no participant before it has to go on.
+
+        :return: Whether the launch must go on for now
         """
         return False
 

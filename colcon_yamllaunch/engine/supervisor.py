@@ -500,14 +500,14 @@ class Supervisor:
         """Remove entries that have not been executed yet, such as messages."""
         unwanted = list(entries)
 
-        def is_unwanted(entry: Entry) -> bool:
+        def removed(entry: Entry) -> bool:
             if entry not in unwanted:
                 return False
             # each is removed once
             unwanted.remove(entry)
             return True
 
-        self._filter(is_unwanted)
+        self._filter(removed)
 
     def suspended(self, group: int, number: int | None) -> None:
         """
@@ -945,7 +945,7 @@ class Supervisor:
             composition = self._composition
             if composition is not None and composition.is_busy:
                 return
-            if self._engine.is_waiting():
+            if self._engine.prepare_end():
                 return
             if composition is not None:
                 composition.end()
@@ -955,7 +955,7 @@ class Supervisor:
         escalation = self._stop.escalation
         if not (self._running or escalation.orphans or escalation.is_over):
             self._stop.advance()
-        if escalation.is_over and not self._engine.is_waiting():
+        if escalation.is_over and not self._engine.prepare_end():
             self._stop.abandon()
             self.done = True
 

@@ -140,10 +140,9 @@ class PlanFeed(Participant):
         A process that writes faster than a handler of its output works is
         held up by its own pipe, as by a slow screen.
         """
-        if not self._growing.is_busy:
-            self._output = 0
         return (
             self._is_over
+            or not self._growing.is_busy
             or self._output < limits.STREAM_BACKLOG_BYTES
             or label not in self._labels
         )
@@ -170,12 +169,13 @@ class PlanFeed(Participant):
             loop = self.launch.loop
             self._retry = loop.wake_at(loop.time() + limits.WORKER_RETRY_DELAY)
 
-    def is_waiting(self) -> bool:
+    def prepare_end(self) -> bool:
         """
-        Return whether an answer is still to come, though no process runs.
+        Notify the worker that the launch ends, once it has answered.
 
-        If not, the worker is notified that the launch ends. The launch waits
-        for its answer to that, but not for long.
+        The launch waits for its answer to that, but not for long.
+
+        :return: Whether an answer is still to come
         """
         if self._is_over:
             return False
@@ -216,6 +216,9 @@ class PlanFeed(Participant):
                     self._grow(growth)
         except WorkerError as error:
             self._grow(self._growing.lost(str(error)))
+        if not self._growing.is_busy:
+            # all output so far is handled
+            self._output = 0
         if self._link.descriptor == -1:
             # its end is reported when it is reaped
             self._unwatch()

@@ -113,7 +113,7 @@ class RemoteParts(Participant, Keyboards):
         for part in self.parts:
             part.end_turn()
 
-    def is_waiting(self) -> bool:
+    def prepare_end(self) -> bool:
         """Return whether the launch is to go on, though nothing runs here."""
         if not self._launch.is_stopping:
             return any(part.is_busy for part in self.parts)

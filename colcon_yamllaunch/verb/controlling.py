@@ -253,7 +253,7 @@ def _wait_for(chosen: Candidate, member: MemberState) -> MemberState | None:
     is_announced = False
     while True:
         try:
-            state = chosen.launch.status()
+            state = chosen.launch.refresh()
         except LaunchEndedError:
             return None
         is_long = time.monotonic() - asked > PROGRESS_INTERVAL
@@ -336,7 +336,7 @@ def _change_states(
             raise
         except ControlError as e:
             code = 1
-            states = {p.label: p.lifecycle for p in launch.status().members()}
+            states = {p.label: p.lifecycle for p in launch.refresh().members()}
             possible = transitions_of(states.get(label))
             text = f'{transition} failed: {e}'
             if possible and transition not in possible:

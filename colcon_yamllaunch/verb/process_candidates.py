@@ -116,5 +116,5 @@ def _running(environment: Mapping[str, str]) -> list[LaunchState]:
     states = list(answering_launches(environment))
     for orphaned in orphaned_launches(environment):
         with suppress(ControlError):
-            states.append(orphaned.status())
+            states.append(orphaned.refresh())
     return states

@@ -209,7 +209,7 @@ def _follow(chosen: Candidate, logs: Sequence[LogReader]) -> None:
         if time.monotonic() - asked > ASK_INTERVAL:
             asked = time.monotonic()
             try:
-                chosen.launch.status()
+                chosen.launch.refresh()
             except LaunchEndedError:
                 return
             except ControlError:

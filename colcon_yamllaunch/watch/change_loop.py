@@ -177,7 +177,7 @@ class ChangeLoop(Participant):
         if self._is_due:
             self.launch.loop.wake()
 
-    def is_waiting(self) -> bool:
+    def prepare_end(self) -> bool:
         """Return whether to wait for a change, though no process runs."""
         return not self.launch.is_stopping
 

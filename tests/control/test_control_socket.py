@@ -51,7 +51,7 @@ def test_the_status_has_everything(controlled, sleep, sh):
         sleep('c', output='screen'),
     )
     c.becomes('b', 'ended')
-    state = c.client.status()
+    state = c.client.refresh()
     assert (state.title, state.package) == ('my_pkg demo.yaml', 'my_pkg')
     assert state.pid == c.one.popen.pid
     assert state.log_folder == str(c.one.log_folder)
@@ -99,9 +99,9 @@ def test_oldest_client_is_closed_above_the_limit(controlled, sleep):
     c = controlled(sleep('a'))
     for _ in range(protocol.MAXIMUM_CLIENTS):
         last = c.connect()
-    assert last.status().pid == c.one.popen.pid
+    assert last.refresh().pid == c.one.popen.pid
     with pytest.raises(LaunchEndedError):
-        c.client.status()
+        c.client.refresh()
 
 
 @pytest.mark.parametrize(
@@ -146,7 +146,7 @@ def test_client_that_never_reads_costs_no_time_and_memory(controlled, sleep):
         sent += deaf.send(requests)
         assert sent < 5_000_000
     assert memory_of(c.one.popen.pid) - before < 8_000_000
-    assert c.client.status().pid == c.one.popen.pid
+    assert c.client.refresh().pid == c.one.popen.pid
     assert idles(c.one.popen.pid)
 
 
@@ -174,7 +174,7 @@ def test_launch_continues_without_free_descriptors(controlled, sleep):
     limit = (descriptors_of(pid), hard)
     resource.prlimit(pid, resource.RLIMIT_NOFILE, limit)
     with pytest.raises(LaunchEndedError):
-        c.connect().status()
+        c.connect().refresh()
     assert idles(pid)
     assert c.process('a').phase == 'running'
 
@@ -281,7 +281,7 @@ def test_slow_attached_client_skips_output(controlled, python):
     size = 3000 * 8192 + 5
     c.wait_until(lambda: log.exists() and log.stat().st_size == size)
     assert memory_of(c.one.popen.pid) - before < 16_000_000
-    assert c.client.status().pid == c.one.popen.pid
+    assert c.client.refresh().pid == c.one.popen.pid
     received = skipped = 0
     while not skipped:
         message = slow.receive()
@@ -300,7 +300,7 @@ def test_unread_keys_use_no_memory(controlled, sleep):
     client.request('attach', process='a')
     for _ in range(1000):
         client.send({'keys': 'x' * 20_000})
-    assert c.client.status().pid == c.one.popen.pid
+    assert c.client.refresh().pid == c.one.popen.pid
     assert memory_of(c.one.popen.pid) - before < 8_000_000
     assert idles(c.one.popen.pid)
 

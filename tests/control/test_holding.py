@@ -100,7 +100,7 @@ def test_expired_lease_stops_the_launch(controlled, sh):
     # others do not renew it
     with pytest.raises(LaunchEndedError):
         while True:
-            c.client.status()
+            c.client.refresh()
             time.sleep(0.05)
     assert c.one.ends() == 0
     assert 'SIGTERM received' in c.one.screen

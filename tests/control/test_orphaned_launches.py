@@ -25,7 +25,7 @@ def found(one, **place):
     place = {'TMPDIR': str(one.folder), **place}
     pid = one.popen.pid
     launches = orphaned_launches(place)
-    return [launch for launch in launches if launch.status().pid == pid]
+    return [launch for launch in launches if launch.refresh().pid == pid]
 
 
 class Orphaned:
@@ -73,7 +73,7 @@ def test_orphans_are_found_and_stopped_by_name_and_all_together(
     )
     path = Path(o.one.screen.partition('ready ')[2].split('\n')[0])
     launch = o.found()
-    state = launch.status()
+    state = launch.refresh()
     assert (state.title, state.folder) == ('my_pkg demo.yaml', '/ws')
     assert (state.pid, state.stopping) == (o.one.popen.pid, False)
     pids = {e['label']: e['pid'] for e in o.one.events('started')}
@@ -85,7 +85,7 @@ def test_orphans_are_found_and_stopped_by_name_and_all_together(
     launch.do(commands.Stop('b'))
 
     def phases():
-        return [p.phase for p in launch.status().processes]
+        return [p.phase for p in launch.refresh().processes]
 
     wait_until(lambda: phases() == ['running', 'ended', 'running'])
     assert path.exists()
@@ -97,7 +97,7 @@ def test_orphans_are_found_and_stopped_by_name_and_all_together(
     again.wait_for_end(0)
     assert o.one.processes() == []
     with pytest.raises(LaunchEndedError):
-        launch.status()
+        launch.refresh()
     assert not path.parent.exists()
     assert list(o.folder.glob('*.json')) == []
     assert found(o.one) == []
@@ -142,7 +142,7 @@ def test_the_mark_alone_is_enough(orphaned, sleep):
     (record,) = o.folder.glob('*.json')
     record.write_text('{"identity": [')
     launch = o.found()
-    state = launch.status()
+    state = launch.refresh()
     assert (state.title, state.pid) == ('a launch', o.one.popen.pid)
     assert [p.label for p in state.processes] == ['sleep-1']
     # who uses other folders does not see it
@@ -172,7 +172,7 @@ def test_what_the_guard_stops_is_left_to_it(launch, python, wait_until):
     wait_until((one.folder / 'begun').exists)
     (orphaned,) = found(one)
     orphaned.do(commands.Shutdown())
-    state = orphaned.status()
+    state = orphaned.refresh()
     assert state.stopping
     assert [p.phase for p in state.processes] == ['stopping']
     (one.folder / 'go').touch()

@@ -23,7 +23,7 @@ def test_the_guard_knows_what_it_was_told():
         ['something newer'],
     ):
         launch.note(frame, [])
-    assert launch.made == {200: 1}
+    assert launch.started_groups == {200: 1}
     assert launch.timeouts == {0: Timeouts(5.0, 2.5), 1: Timeouts(1.0, 1.0)}
     assert launch.places == {'folder': [Place('/tmp/a\nfolder', 7, 8)]}
     assert launch.known == {(300, 99): 1}

@@ -49,7 +49,7 @@ class Helped(Participant):
     def ended(self, status):
         self.status = self.child.returncode = status
 
-    def is_waiting(self):
+    def prepare_end(self):
         return self.status is None
 
     def close(self):
@@ -148,7 +148,7 @@ class Showing(Participant):
         for _ in range(3):
             found = filter(Path.is_socket, self.folder.rglob('*'))
             self.sockets.append([path.stat().st_ino for path in found])
-            self.engine.serve()
+            self.engine.show_to_others()
 
 
 def test_hidden_launch_is_visible_once_a_participant_shows_it(

@@ -62,8 +62,10 @@ def test_what_comes_later_is_a_part_like_any_other(
     environment = {'TMPDIR': str(started.folder)}
     (running,) = running_launches(environment, pytest.fail)
     phases = ['ended', 'running', 'running', 'ended', 'ended']
-    wait_until(lambda: [p.phase for p in running.status().processes] == phases)
-    logs = [Path(p.log).parent.name for p in running.status().processes]
+    wait_until(
+        lambda: [p.phase for p in running.refresh().processes] == phases
+    )
+    logs = [Path(p.log).parent.name for p in running.refresh().processes]
     assert logs == ['a-1', 'keep', 'b-2', 'c-3', 'd']
     running.do(Stop('b-2'))
     wait_until(lambda: started.events('exited')[-1]['label'] == 'b')

@@ -271,28 +271,28 @@ def test_a_worker_that_cannot_be_read_is_a_problem(launch):
 
 def test_the_launch_goes_on_while_an_answer_is_to_come(launch):
     launch.growing.is_busy = True
-    assert launch.feed.is_waiting()
+    assert launch.feed.prepare_end()
     launch.loop.now += 1000.0
-    assert launch.feed.is_waiting()
+    assert launch.feed.prepare_end()
     assert launch.loop.next_due() is None
     assert launch.growing.asked == []
 
 
 def test_it_is_told_once_that_nothing_is_left_to_do(launch):
     for _ in range(2):
-        assert not launch.feed.is_waiting()
+        assert not launch.feed.prepare_end()
         assert [r['event'] for r in launch.growing.asked] == [IDLE]
 
 
 def test_what_it_says_to_the_end_is_not_awaited_for_ever(launch):
     launch.told(events.ShuttingDown('enough'))
     launch.growing.is_busy = True
-    assert launch.feed.is_waiting()
+    assert launch.feed.prepare_end()
     assert launch.loop.next_due() == limits.WORKER_ANSWER_TIMEOUT
     launch.loop.now += limits.WORKER_ANSWER_TIMEOUT - 1.0
-    assert launch.feed.is_waiting()
+    assert launch.feed.prepare_end()
     launch.loop.now += 1.0
-    assert not launch.feed.is_waiting()
+    assert not launch.feed.prepare_end()
 
 
 def test_who_escalates_does_not_wait_for_it(launch):
@@ -302,7 +302,7 @@ def test_who_escalates_does_not_wait_for_it(launch):
         commands.Escalate(), bool, lambda *_: commands.DONE
     )
     assert done == commands.DONE
-    assert not launch.feed.is_waiting()
+    assert not launch.feed.prepare_end()
 
 
 def test_its_end_is_told_once_after_its_last_answers(launch):
@@ -317,7 +317,7 @@ def test_its_end_is_told_once_after_its_last_answers(launch):
     assert launch.link.pid == 0
     launch.growing.is_busy = True
     assert launch.told(events.ShuttingDown('enough')) == []
-    assert not launch.feed.is_waiting()
+    assert not launch.feed.prepare_end()
 
 
 def test_nothing_is_asked_of_one_that_was_closed(launch):
@@ -326,5 +326,5 @@ def test_nothing_is_asked_of_one_that_was_closed(launch):
     assert not launch.helpers
     assert launch.told(events.Started(TALKER, 12)) == []
     launch.feed.call(3)
-    assert not launch.feed.is_waiting()
+    assert not launch.feed.prepare_end()
     assert launch.growing.asked == []

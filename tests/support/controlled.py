@@ -54,7 +54,7 @@ class Controlled:
         return self.connect().connection
 
     def process(self, label):
-        state = self.client.status()
+        state = self.client.refresh()
         return next(p for p in state.processes if p.label == label)
 
     def becomes(self, label, phase):

@@ -77,7 +77,7 @@ class FakeHost:
     def call(self, number):
         self.calls.append(number)
 
-    def is_waiting(self):
+    def prepare_end(self):
         return self.waits
 
     def emit(self, event):

@@ -119,7 +119,7 @@ class Timers:
         events.queue.handle_at_once = self._handle_at_once
         visitor.requests['finish'] = self.finish
         visitor.requests['call'] = self.call
-        visitor.is_put_off = self.is_put_off
+        visitor.postpone = self.postpone
         visitor.forget.append(self.forget)
 
     def install(self) -> None:
@@ -239,13 +239,13 @@ class Timers:
         self._numbers = count(1)
         self._is_ahead = False
 
-    def is_put_off(self, siblings: Sequence[Any]) -> bool:
+    def postpone(self, siblings: Sequence[Any]) -> bool:
         """
         Leave actions to their time, if that of the first one matters.
 
         :param siblings: The actions that are still to be visited, of a group,
           file or timer
-        :returns: whether they are done with for now
+        :returns: whether they were left, and the others visited
         """
         if not self._is_ahead or not self._needs_its_time(siblings[0]):
             return False
@@ -257,7 +257,7 @@ class Timers:
 
     def _visit(self, actions: Sequence[Any]) -> None:
         for index, action in enumerate(actions):
-            if self.is_put_off(actions[index:]):
+            if self.postpone(actions[index:]):
                 break
             self._visitor.visit(action)
 

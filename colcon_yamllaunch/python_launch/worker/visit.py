@@ -82,7 +82,7 @@ class Visitor:
         #: Called before a `done` without error, such as to tell `handlers`.
         self.before_done: list[Callable[[], object]] = []
         #: Says whether siblings are left to a time that is still to come.
-        self.is_put_off: Callable[[Sequence[Any]], bool] = lambda _: False
+        self.postpone: Callable[[Sequence[Any]], bool] = lambda _: False
         #: Called when a new round of evaluation begins.
         self.forget: list[Callable[[], object]] = []
         #: The actions of processes by their `id`.
@@ -198,7 +198,7 @@ class Visitor:
             if not hasattr(child, 'visit'):
                 raise no_action(child, self.positions.of(child, entity))
             self.positions.pass_on(entity, child)
-            if self.is_put_off(children[index:]):
+            if self.postpone(children[index:]):
                 break
             self.visit(child)
 

@@ -136,8 +136,8 @@ class Part(Participant):
             self._sent_idle = is_idle
             self._engine.emit(events.Idle(is_idle))
 
-    def is_waiting(self) -> bool:
-        """Return whether the part goes on, though nothing runs."""
+    def prepare_end(self) -> bool:
+        """Note that nothing runs; return whether the part goes on."""
         self._is_idle = True
         if not self._sent_idle:
             self._loop.wake()
@@ -223,7 +223,7 @@ class Part(Participant):
         if self._is_lost or self._is_finished or self._is_over:
             return
         # nobody else can show it now
-        self._engine.serve()
+        self._engine.show_to_others()
         if not self._keeps:
             self._is_lost = True
             shutdown = commands.Shutdown(f'{LINK_LOST}: {reason}')

@@ -168,7 +168,7 @@ class OuterTerminal:
         if launch is None:
             return
         try:
-            state = launch.status()
+            state = launch.refresh()
             members = [p for p in state.processes if p.label == label]
             attach(Candidate(launch, state), members)
         except (ControlError, UserError) as e:

@@ -187,7 +187,7 @@ def test_part_without_launcher_is_listed_on_its_machine(
             # it may end as it is asked
             with contextlib.suppress(LaunchEndedError):
                 if launch.pid == engine:
-                    states = launch.status().processes
+                    states = launch.refresh().processes
                     found = [state.phase for state in states]
             launch.close()
         return found

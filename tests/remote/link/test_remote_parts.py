@@ -190,16 +190,16 @@ def test_shutdown_of_a_machine_stops_the_launch_once(played):
 
 
 def test_the_launch_waits_until_each_machine_is_done(played):
-    assert played.parts.is_waiting()
+    assert played.parts.prepare_end()
     played.link.tells(events.Idle(True))
-    assert not played.parts.is_waiting()
+    assert not played.parts.prepare_end()
     assert not played.link.asked('finish')
     played.launch.is_stopping = True
-    assert played.parts.is_waiting()
-    assert played.parts.is_waiting()
+    assert played.parts.prepare_end()
+    assert played.parts.prepare_end()
     assert len(played.link.asked('finish')) == 1
     played.link.tells(events.Ended(0))
-    assert not played.parts.is_waiting()
+    assert not played.parts.prepare_end()
     # the end of its link is no loss
     played.link.handler.gone('it has ended')
     assert played.launch.told == []
@@ -208,9 +208,9 @@ def test_the_launch_waits_until_each_machine_is_done(played):
 def test_launch_waits_for_the_answer_to_a_command(played):
     played.link.tells(events.Idle(True))
     act(played.parts, 'restart', 'driver-1', lambda _: None)
-    assert played.parts.is_waiting()
+    assert played.parts.prepare_end()
     played.link.answers('restart')
-    assert not played.parts.is_waiting()
+    assert not played.parts.prepare_end()
 
 
 def test_commands_are_answered_or_refused(played):
@@ -288,7 +288,7 @@ def test_processes_of_a_gone_machine_are_lost(played):
     )
     assert exited.lines() == ()
     assert played.states()[LABEL].ending == 'lost with arm'
-    assert not played.parts.is_waiting()
+    assert not played.parts.prepare_end()
     with pytest.raises(RefusedError, match='arm is gone: it was started'):
         act(played.parts, 'stop', LABEL, lambda _: None)
 
@@ -354,7 +354,7 @@ def test_restart_brings_back_a_machine_that_is_gone(played):
     played.link.handler.gone('it was started anew')
     answers = []
     act(played.parts, 'restart', LABEL, answers.append)
-    assert played.parts.is_waiting()
+    assert played.parts.prepare_end()
     assert answers == []
     assert again(played) == [LABEL]
     assert answers == [None]
@@ -387,7 +387,7 @@ def test_failed_restart_is_answered_and_reported_once(played):
     assert answers == ['arm is gone: it cannot be reached'] * 2
     gone = [e for e in played.launch.told if isinstance(e, events.MachineGone)]
     assert len(gone) == 1
-    assert not played.parts.is_waiting()
+    assert not played.parts.prepare_end()
 
 
 def test_machine_that_cannot_come_back_is_not_restarted(played):
@@ -415,10 +415,10 @@ def test_on_lost_restart_begins_anew_without_what_was_stopped(restarting):
     lost = [e for e in restarting.launch.told if isinstance(e, events.Exited)]
     assert [e.respawn_delay for e in lost] == [0.0, 0.0, 0.0]
     assert not restarting.launch.is_stopping
-    assert restarting.parts.is_waiting()
+    assert restarting.parts.prepare_end()
     # the machine is still down
     restarting.link.handler.gone('it cannot be reached')
-    assert restarting.parts.is_waiting()
+    assert restarting.parts.prepare_end()
     assert again(restarting) == [LABEL, 'arm│must', 'arm│late']
     assert restarting.launch.told[-1] == events.LinkBack('arm', 1.0)
 
@@ -426,16 +426,16 @@ def test_on_lost_restart_begins_anew_without_what_was_stopped(restarting):
 def test_stop_does_not_wait_for_a_machine_that_is_gone(restarting):
     restarting.launch.emit(events.ShuttingDown('interrupted', True))
     restarting.launch.is_stopping = True
-    assert not restarting.parts.is_waiting()
+    assert not restarting.parts.prepare_end()
     assert restarting.link.is_closed
 
 
 def test_escalating_does_not_wait_for_a_lost_machine(played):
     played.link.handler.lost('nothing was heard of it')
     played.launch.is_stopping = True
-    assert played.parts.is_waiting()
+    assert played.parts.prepare_end()
     played.do(commands.Escalate())
-    assert not played.parts.is_waiting()
+    assert not played.parts.prepare_end()
     assert isinstance(played.launch.told[-1], events.MachineGone)
 
 
@@ -582,10 +582,10 @@ def test_machine_that_does_not_end_is_dropped(played):
     played.now += 5 + 5 + END_TIMEOUT - 1
     played.link.tells(events.Idle(False))
     played.parts.end_turn()
-    assert played.parts.is_waiting()
+    assert played.parts.prepare_end()
     played.now += 2
     played.parts.end_turn()
-    assert not played.parts.is_waiting()
+    assert not played.parts.prepare_end()
     gone = [e for e in played.launch.told if isinstance(e, events.MachineGone)]
     assert [e.reason for e in gone] == [
         'it does not end, though it was told to'
@@ -596,10 +596,10 @@ def test_machine_that_does_not_end_is_dropped(played):
 def test_machine_with_nothing_to_stop_is_dropped_at_the_end():
     played = Played(entries=())
     played.launch.is_stopping = True
-    assert played.parts.is_waiting()
+    assert played.parts.prepare_end()
     played.now += END_TIMEOUT + 1
     played.parts.end_turn()
-    assert not played.parts.is_waiting()
+    assert not played.parts.prepare_end()
 
 
 def test_machine_with_a_lasting_timer_is_waited_for():
@@ -608,9 +608,9 @@ def test_machine_with_a_lasting_timer_is_waited_for():
     played.launch.shut_down('interrupted')
     played.now += 590
     played.parts.end_turn()
-    assert played.parts.is_waiting()
+    assert played.parts.prepare_end()
     # Ctrl-C again
     played.do(commands.Escalate())
     played.now += 5 + 5 + END_TIMEOUT + 1
     played.parts.end_turn()
-    assert not played.parts.is_waiting()
+    assert not played.parts.prepare_end()

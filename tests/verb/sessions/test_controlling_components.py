@@ -80,7 +80,7 @@ class FakeLaunch:
         by_label = {member.label: member for member in members}
         self.state = replace(self.state, by_label=by_label)
 
-    def status(self) -> LaunchState:
+    def refresh(self) -> LaunchState:
         return self.state
 
     def _changed(self, member: Any) -> Any:
