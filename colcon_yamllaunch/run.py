@@ -23,7 +23,7 @@ from colcon_yamllaunch.engine.guard_link import GuardLink, GuardProcess
 from colcon_yamllaunch.engine.launch_scan import new_identity
 from colcon_yamllaunch.engine.line_buffering import LineBuffering
 from colcon_yamllaunch.engine.loop import caught
-from colcon_yamllaunch.engine.own_files import ParameterFiles, Place
+from colcon_yamllaunch.engine.own_files import OwnFile, ParameterFiles
 from colcon_yamllaunch.engine.participants import Participant
 from colcon_yamllaunch.engine.spawn import close_on_exec_all, Spawn
 from colcon_yamllaunch.engine.state import About, LaunchState
@@ -323,10 +323,10 @@ class _Launch:
         stack.callback(guard.abandon)
         return guard
 
-    def _note_folder(self, place: Place) -> None:
+    def _note_folder(self, folder: OwnFile) -> None:
         """Register the folder of parameter files with guard and record."""
-        self.guard.remove_later('folder', place)
-        self._record.note_parameters(place)
+        self.guard.remove_later('folder', folder)
+        self._record.note_parameters(folder)
 
     def _open_logs(
         self, whole: Plan, settings: Settings, stack: ExitStack

@@ -44,7 +44,7 @@ from colcon_yamllaunch.engine.launch_scan import (
     mark_of,
 )
 from colcon_yamllaunch.engine.own_files import (
-    Place,
+    OwnFile,
     remove_file,
     remove_parameter_files,
 )
@@ -77,11 +77,11 @@ class OrphanedLaunch(Targets):
         identity: str,
         pid: int,
         record: Mapping[str, Any],
-        remains: Sequence[Place],
+        remains: Sequence[OwnFile],
     ) -> None:
         self._identity = identity
         self._remains = remains
-        self._parameters = _place(record.get('parameters'))
+        self._parameters = _own_file(record.get('parameters'))
         self._stops: dict[int, Escalation] = {}
         self._chosen: set[int] = set()
         # what loses its parent by a signal may have nothing else that tells
@@ -195,8 +195,8 @@ class OrphanedLaunch(Targets):
         self._cgroup.remove()
         if self._parameters is not None:
             remove_parameter_files(self._parameters)
-        for place in self._remains:
-            remove_file(place)
+        for file in self._remains:
+            remove_file(file)
 
     def _begin_stops(self, now: float) -> None:
         for number in self._chosen - set(self._stops):
@@ -235,12 +235,12 @@ def orphaned_launches(environment: Mapping[str, str]) -> list[OrphanedLaunch]:
 
     What others left that have none is removed.
     """
-    places = folders(environment)
+    socket_folders = folders(environment)
     records: _Records = {}
-    for folder in places:
+    for folder in socket_folders:
         records |= _records(folder)
     launches = []
-    for identity in sorted({*records, *_marked(places)}):
+    for identity in sorted({*records, *_marked(socket_folders)}):
         launcher = launcher_of(identity)
         # a record that makes no sense was cut off, or is of another version
         if launcher is not None and not launcher[1]:
@@ -254,12 +254,12 @@ def orphaned_launches(environment: Mapping[str, str]) -> list[OrphanedLaunch]:
     return launches
 
 
-def _marked(places: Collection[Path]) -> set[str]:
+def _marked(socket_folders: Collection[Path]) -> set[str]:
     """
     Return the launches that running processes have the mark of.
 
     They count as those do whose socket is found: if it would be in one of
-    some places.
+    some folders.
     """
     found = set()
     for process in running_processes():
@@ -270,7 +270,7 @@ def _marked(places: Collection[Path]) -> set[str]:
                 if (
                     os.stat(f'/proc/{process.pid}').st_uid == os.getuid()
                     and _namespace(process.pid) == _namespace(os.getpid())
-                    and folders(_variables(process.pid))[0] in places
+                    and folders(_variables(process.pid))[0] in socket_folders
                 ):
                     found.add(owner)
     return found
@@ -288,7 +288,7 @@ def _variables(pid: int) -> dict[str, str]:
     }
 
 
-_Records = dict[str, tuple[Mapping[str, Any], list[Place]]]
+_Records = dict[str, tuple[Mapping[str, Any], list[OwnFile]]]
 
 
 def _records(folder: Path) -> _Records:
@@ -307,7 +307,7 @@ def _records(folder: Path) -> _Records:
                 with suppress(OSError):
                     found[str(record.get('identity'))] = (
                         record,
-                        [Place.of(path)],
+                        [OwnFile.of(path)],
                     )
     finally:
         os.close(descriptor)
@@ -324,10 +324,10 @@ def _read(folder: int, name: str) -> Mapping[str, Any]:
     return {}
 
 
-def _place(data: object) -> Place | None:
+def _own_file(data: object) -> OwnFile | None:
     match data:
         case [str(path), int(device), int(inode)]:
-            return Place(path, device, inode)
+            return OwnFile(path, device, inode)
     return None
 
 

@@ -21,7 +21,7 @@ from colcon_yamllaunch.control.journal import Journal
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.events import Ended, Event, Planned, Warned
 from colcon_yamllaunch.engine.guard_link import GuardLink
-from colcon_yamllaunch.engine.own_files import Place
+from colcon_yamllaunch.engine.own_files import OwnFile
 from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.supervisor import Task
 from colcon_yamllaunch.plan.plan import Process
@@ -55,7 +55,7 @@ class LaunchRecord:
 
     def begin(
         self, environment: Mapping[str, str], engine: Engine
-    ) -> Place | None:
+    ) -> OwnFile | None:
         """
         Write the record, and return where it is.
 
@@ -87,9 +87,13 @@ class LaunchRecord:
             self._processes[task.number] = json.dumps(known)
         self._write()
 
-    def note_parameters(self, place: Place) -> None:
+    def note_parameters(self, folder: OwnFile) -> None:
         """Add where the parameter files are."""
-        self._content['parameters'] = [place.path, place.device, place.inode]
+        self._content['parameters'] = [
+            folder.path,
+            folder.device,
+            folder.inode,
+        ]
         self._write()
 
     def end(self) -> None:
@@ -103,7 +107,7 @@ class LaunchRecord:
             os.close(self._descriptor)
             self._descriptor = -1
 
-    def _make(self, path: str) -> Place:
+    def _make(self, path: str) -> OwnFile:
         try:
             # of an ended process with our process id
             with suppress(FileNotFoundError):
@@ -112,7 +116,7 @@ class LaunchRecord:
                 self._name, _FLAGS, 0o600, dir_fd=self._folder
             )
             self._write()
-            return Place.of(path)
+            return OwnFile.of(path)
         except OSError:
             self.end()
             raise
@@ -146,7 +150,7 @@ def serve(
     :param record: Describes one whose guard was killed, too
     """
     # before anybody can see the launch
-    place = record.begin(environment, engine)
+    file = record.begin(environment, engine)
     stack.callback(record.end)
 
     def note(event: Event) -> None:
@@ -159,8 +163,8 @@ def serve(
             )
 
     engine.listen(note)
-    if place is not None:
-        guard.remove_later('record', place)
+    if file is not None:
+        guard.remove_later('record', file)
     try:
         address = socket_folder.Address(environment)
     except socket_folder.FolderError as error:
@@ -173,7 +177,7 @@ def serve(
         return
     for trouble in address.troubles:
         engine.emit(Warned(f'{trouble}; the socket is in {address.path}'))
-    guard.remove_later('socket', address.place)
+    guard.remove_later('socket', address.file)
     server = Server(address.socket, engine, journal, guard.lease)
     engine.listen(server.handle)
     stack.callback(address.close)

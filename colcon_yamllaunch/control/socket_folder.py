@@ -26,7 +26,7 @@ import stat
 import struct
 
 from colcon_yamllaunch.common.files import temporary_folders
-from colcon_yamllaunch.engine.own_files import Place
+from colcon_yamllaunch.engine.own_files import OwnFile
 
 #: The ending of a socket's name; before it stands the launcher's process id.
 SUFFIX = '.sock'
@@ -156,13 +156,13 @@ class Address:
             raise
 
     @property
-    def place(self) -> Place:
+    def file(self) -> OwnFile:
         """What is at its path; see :mod:`own_files`."""
         status = os.stat(
             self._name, dir_fd=self._folder, follow_symlinks=False
         )
         path = os.path.abspath(self.path)
-        return Place(path, status.st_dev, status.st_ino)
+        return OwnFile(path, status.st_dev, status.st_ino)
 
     def close(self) -> None:
         """Listen no more, and remove the socket."""

@@ -66,7 +66,7 @@ from colcon_yamllaunch.engine.channels import HeldTerminal, writer_link
 from colcon_yamllaunch.engine.launch_scan import Adopter, find_orphans, Known
 from colcon_yamllaunch.engine.lines import LineBuffer, normalised, prefixed
 from colcon_yamllaunch.engine.own_files import (
-    Place,
+    OwnFile,
     remove_file,
     remove_parameter_files,
 )
@@ -194,7 +194,7 @@ class GuardedLaunch(Targets):
         self.timeouts: dict[int, Timeouts] = {}
         self.outputs: dict[int, HeldOutput] = {}
         self.known: Known = {}
-        self.places: dict[str, list[Place]] = {}
+        self.own_files: dict[str, list[OwnFile]] = {}
         # when the lease expires, or the launcher should have ended after that
         self._due: float | None = None
         self._is_expired = False
@@ -243,8 +243,8 @@ class GuardedLaunch(Targets):
             case ['lease', seconds] if not self._is_expired:
                 now = time.monotonic()
                 self._due = None if seconds is None else now + seconds
-            case ['socket' | 'folder' | 'record' as kind, *place]:
-                self.places.setdefault(kind, []).append(Place(*place))
+            case ['socket' | 'folder' | 'record' as kind, *file]:
+                self.own_files.setdefault(kind, []).append(OwnFile(*file))
 
     def seconds_to_wait(self) -> float | None:
         """Return the seconds until :meth:`end_launcher`, None for never."""
@@ -297,10 +297,10 @@ class GuardedLaunch(Targets):
             adopter=Adopter(os.getppid(), links, None),
         )
 
-    def remove(self, kind: str, how: Callable[[Place], None]) -> None:
-        """Remove all places of a kind."""
-        for place in self.places.get(kind, ()):
-            how(place)
+    def remove(self, kind: str, how: Callable[[OwnFile], None]) -> None:
+        """Remove all files of a kind."""
+        for file in self.own_files.get(kind, ()):
+            how(file)
 
     def restore_terminal(self) -> None:
         """Leave the terminal sane, before the shell uses it if that can be."""

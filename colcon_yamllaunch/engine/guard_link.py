@@ -17,7 +17,7 @@ from typing import Any, Literal
 from colcon_yamllaunch.common.escalation import Timeouts
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.channels import as_numbers, writer_link
-from colcon_yamllaunch.engine.own_files import Place
+from colcon_yamllaunch.engine.own_files import OwnFile
 from colcon_yamllaunch.plan.plan import IN_COMMON_LOG, Process
 
 # -c, as a file that is run has to be compiled anew each time. Its words do not
@@ -257,7 +257,7 @@ class GuardLink:
         self._state.pop(('adopted', pid), None)
 
     def remove_later(
-        self, kind: Literal['socket', 'folder', 'record'], place: Place
+        self, kind: Literal['socket', 'folder', 'record'], file: OwnFile
     ) -> None:
         """
         Register a file or folder to be removed if the launcher is killed.
@@ -265,8 +265,8 @@ class GuardLink:
         A socket is removed first of all, then the folder with the parameter
         files, and a record of the launch last.
         """
-        frame = [kind, place.path, place.device, place.inode]
-        self._send((kind, place.path), frame)
+        frame = [kind, file.path, file.device, file.inode]
+        self._send((kind, file.path), frame)
         self.flush()
 
     def lease(self, seconds: float | None) -> None:

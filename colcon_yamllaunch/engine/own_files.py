@@ -34,9 +34,9 @@ _FLAGS = os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class OwnFile:
     """
-    A folder or file, and what distinguishes it from others of that path.
+    A file or folder of a launch, told apart from others of its path.
 
     :param path: An absolute path
     """
@@ -46,55 +46,55 @@ class Place:
     inode: int
 
     @staticmethod
-    def of(path: str) -> 'Place':
+    def of(path: str) -> 'OwnFile':
         """
         Return what is at a path.
 
         :raises OSError: when there is nothing
         """
         status = os.stat(path, follow_symlinks=False)
-        return Place(path, status.st_dev, status.st_ino)
+        return OwnFile(path, status.st_dev, status.st_ino)
 
     def is_at(self, status: os.stat_result) -> bool:
-        """Return whether a status is that of this place, and ours."""
+        """Return whether a status is that of this file, and ours."""
         found = status.st_dev, status.st_ino, status.st_uid
         return found == (self.device, self.inode, os.getuid())
 
 
-def remove_parameter_files(place: Place) -> None:
+def remove_parameter_files(folder: OwnFile) -> None:
     """
     Remove the folder with the parameter files of a launch.
 
     What else is in it stays, and then so does the folder.
     """
-    name = os.path.basename(place.path)
+    name = os.path.basename(folder.path)
     with suppress(OSError):
-        descriptor = os.open(place.path, _FLAGS)
+        descriptor = os.open(folder.path, _FLAGS)
         try:
             status = os.fstat(descriptor)
             if (
                 not name.startswith(FOLDER_PREFIX)
-                or not place.is_at(status)
+                or not folder.is_at(status)
                 or stat.S_IMODE(status.st_mode) & 0o077
             ):
                 return
             for entry in os.listdir(descriptor):
                 _remove_parameter_file(descriptor, entry)
-            if place.is_at(os.stat(place.path, follow_symlinks=False)):
+            if folder.is_at(os.stat(folder.path, follow_symlinks=False)):
                 # a folder that is not empty cannot be removed like this
-                os.rmdir(place.path)
+                os.rmdir(folder.path)
         finally:
             os.close(descriptor)
 
 
-def remove_file(place: Place) -> None:
+def remove_file(file: OwnFile) -> None:
     """Remove a file or socket if it still is the one that was made."""
-    folder, name = os.path.split(place.path)
+    folder, name = os.path.split(file.path)
     with suppress(OSError):
         descriptor = os.open(folder, _FLAGS)
         try:
             status = os.stat(name, dir_fd=descriptor, follow_symlinks=False)
-            if place.is_at(status) and not stat.S_ISDIR(status.st_mode):
+            if file.is_at(status) and not stat.S_ISDIR(status.st_mode):
                 os.unlink(name, dir_fd=descriptor)
         finally:
             os.close(descriptor)
@@ -118,9 +118,9 @@ class ParameterFiles:
     :param made: Receives the folder when it is made
     """
 
-    def __init__(self, made: Callable[[Place], None]) -> None:
+    def __init__(self, made: Callable[[OwnFile], None]) -> None:
         self._made = made
-        self._folder: Place | None = None
+        self._folder: OwnFile | None = None
         # what each of them has now
         self._contents: dict[str, str] = {}
 
@@ -159,7 +159,7 @@ class ParameterFiles:
         return os.path.join(self._folder.path, file)
 
 
-def _make_folder(file: str, content: str) -> Place:
+def _make_folder(file: str, content: str) -> OwnFile:
     """Make a folder, with a first file, where there is room for it."""
     # few launches need one, and the guard never does
     import tempfile
@@ -168,17 +168,17 @@ def _make_folder(file: str, content: str) -> Place:
 
     problem: OSError | None = None
     for temporary in temporary_folders(os.environ):
-        place = None
+        folder = None
         try:
             path = tempfile.mkdtemp(prefix=FOLDER_PREFIX, dir=temporary)
-            place = Place.of(os.path.abspath(path))
-            _write(place.path, file, content)
+            folder = OwnFile.of(os.path.abspath(path))
+            _write(folder.path, file, content)
         except OSError as error:
             problem = problem or error
-            if place is not None:
-                remove_parameter_files(place)
+            if folder is not None:
+                remove_parameter_files(folder)
         else:
-            return place
+            return folder
     assert problem is not None
     raise problem
 

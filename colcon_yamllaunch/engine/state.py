@@ -39,7 +39,7 @@ from colcon_yamllaunch.plan.plan import (
 #: `starting` (also while it is loaded, configured or activated), `running`,
 #: `stopping`, `held` by a signal such as SIGSTOP, waiting for its `respawn`,
 #: `ended` by itself, `stopped` on request, or `failed`.
-Condition = Literal[
+MemberCondition = Literal[
     'waiting',
     'starting',
     'running',
@@ -105,7 +105,7 @@ class CommonState:
     :param lifecycle: The state of its lifecycle node, such as `active`;
       `unknown` until that is known, None if it is no lifecycle node
     :param machine: The name of the machine that it runs on, None for this one
-    :param condition: See :data:`Condition`
+    :param condition: See :data:`MemberCondition`
     :param failure: How it failed last, in short; empty if it has not since
       somebody started it
     :param restarts: How often it has been started, or loaded, again
@@ -127,7 +127,7 @@ class CommonState:
     log: str | None = None
     lifecycle: str | None = None
     machine: str | None = None
-    condition: Condition = 'starting'
+    condition: MemberCondition = 'starting'
     failure: str = ''
     restarts: int = 0
     run_seconds: float = 0.0
@@ -798,7 +798,7 @@ class LaunchState:
         return True
 
 
-def _condition_of(member: MemberState) -> Condition:
+def _condition_of(member: MemberState) -> MemberCondition:
     """Return what views show of a process or component."""
     match member.phase:
         case 'waiting' if not member.is_due:

@@ -14,8 +14,8 @@ from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.engine import cgroup
 from colcon_yamllaunch.engine.state import (
     ComponentState,
-    Condition,
     LaunchState,
+    MemberCondition,
     MemberState,
     UNKNOWN,
 )
@@ -63,7 +63,7 @@ class Look:
 
 
 #: How each condition looks.
-LOOKS: dict[Condition, Look] = {
+LOOKS: dict[MemberCondition, Look] = {
     'waiting': Look('○', '.', DIM, 'bright_black', DIM),
     'starting': Look('◌', ':', YELLOW, 'yellow'),
     'running': Look('●', '*', GREEN, 'green'),

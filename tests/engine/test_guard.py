@@ -7,7 +7,7 @@ import signal
 from colcon_yamllaunch.common.escalation import Timeouts
 from colcon_yamllaunch.engine.guard import GuardedLaunch
 from colcon_yamllaunch.engine.guard_link import GuardLink, GuardProcess
-from colcon_yamllaunch.engine.own_files import Place
+from colcon_yamllaunch.engine.own_files import OwnFile
 import pytest
 
 
@@ -25,7 +25,7 @@ def test_the_guard_knows_what_it_was_told():
         launch.note(frame, [])
     assert launch.started_groups == {200: 1}
     assert launch.timeouts == {0: Timeouts(5.0, 2.5), 1: Timeouts(1.0, 1.0)}
-    assert launch.places == {'folder': [Place('/tmp/a\nfolder', 7, 8)]}
+    assert launch.own_files == {'folder': [OwnFile('/tmp/a\nfolder', 7, 8)]}
     assert launch.known == {(300, 99): 1}
 
 

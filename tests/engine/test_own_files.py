@@ -22,10 +22,10 @@ def folder(tmp_path):
 
 
 def test_the_folder_of_a_launch_is_removed(folder):
-    own_files.remove_parameter_files(own_files.Place.of(str(folder)))
+    own_files.remove_parameter_files(own_files.OwnFile.of(str(folder)))
     assert not folder.exists()
     # once more does no harm
-    own_files.remove_parameter_files(own_files.Place(str(folder), 1, 2))
+    own_files.remove_parameter_files(own_files.OwnFile(str(folder), 1, 2))
 
 
 @pytest.mark.parametrize(
@@ -37,47 +37,47 @@ def test_what_the_launcher_does_not_make_stays(folder, name):
         path.mkdir()
     else:
         path.touch()
-    own_files.remove_parameter_files(own_files.Place.of(str(folder)))
+    own_files.remove_parameter_files(own_files.OwnFile.of(str(folder)))
     assert os.listdir(folder) == [path.name]
 
 
-def exchanged(folder: Path) -> own_files.Place:
+def exchanged(folder: Path) -> own_files.OwnFile:
     """Put another folder where one was."""
-    place = own_files.Place.of(str(folder))
+    found = own_files.OwnFile.of(str(folder))
     folder.rename(folder.with_name('moved'))
     folder.mkdir(mode=0o700)
-    return place
+    return found
 
 
 def test_another_folder_in_its_place_is_left_alone(folder):
-    place = exchanged(folder)
+    found = exchanged(folder)
     (folder / 'a-1-2.yaml').touch()
-    own_files.remove_parameter_files(place)
+    own_files.remove_parameter_files(found)
     assert os.listdir(folder) == ['a-1-2.yaml']
 
 
 def test_a_link_in_its_place_is_left_alone(folder):
-    place = exchanged(folder)
+    found = exchanged(folder)
     folder.rmdir()
     moved = folder.with_name('moved')
     folder.symlink_to(moved)
-    own_files.remove_parameter_files(place)
+    own_files.remove_parameter_files(found)
     assert os.listdir(moved) == ['talker-1-0-3.yaml']
 
 
 def test_a_folder_that_others_may_enter_or_of_another_name_stays(folder):
     folder.chmod(0o777)
-    own_files.remove_parameter_files(own_files.Place.of(str(folder)))
+    own_files.remove_parameter_files(own_files.OwnFile.of(str(folder)))
     folder.chmod(0o700)
     other = folder.rename(folder.with_name('work'))
-    own_files.remove_parameter_files(own_files.Place.of(str(other)))
+    own_files.remove_parameter_files(own_files.OwnFile.of(str(other)))
     assert os.listdir(other) == ['talker-1-0-3.yaml']
 
 
 @needs_other_user
 def test_a_folder_of_another_user_stays(folder):
     os.chown(folder, OTHER_USER, OTHER_USER)
-    own_files.remove_parameter_files(own_files.Place.of(str(folder)))
+    own_files.remove_parameter_files(own_files.OwnFile.of(str(folder)))
     assert os.listdir(folder) == ['talker-1-0-3.yaml']
 
 
@@ -88,7 +88,7 @@ def test_a_socket_is_removed_but_not_the_next_one_of_its_name(tmp_path):
         listener = socket.socket(socket.AF_UNIX)
         path.unlink(missing_ok=True)
         listener.bind(str(path))
-        places.append((own_files.Place.of(str(path)), listener))
+        places.append((own_files.OwnFile.of(str(path)), listener))
         # so that the inode is not used again
         os.link(path, f'{path}{len(places)}')
     own_files.remove_file(places[0][0])
