@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""The nearest name to one that does not exist."""
+"""Hints: the name that was meant, and how to install what is missing."""
 
 from collections.abc import Iterable, Mapping
 import os
@@ -61,8 +61,18 @@ def is_slip(word: str, names: Iterable[str]) -> bool:
 
 def did_you_mean(word: str, names: Iterable[str]) -> str | None:
     """Return the nearest name as a question, if any is near."""
-    name = nearest(word, names)
-    return None if name is None else f"did you mean '{name}'?"
+    return question(nearest(word, names))
+
+
+def question(*names: str | None) -> str | None:
+    """Return the question whether one of `names` is meant, None for none."""
+    known = [f"'{name}'" for name in names if name is not None]
+    return f'did you mean {" or ".join(known)}?' if known else None
+
+
+def on_debian(*packages: str) -> str:
+    """Return the command that installs packages, and where it works."""
+    return f'on Debian and Ubuntu: sudo apt install {" ".join(packages)}'
 
 
 def no_package(
@@ -87,13 +97,9 @@ def no_package(
     # what the command would be made of is written by anybody
     if not _PACKAGE_NAME.fullmatch(name) or is_slip(name, names):
         return problem, meant
-    import shutil
-
     distribution = environment.get('ROS_DISTRO', '<distro>')
     debian = f'ros-{distribution}-{name.lower().replace("_", "-")}'
-    ways = [f'install it: sudo apt install {debian}']
-    if shutil.which('apt') is None:
-        ways = [f'install it, which on Ubuntu is: sudo apt install {debian}']
+    ways = [f'install it ({on_debian(debian)})']
     if 'ROS_DISTRO' not in environment:
         ways.insert(0, 'source /opt/ros/<distro>/setup.bash first')
     way = '; or '.join([*ways, otherwise])
@@ -113,7 +119,7 @@ def way_to_program(name: str, cwd: str) -> str:
     """
     if '/' not in name:
         package = _DEBIAN_PACKAGES.get(name, name)
-        return f'install it (sudo apt install {package}), or correct the name'
+        return f'install it ({on_debian(package)}), or correct the name'
     path = os.path.normpath(os.path.join(cwd, name))
     if os.path.isfile(path):
         return f'make it executable: chmod +x {path}'

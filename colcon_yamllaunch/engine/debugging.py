@@ -14,6 +14,7 @@ import subprocess
 import time
 
 from colcon_yamllaunch.common.errors import RefusedError
+from colcon_yamllaunch.common.suggestions import on_debian
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.spawn import (
     find_program,
@@ -80,7 +81,7 @@ def debugged(
         except StartError as error:
             raise RefusedError(
                 f'{process.label} needs {program} to be debugged, which is '
-                f'not installed: sudo apt install {program}'
+                f'not installed; {on_debian(program)}'
             ) from error
     if port is None:
         words = (*_ONE_STREAM, *argv) if is_native else argv

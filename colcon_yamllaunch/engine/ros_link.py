@@ -215,16 +215,18 @@ def missing_packages(
     names = ', '.join(f"'{name}'" for name in missing)
     purposes = {_PURPOSES[m]: None for m in missing if m in _PURPOSES}
     purpose = ' and '.join(purposes) or 'what it does in ROS'
-    packages = 'packages' if len(missing) > 1 else 'package'
+    noun = 'packages' if len(missing) > 1 else 'package'
     text = (
-        f'for {purpose} this launch needs the Python {packages} {names}, '
+        f'for {purpose} this launch needs the Python {noun} {names}, '
         f'which {python} does not find in the environment that was sourced. '
     )
     distribution = environment.get('ROS_DISTRO')
     dashed = [name.replace('_', '-') for name in missing]
     if distribution:
-        packages = ' '.join(f'ros-{distribution}-{n}' for n in dashed)
-        text += f'Install what is missing: sudo apt install {packages}'
+        from colcon_yamllaunch.common.suggestions import on_debian
+
+        packages = [f'ros-{distribution}-{name}' for name in dashed]
+        text += f'Install what is missing, {on_debian(*packages)}'
     else:
         wheels = ' '.join(f'ros-{name}' for name in dashed if name in _WHEELS)
         source = [m for m in missing if m.replace('_', '-') not in _WHEELS]

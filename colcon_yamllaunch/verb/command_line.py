@@ -299,23 +299,22 @@ def refuse_unknown(words: Sequence[str], verb: Verb) -> None:
     for index, word in enumerate(words):
         if not word.startswith('-'):
             continue
-        from colcon_yamllaunch.common.suggestions import nearest
+        from colcon_yamllaunch.common.suggestions import nearest, question
 
         name = word.partition('=')[0]
         if verb != 'launch' and name in OPTIONS['launch'].by_flag():
             raise UserError(
                 f"'colcon {verb}' has no option '{name}'",
-                "it is one of 'colcon launch'",
+                "'colcon launch' has it",
             )
         meant = [nearest(word, OPTIONS[verb].by_flag())]
         if verb in ('launch', 'sweep'):
             meant.insert(0, _as_argument(word, words[index + 1 :]))
-        listed = ' or '.join(f"'{m}'" for m in meant if m is not None)
         listing = '--help-all' if OPTIONS[verb].DAILY else '--help'
         hint = f"'colcon {verb} {listing}' lists the options"
-        if listed:
-            hint = f'did you mean {listed}?'
-        raise UserError(f"there is no option '{word}'", hint)
+        raise UserError(
+            f"there is no option '{word}'", question(*meant) or hint
+        )
 
 
 def _as_argument(word: str, rest: Sequence[str]) -> str | None:

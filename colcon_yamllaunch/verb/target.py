@@ -13,7 +13,7 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.files import text_of
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.common.suggestions import nearest
+from colcon_yamllaunch.common.suggestions import nearest, question
 from colcon_yamllaunch.workspace.packages.package import BrokenManifest
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 from colcon_yamllaunch.workspace.packages.workspace_root import (
@@ -143,7 +143,7 @@ def _path_target(
             others = {*os.listdir(path.parent)} - {path.name}
             if near := nearest(path.name, others):
                 # as it works from here
-                hint = f"did you mean '{Path(word).parent / near}'?"
+                hint = question(str(Path(word).parent / near)) or ''
         if '/' not in word:
             hint += launch_commands(locator)
         hint = hint.strip()
@@ -207,7 +207,6 @@ def unknown_package(
 def _refuse_more(positionals: list[str] | tuple[str, ...]) -> None:
     for word in positionals:
         name, is_given, value = word.partition('=')
-        hint = 'it is written name:=value'
-        if name and is_given:
-            hint = f"did you mean '{name}:={value}'?"
+        meant = f'{name}:={value}' if name and is_given else None
+        hint = question(meant) or 'it is written name:=value'
         raise UserError(f"malformed launch argument '{word}'", hint)

@@ -10,7 +10,11 @@ from pathlib import Path
 import re
 
 from colcon_yamllaunch.common.files import text_of
-from colcon_yamllaunch.common.suggestions import did_you_mean, listing
+from colcon_yamllaunch.common.suggestions import (
+    did_you_mean,
+    listing,
+    question,
+)
 from colcon_yamllaunch.language.actions.parameter_files import Section
 from colcon_yamllaunch.language.evaluation.findings import SectionUse
 from colcon_yamllaunch.language.evaluation.walk import Walk
@@ -249,7 +253,7 @@ def warn_of_missing_containers(walk: Walk) -> None:
         same = [n for n in walk.nodes if n.rpartition('/')[2] == last]
         hint = did_you_mean(name, walk.nodes)
         if same:
-            hint = f"did you mean '{same[0]}'?"
+            hint = question(same[0])
         walk.warn_at(
             place,
             f"nothing in this launch is the container '{name}'",

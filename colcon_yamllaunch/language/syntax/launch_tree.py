@@ -14,6 +14,7 @@ from colcon_yamllaunch.common.suggestions import (
     listing,
     nearest,
     nearest_first,
+    question,
 )
 from colcon_yamllaunch.language.evaluation.request import (
     FindExposed,
@@ -496,13 +497,11 @@ class _TreeReader:
         known: list[str],
         meant: str | None,
     ) -> None:
-        hint = meant and f"did you mean '{meant}'?"
+        hint = question(meant)
         if isinstance(value, Scalar) and value.kind == 'null' and not hint:
             hint = "quote a value that has a ',' in it"
         if name == 'autostart':
-            hint = (
-                "it is one of 'lifecycle_node' and 'composable_lifecycle_node'"
-            )
+            hint = "'lifecycle_node' and 'composable_lifecycle_node' have it"
         if hint is None and known:
             hint = f'the attributes are {listing(known)}'
         self._report(f"{what} has no attribute '{name}'", key, hint)

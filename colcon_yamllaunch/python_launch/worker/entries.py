@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 import contextlib
-import difflib
 import errno
 from functools import partial, wraps
 import importlib
@@ -21,7 +20,7 @@ from typing import Any, ClassVar, TYPE_CHECKING
 
 from .channel import Json
 from .descriptions import as_json, condition_text, is_a, Private
-from .errors import checked, Failed, PlainError
+from .errors import checked, did_you_mean, Failed, PlainError
 from .imports import when_imported
 from .visit import Marker
 
@@ -431,8 +430,7 @@ class Entries:
             hint = None
             folder, name = os.path.split(path)
             with contextlib.suppress(OSError):
-                near = difflib.get_close_matches(name, os.listdir(folder), 1)
-                hint = f"did you mean '{near[0]}'?" if near else None
+                hint = did_you_mean(name, os.listdir(folder))
             raise PlainError(text, position, hint=hint) from cause
         kind = 'file' if path else 'group'
         return [

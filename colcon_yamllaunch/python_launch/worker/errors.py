@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 import contextlib
 import difflib
 from functools import wraps
@@ -230,7 +230,12 @@ def _hint(error: BaseException) -> str | None:
                 for one in parameters
                 if one.kind in (one.POSITIONAL_OR_KEYWORD, one.KEYWORD_ONLY)
             }
-    near = difflib.get_close_matches(match[1], names, 1)
+    return did_you_mean(match[1], names)
+
+
+def did_you_mean(word: str, names: Iterable[str]) -> str | None:
+    """Return the nearest name as a question; as in `common.suggestions`."""
+    near = difflib.get_close_matches(word, list(names), 1)
     return f"did you mean '{near[0]}'?" if near else None
 
 

@@ -18,7 +18,7 @@ import sys
 from typing import Any, TYPE_CHECKING
 
 from .channel import Json
-from .errors import described, note_entity, PlainError
+from .errors import described, did_you_mean, note_entity, PlainError
 
 if TYPE_CHECKING:
     from .visit import Visitor
@@ -117,9 +117,8 @@ class _Entity:
         for name in sorted(names):
             message = f"'{self._type}' has no {what} '{name}'"
             known = sorted(self._asked - set(self._attributes))
-            near = get_close_matches(name, known, 1)
-            if near:
-                message += f"; did you mean '{near[0]}'?"
+            if hint := did_you_mean(name, known):
+                message += f'; {hint}'
             elif known:
                 message += f'; there are {", ".join(known)}'
             raise self._wrong(_ValueError, message)

@@ -31,6 +31,7 @@ from typing import Any
 import colcon_yamllaunch
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.process_scan import read_process
+from colcon_yamllaunch.common.suggestions import on_debian
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.remote.agent.launcher_channel import redirect_to_null
 from colcon_yamllaunch.remote.agent.part_sockets import boot_of_machine
@@ -179,9 +180,9 @@ def colcon_python() -> list[str]:
                 return w
     raise UserError(
         'colcon is not installed there, which is to build the packages: '
-        "install it there ('sudo apt install python3-colcon-common-"
-        "extensions', or 'pip install colcon-common-extensions'), or bring "
-        'what is built here, by `sync: install`'
+        f'install it there ({on_debian("python3-colcon-common-extensions")}; '
+        'elsewhere: pip install colcon-common-extensions), or bring what is '
+        'built here, by `sync: install`'
     )
 
 

@@ -11,7 +11,11 @@ from typing import NamedTuple
 
 from colcon_yamllaunch.common.errors import WorkspaceError
 from colcon_yamllaunch.common.files import text_of
-from colcon_yamllaunch.common.suggestions import did_you_mean, nearest_first
+from colcon_yamllaunch.common.suggestions import (
+    did_you_mean,
+    nearest_first,
+    question,
+)
 from colcon_yamllaunch.workspace.packages.package import Package, source_files
 from colcon_yamllaunch.workspace.packages.package_locator import (
     is_executable,
@@ -156,9 +160,7 @@ def certainly_unknown_executable(
 
 
 def _meant(package: str, name: str, other: str) -> WorkspaceError:
-    return WorkspaceError(
-        f"{package} has no '{name}'", f"did you mean '{other}'?"
-    )
+    return WorkspaceError(f"{package} has no '{name}'", question(other))
 
 
 def _no_executable(package: str, name: str, listed: str) -> WorkspaceError:

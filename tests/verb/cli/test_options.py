@@ -169,6 +169,6 @@ def test_an_unknown_option_may_be_meant_as_an_argument(
 
 @pytest.mark.parametrize('verb', ['run', 'create', 'sweep'])
 def test_an_option_of_a_launch_is_none_of_other_verbs(verb: Verb) -> None:
-    error = f"'colcon {verb}' has no option '--watch': it is one of 'colcon l"
+    error = f"'colcon {verb}' has no option '--watch': 'colcon launch' has it"
     with pytest.raises(UserError, match=error):
         refuse_unknown(['--watch=bell', 'pkg'], verb)

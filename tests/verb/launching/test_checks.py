@@ -5,6 +5,7 @@
 
 from pathlib import Path
 
+from colcon_yamllaunch.common.suggestions import on_debian
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.verb.prepare import missing_programs
@@ -230,7 +231,7 @@ def test_launch_goes_on_without_commands_that_this_machine_lacks(
         "a.yaml:2:21: warning: there is no executable 'no_such_broker' on "
         'the PATH, so no_such_broker-1 cannot be started\n'
     ) in output
-    assert 'help: install it (sudo apt install no_such_broker)' in output
+    assert f'help: install it ({on_debian("no_such_broker")})' in output
     assert "a.yaml:3:21: warning: there is no executable './star" in output
     assert f'create the program {user.root}/start_app.sh' in output
     assert "a.yaml:4:42: warning: there is no executable 'no_such_te" in output
@@ -265,12 +266,12 @@ def test_program_of_a_package_stays_an_error(user: User) -> None:
 @pytest.mark.parametrize(
     ('argv', 'path', 'hint'),
     [
-        (('no_such',), None, 'install it (sudo apt install no_such)'),
-        (('gzserver',), '/nowhere', 'install it (sudo apt install gazebo)'),
+        (('no_such',), None, f'install it ({on_debian("no_such")})'),
+        (('gzserver',), '/nowhere', f'install it ({on_debian("gazebo")})'),
         (('./no_such',), None, 'create the program {}/no_such'),
         (('./data',), None, 'make it executable: chmod +x {}/data'),
         (('/bin',), None, 'create the program /bin'),
-        (('sh',), '/nowhere', 'install it (sudo apt install sh)'),
+        (('sh',), '/nowhere', f'install it ({on_debian("sh")})'),
     ],
 )
 def test_missing_command_has_a_way_out(

@@ -333,24 +333,18 @@ def test_a_package_that_is_not_there(tree):
 
 
 @pytest.mark.parametrize(
-    ('variables', 'programs', 'hint'),
+    ('variables', 'hint'),
     [
-        ({'ROS_DISTRO': 'jazzy'}, ['apt'], 'install it: sudo apt install '),
-        ({'ROS_DISTRO': 'jazzy'}, [], 'install it, which on Ubuntu is: sudo '),
-        ({}, ['apt'], 'source /opt/ros/<distro>/setup.bash first; or install'),
+        ({'ROS_DISTRO': 'jazzy'}, 'install it (on Debian and Ubuntu: sudo '),
+        ({}, 'source /opt/ros/<distro>/setup.bash first; or install it (on'),
     ],
 )
-def test_unknown_package_is_to_be_installed(
-    tmp_path, monkeypatch, variables, programs, hint
-):
-    for name in programs:
-        (tmp_path / name).touch(0o755)
-    monkeypatch.setenv('PATH', str(tmp_path))
+def test_unknown_package_is_to_be_installed(tmp_path, variables, hint):
     locator = PackageLocator([], tmp_path, False, variables)
     found = locator.no_package('rviz_common')
     assert found.hint.startswith(hint)
     distro = variables.get('ROS_DISTRO', '<distro>')
-    assert f'sudo apt install ros-{distro}-rviz-common; or' in found.hint
+    assert f'sudo apt install ros-{distro}-rviz-common); or' in found.hint
     assert 'apt' not in (locator.no_package('a; rm b').hint or '')
 
 
