@@ -17,7 +17,7 @@ from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.control.journal import Journal
 from colcon_yamllaunch.control.server import LaunchRecord, serve
 from colcon_yamllaunch.engine import events, limits
-from colcon_yamllaunch.engine.engine import Engine, no_guard, Settings
+from colcon_yamllaunch.engine.engine import Engine, EngineSettings, no_guard
 from colcon_yamllaunch.engine.exit_conditions import ExitConditions
 from colcon_yamllaunch.engine.guard_link import GuardLink, GuardProcess
 from colcon_yamllaunch.engine.launch_scan import new_identity
@@ -295,12 +295,12 @@ class _Launch:
         stack.callback(display.writer.close)
         return display
 
-    def _settings(self, adoption: Adoption) -> Settings:
+    def _settings(self, adoption: Adoption) -> EngineSettings:
         context, display = self._context, self._display
         environment = display.environment
         self._buffering = LineBuffering(environment.get('PATH', os.defpath))
         folder = context.log_folder
-        return Settings(
+        return EngineSettings(
             context.identity or new_identity(),
             environment,
             display.descriptor,
@@ -329,7 +329,7 @@ class _Launch:
         self._record.note_parameters(folder)
 
     def _open_logs(
-        self, whole: Plan, settings: Settings, stack: ExitStack
+        self, whole: Plan, settings: EngineSettings, stack: ExitStack
     ) -> Logs | None:
         context, environment = self._context, self._display.environment
         layout = layout_of(LOG_FORMAT, environment, self.troubles.append)

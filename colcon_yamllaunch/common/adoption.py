@@ -41,7 +41,9 @@ class Adoption:
         self._seen: set[int] = set()
         adopt_orphans(wanted=True)
 
-    def look(self, ours: Collection[int]) -> tuple[set[int], set[int]]:
+    def check_children(
+        self, ours: Collection[int]
+    ) -> tuple[set[int], set[int]]:
         """
         Return the adopted children, and those of them that are new.
 
@@ -61,7 +63,7 @@ class Adoption:
     def end(self) -> None:
         """Stop adopting, and reap ended children."""
         adopt_orphans(wanted=False)
-        for pid in self.look(())[0]:
+        for pid in self.check_children(())[0]:
             with suppress(ChildProcessError):
                 os.waitpid(pid, os.WNOHANG)
 

@@ -14,12 +14,16 @@ from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.control.protocol import MessageReader, ProtocolError
 from colcon_yamllaunch.control.socket_folder import connections, peer_pid
 from colcon_yamllaunch.control.subscription import (
-    Happened,
     Point,
     Received,
     received,
+    ReceivedEvent,
 )
-from colcon_yamllaunch.engine.events import Event, StateReceived, Watched
+from colcon_yamllaunch.engine.events import (
+    ChangeReported,
+    Event,
+    StateReceived,
+)
 from colcon_yamllaunch.engine.loop import do_nothing, readable
 from colcon_yamllaunch.engine.state import from_json, LaunchState, StateError
 
@@ -239,7 +243,7 @@ class RunningLaunch:
             if one is None:
                 continue
             self.point = self.point.after(one)
-            if isinstance(one, Happened) and one.name == 'watched':
+            if isinstance(one, ReceivedEvent) and one.name == 'watched':
                 self._apply(_watched(one.fields))
             yield one
 
@@ -384,9 +388,9 @@ def _response(command: 'Command[Any]', answer: Mapping[str, Any]) -> Any:
     return response_of(command, answer)
 
 
-def _watched(fields: Mapping[str, Any]) -> Watched:
+def _watched(fields: Mapping[str, Any]) -> ChangeReported:
     """Return an event about a change from its line in `events.jsonl`."""
-    return Watched(
+    return ChangeReported(
         str(fields.get('text')),
         failed=bool(fields.get('failed')),
         details='\n'.join(map(str, fields.get('errors', ())[1:])),

@@ -222,7 +222,7 @@ class Client:
         self._unanswered += 1
         if message.get('request') == 'ping':
             has_rest = bool(self._outgoing) or self._has_more()
-            self._speed.look(time.monotonic(), has_rest=has_rest)
+            self._speed.update(time.monotonic(), has_rest=has_rest)
         self._service.answer(
             message, lambda answer: self._answer({**answer, **same}), self
         )
@@ -308,7 +308,7 @@ class _Speed:
         self._since = time.monotonic()
         self._had_rest = False
 
-    def look(self, now: float, *, has_rest: bool) -> None:
+    def update(self, now: float, *, has_rest: bool) -> None:
         """
         Find out whether it is slow.
 

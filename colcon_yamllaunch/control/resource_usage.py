@@ -63,13 +63,13 @@ def usage_of(
     """
     if not groups:
         return {}
-    begin = look(groups, clock)
+    begin = sample_usage(groups, clock)
     sleep(INTERVAL)
-    return usage_between(begin, look(groups, clock))
+    return usage_between(begin, sample_usage(groups, clock))
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class UsageSample:
     """
     What processes had used until a time.
 
@@ -83,9 +83,9 @@ class Look:
     sizes: Mapping[int, int]
 
 
-def look(
+def sample_usage(
     groups: Iterable[int], clock: Callable[[], float] = time.monotonic
-) -> Look:
+) -> UsageSample:
     """Return what process groups have used until now."""
     now = clock()
     cgroups = {group: cgroup.process_folder(group) for group in groups}
@@ -108,10 +108,10 @@ def look(
         if charged is None:
             charged = sum(resident[pid] for pid in cgroup.members(folder))
         sizes[group] = charged
-    return Look(now, seconds, sizes)
+    return UsageSample(now, seconds, sizes)
 
 
-def usage_between(first: Look, second: Look) -> dict[int, Usage]:
+def usage_between(first: UsageSample, second: UsageSample) -> dict[int, Usage]:
     """Return what those that ran at a second look used since the first."""
     passed = max(second.time - first.time, INTERVAL)
     return {

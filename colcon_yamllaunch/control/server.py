@@ -23,7 +23,7 @@ from colcon_yamllaunch.engine.events import Ended, Event, Planned, Warned
 from colcon_yamllaunch.engine.guard_link import GuardLink
 from colcon_yamllaunch.engine.own_files import OwnFile
 from colcon_yamllaunch.engine.state import LaunchState
-from colcon_yamllaunch.engine.supervisor import Task
+from colcon_yamllaunch.engine.supervisor import ProcessTask
 from colcon_yamllaunch.plan.plan import Process
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ class LaunchRecord:
                 return self._make(os.path.abspath(folder / self._name))
         return None
 
-    def note(self, launch: LaunchState, tasks: Iterable[Task]) -> None:
+    def note(self, launch: LaunchState, tasks: Iterable[ProcessTask]) -> None:
         """Write processes that are new in the launch, or changed."""
         for task in tasks:
             missing = task.number + 1 - len(self._processes)

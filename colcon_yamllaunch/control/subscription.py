@@ -42,12 +42,12 @@ class Point:
     def after(self, received: 'Received') -> 'Point':
         """Return the point after what was received at this one."""
         match received:
-            case Happened():
+            case ReceivedEvent():
                 return Point(self.events + 1, self.bytes)
-            case Wrote():
+            case ReceivedOutput():
                 # output of other processes may have been passed over
                 return Point(self.events, received.at + len(received.data))
-            case Missed():
+            case LostData():
                 return Point(
                     self.events + received.events, self.bytes + received.bytes
                 )
@@ -58,7 +58,7 @@ BEGINNING = Point()
 
 
 @dataclass(frozen=True, slots=True)
-class Happened:
+class ReceivedEvent:
     """
     An event.
 
@@ -71,7 +71,7 @@ class Happened:
 
 
 @dataclass(frozen=True, slots=True)
-class Wrote:
+class ReceivedOutput:
     """
     Output of a process.
 
@@ -91,7 +91,7 @@ class Wrote:
 
 
 @dataclass(frozen=True, slots=True)
-class Missed:
+class LostData:
     """
     A gap: events or output that are lost.
 
@@ -106,7 +106,7 @@ class Missed:
 
 
 #: What a client receives.
-Received = Happened | Wrote | Missed
+Received = ReceivedEvent | ReceivedOutput | LostData
 
 
 def received(message: Mapping[str, Any]) -> Received | None:
@@ -117,7 +117,7 @@ def received(message: Mapping[str, Any]) -> Received | None:
     """
     match message:
         case {'event': {'event': str(name)} as fields}:
-            return Happened(name, fields)
+            return ReceivedEvent(name, fields)
         case {
             'output': {
                 'process': str(process),
@@ -129,7 +129,7 @@ def received(message: Mapping[str, Any]) -> Received | None:
         }:
             if isinstance(data, str):
                 data = protocol.bytes_of(data)
-            return Wrote(process, stream, data, time, before)
+            return ReceivedOutput(process, stream, data, time, before)
         case {'missed': {'events': int(events), 'bytes': int(size)}}:
-            return Missed(events, size)
+            return LostData(events, size)
     return None

@@ -25,7 +25,7 @@ from colcon_yamllaunch.engine.lifecycles import (
 from colcon_yamllaunch.engine.loop import Loop, TimerHandle
 from colcon_yamllaunch.engine.ros_requests import (
     has_ended,
-    Requests,
+    RosRequests,
     RosTimers,
     WaitWarnings,
 )
@@ -163,7 +163,7 @@ class Composition:
         self._state = state
         self._emit = emit
         self._loop = loop
-        self._requests = Requests(send)
+        self._requests = RosRequests(send)
         self._lifecycles = Lifecycles(self._requests, emit, loop)
         self._timers = RosTimers(self._requests, emit, loop)
         self._warnings = WaitWarnings(loop)

@@ -36,7 +36,7 @@ class Parameter:
 
 
 @dataclass(frozen=True, slots=True)
-class Surrounding:
+class EnclosingBlock:
     """
     What a process or component stands in.
 
@@ -79,7 +79,7 @@ class Description:
     node: str | None
     package: str | None
     position: str
-    within: tuple[Surrounding, ...]
+    within: tuple[EnclosingBlock, ...]
     parameters: tuple[Parameter, ...]
     log: str | None
     argv: tuple[str, ...] = ()
@@ -200,14 +200,14 @@ def _parameter(parameter: SetParameter) -> Parameter:
 
 def _within(
     index: int | None, blocks: Sequence[Block]
-) -> tuple[Surrounding, ...]:
+) -> tuple[EnclosingBlock, ...]:
     """Return what a part of the plan stands in, the outermost first."""
     found = []
     # what a change of the plan drops may have the index of a former one
     while index is not None and index < len(blocks):
         block = blocks[index]
         position = str(block.position)
-        found.append(Surrounding(block.kind, block.title, position))
+        found.append(EnclosingBlock(block.kind, block.title, position))
         index = block.parent
     return tuple(reversed(found))
 

@@ -84,7 +84,7 @@ class EventTime:
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
+class EngineSettings:
     """
     What holds for a whole launch.
 
@@ -144,7 +144,7 @@ class Engine:
     def __init__(
         self,
         plan: Plan,
-        settings: Settings,
+        settings: EngineSettings,
         *,
         guard: GuardLink,
         files: ParameterFiles,

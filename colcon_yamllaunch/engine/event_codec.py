@@ -36,7 +36,7 @@ FROM_MACHINES: dict[str, type[events.Event]] = {
     'shutdown': events.ShuttingDown,
     'still_running': events.StillRunning,
     'left_behind': events.LeftBehind,
-    'message': events.Said,
+    'message': events.MessageShown,
     'warning': events.Warned,
     'loaded': events.Loaded,
     'load_failed': events.LoadFailed,
@@ -45,7 +45,7 @@ FROM_MACHINES: dict[str, type[events.Event]] = {
     'transition_failed': events.TransitionFailed,
     'member_changed': events.MemberChanged,
     'ros_lost': events.RosLost,
-    'idle': events.Idle,
+    'idle': events.IdleChanged,
     'cannot_run': events.CannotRun,
 }
 #: Returns the process or component with a label, None if there is none.
@@ -108,7 +108,10 @@ class EventReader:
             if not field:
                 problem = f'the event {name} {error.problem}'
             raise EventError(problem) from error
-        if isinstance(event, events.Said) and event.level not in _LEVELS:
+        if (
+            isinstance(event, events.MessageShown)
+            and event.level not in _LEVELS
+        ):
             raise EventError(f'the event {name} has an unknown level')
         return event
 

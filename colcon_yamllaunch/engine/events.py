@@ -440,7 +440,7 @@ class LeftBehind(Event):
 
 
 @dataclass(frozen=True, slots=True)
-class Said(Event):
+class MessageShown(Event):
     """A message of the launch file; see `plan.Message`."""
 
     level: str
@@ -735,7 +735,7 @@ class LinkChanged(Event):
 
 
 @dataclass(frozen=True, slots=True)
-class Measured(Event):
+class UsageMeasured(Event):
     """
     The resource usage of the processes of a machine was measured.
 
@@ -765,7 +765,7 @@ class StateReceived(Event):
 
 
 @dataclass(frozen=True, slots=True)
-class Changed(Event):
+class FilesChanged(Event):
     """
     Files were changed, and the launch reacts to it.
 
@@ -826,7 +826,7 @@ class Restarted(Event):
 
 
 @dataclass(frozen=True, slots=True)
-class Watched(Event):
+class ChangeReported(Event):
     """
     The result of a change, or what is done about it.
 
@@ -875,7 +875,7 @@ class Watched(Event):
 
 
 @dataclass(frozen=True, slots=True)
-class Checked(Event):
+class ChangeChecked(Event):
     """
     What `--until` waits for was checked after a change.
 
@@ -953,7 +953,7 @@ class WorkerLost(Event):
 
 
 @dataclass(frozen=True, slots=True)
-class Idle(Event):
+class IdleChanged(Event):
     """
     The part of a launch on a machine became idle, or busy again.
 

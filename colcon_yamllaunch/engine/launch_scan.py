@@ -35,7 +35,7 @@ from colcon_yamllaunch.common.process_scan import (
 from colcon_yamllaunch.engine.cgroup import number_of
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.engine.engine import Settings
+    from colcon_yamllaunch.engine.engine import EngineSettings
     from colcon_yamllaunch.engine.guard_link import GuardLink
 
 #: The environment variable that marks the processes of a launch; its value is
@@ -207,7 +207,7 @@ class OrphanFinder:
 
     def __init__(
         self,
-        settings: 'Settings',
+        settings: 'EngineSettings',
         guard: 'GuardLink',
         helpers: Collection[int],
     ) -> None:
@@ -232,7 +232,7 @@ class OrphanFinder:
         :param ours: Those that we have started
         """
         self.looked = self._settings.clock()
-        adopted, new = self._settings.adoption.look(ours)
+        adopted, new = self._settings.adoption.check_children(ours)
         if new:
             adopter = self._adopter()
             for child in filter(None, map(read_process, new)):

@@ -12,7 +12,7 @@ from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.loop import do_nothing, Loop
 from colcon_yamllaunch.engine.ros_requests import (
     has_ended,
-    Requests,
+    RosRequests,
     WaitWarnings,
 )
 from colcon_yamllaunch.plan.plan import (
@@ -110,7 +110,7 @@ class Lifecycles:
 
     def __init__(
         self,
-        requests: Requests,
+        requests: RosRequests,
         emit: events.Listener,
         loop: Loop,
     ) -> None:

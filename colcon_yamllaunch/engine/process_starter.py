@@ -24,7 +24,7 @@ from colcon_yamllaunch.engine.terminals import Terminals
 from colcon_yamllaunch.plan.plan import Process
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.engine.engine import Settings
+    from colcon_yamllaunch.engine.engine import EngineSettings
 
 _STREAMS = ('stdout', 'stderr')
 
@@ -39,7 +39,7 @@ class ProcessStarter:
 
     def __init__(
         self,
-        settings: 'Settings',
+        settings: 'EngineSettings',
         guard: GuardLink,
         files: ParameterFiles,
         relay: Relay,

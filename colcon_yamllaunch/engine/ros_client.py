@@ -265,7 +265,7 @@ class Peer:
     def on_presence(self) -> None:
         """Handle that the node came or went."""
 
-    def look(self, now: float) -> None:
+    def check(self, now: float) -> None:
         """Find the servers that exist now, and send them the calls."""
         present = self._servers()
         self._name(present - self._gone)
@@ -303,7 +303,7 @@ class Peer:
         self._gone |= self._servers()
         for call in self._running:
             call.is_final = True
-        self.look(time.monotonic())
+        self.check(time.monotonic())
 
     def call(self, call: Call) -> None:
         """Call a service at once, only of the server that exists now."""
@@ -599,9 +599,9 @@ class LifecycleNode(Peer):
         """Whether to look at the node again, without any news of it."""
         return super().is_unsettled or self._expected is not None
 
-    def look(self, now: float) -> None:
+    def check(self, now: float) -> None:
         """Ask for the state, too, if the node should have reported it."""
-        super().look(now)
+        super().check(now)
         if self._expected is not None and now >= self._refresh_at:
             self._expected = None
             self._refresh()
@@ -877,7 +877,7 @@ class Ros:
         if self._next_look is None or now < self._next_look:
             return
         for peer in peers:
-            peer.look(now)
+            peer.check(now)
         self._next_look = None
         is_unsettled = any(peer.is_unsettled for peer in peers)
         if is_unsettled:

@@ -20,7 +20,7 @@ from colcon_yamllaunch.engine.helper_process import HelperProcess, pythons
 from colcon_yamllaunch.plan.plan import Plan
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.engine.engine import Engine, Settings
+    from colcon_yamllaunch.engine.engine import Engine, EngineSettings
 
 #: The program; it imports nothing of this package.
 PROGRAM = Path(__file__).with_name('ros_client.py')
@@ -44,7 +44,7 @@ class RosLink:
     """
 
     def __init__(
-        self, plan: Plan, engine: 'Engine', settings: 'Settings'
+        self, plan: Plan, engine: 'Engine', settings: 'EngineSettings'
     ) -> None:
         self._engine = engine
         self._environment = settings.environment

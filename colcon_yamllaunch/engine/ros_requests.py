@@ -20,7 +20,7 @@ def has_ended(refusal: str) -> bool:
     return refusal.endswith('has ended')
 
 
-class Requests:
+class RosRequests:
     """
     The requests that have no answer yet.
 
@@ -127,7 +127,7 @@ class RosTimers:
 
     def __init__(
         self,
-        requests: Requests,
+        requests: RosRequests,
         emit: events.Listener,
         loop: Loop,
     ) -> None:

@@ -212,7 +212,7 @@ class MachineState:
 
 
 @dataclass(frozen=True, slots=True)
-class Countdown:
+class StopProgress:
     """
     What stopping waits for.
 
@@ -279,11 +279,11 @@ class LaunchState:
     by_label: dict[str, MemberState] = field(default_factory=dict)
     machines: dict[str, MachineState] = field(default_factory=dict)
     stop_reason: str = ''
-    countdown: Countdown | None = None
+    countdown: StopProgress | None = None
     watch: str | None = None
     watch_failed: bool = False
     watch_paused: bool = False
-    change: events.Watched | events.Checked | None = None
+    change: events.ChangeReported | events.ChangeChecked | None = None
     changed: float | None = None
     errors: tuple[str, ...] = ()
     failures: dict[str, Failure] = field(default_factory=dict)
@@ -490,10 +490,10 @@ class LaunchState:
                 self._shut_down(event.reason)
             case events.StillRunning():
                 due = self.clock() + event.seconds
-                self.countdown = Countdown(event, due)
-            case events.Changed():
+                self.countdown = StopProgress(event, due)
+            case events.FilesChanged():
                 self.changed = self.clock()
-            case events.Watched() | events.Checked():
+            case events.ChangeReported() | events.ChangeChecked():
                 self._note_change(event)
             case events.LinkLost():
                 self._link(event.machine, 'lost', event.reason)
@@ -503,7 +503,7 @@ class LaunchState:
                 self._link(event.machine, 'gone', event.reason)
             case events.LinkChanged():
                 self._link(event.machine, event.link, event.reason)
-            case events.Measured():
+            case events.UsageMeasured():
                 self._measure(event)
             case events.StateReceived():
                 self._receive(event.data)
@@ -526,8 +526,10 @@ class LaunchState:
                 member.phase = 'ended'
             self._show(member)
 
-    def _note_change(self, event: events.Watched | events.Checked) -> None:
-        if isinstance(event, events.Watched):
+    def _note_change(
+        self, event: events.ChangeReported | events.ChangeChecked
+    ) -> None:
+        if isinstance(event, events.ChangeReported):
             self.watch, self.watch_failed = event.text, event.failed
             self.errors = event.errors or self.errors
             if event.is_paused is not None:
@@ -587,7 +589,7 @@ class LaunchState:
             self.by_label = {n: p for n, p in found.items() if p is not None}
             self._touch_all()
 
-    def _measure(self, event: events.Measured) -> None:
+    def _measure(self, event: events.UsageMeasured) -> None:
         for process in self.processes:
             if process.machine == event.machine:
                 usage = event.usage.get(process.label, (None, None))

@@ -61,7 +61,7 @@ UNATTRIBUTED = 'unknown process'
 
 
 @mutable
-class Task:
+class ProcessTask:
     """
     What the supervisor needs of a process besides its `ProcessState`.
 
@@ -111,7 +111,7 @@ class ProcessStop(Targets):
         engine: 'Engine',
         loop: Loop,
         groups: Mapping[int, int],
-        tasks: Sequence[Task],
+        tasks: Sequence[ProcessTask],
         *,
         whole: bool = False,
         first: signal.Signals = signal.SIGINT,
@@ -120,7 +120,7 @@ class ProcessStop(Targets):
         if whole and tasks:
             # lines and records of orphans of no known process need one
             unknown = replace(tasks[0].process, label=UNATTRIBUTED)
-            self._tasks[WHOLE] = Task(WHOLE, unknown)
+            self._tasks[WHOLE] = ProcessTask(WHOLE, unknown)
         self._engine = engine
         self._loop = loop
         self._groups = groups
@@ -145,7 +145,7 @@ class ProcessStop(Targets):
         if self._next is not None:
             self._next.cancel()
 
-    def alive(self) -> list[Task]:
+    def alive(self) -> list[ProcessTask]:
         """Return what still runs, in the order of the plan."""
         return [self._tasks[n] for n in sorted(self.escalation.alive())]
 
@@ -203,7 +203,7 @@ class _Respawn:
     :param cleanup: The end of what it left running, if it did
     """
 
-    task: Task
+    task: ProcessTask
     due: float
     is_clean: bool
     cleanup: ProcessStop | None = None
@@ -238,8 +238,8 @@ class Supervisor:
         self._engine = engine
         self._composition = composition
         self._loop = loop
-        self._tasks: dict[int, Task] = {}
-        self._by_label: dict[str, Task] = {}
+        self._tasks: dict[int, ProcessTask] = {}
+        self._by_label: dict[str, ProcessTask] = {}
         self._numbers = count()
         self._expect(plan.processes())
         #: The number of the ROS client, which no process of the plan has.
@@ -250,7 +250,7 @@ class Supervisor:
         self._respawns: dict[int, _Respawn] = {}
         # when to search again for what processes left running
         self._next_search = -math.inf
-        self._running: dict[int, Task] = {}
+        self._running: dict[int, ProcessTask] = {}
         self._groups: dict[int, int] = {}
         self._stop_of = partial(ProcessStop, engine, loop, self._groups)
         # the end of everything, once it has begun
@@ -270,7 +270,7 @@ class Supervisor:
         self.done = False
 
     @property
-    def tasks(self) -> list[Task]:
+    def tasks(self) -> list[ProcessTask]:
         """The processes of the plan, in its order."""
         return list(self._tasks.values())
 
@@ -344,7 +344,7 @@ class Supervisor:
         if single_stop is not None:
             single_stop.advance()
 
-    def task(self, name: str) -> Task:
+    def task(self, name: str) -> ProcessTask:
         """
         Return a process of the plan.
 
@@ -554,7 +554,7 @@ class Supervisor:
             self._stop.escalate()
             self._report_progress(self._stop)
 
-    def _state(self, task: Task) -> ProcessState:
+    def _state(self, task: ProcessTask) -> ProcessState:
         state = self._engine.state.process(task.process.label)
         assert state is not None
         return state
@@ -565,7 +565,7 @@ class Supervisor:
                 if entry.label in self._by_label:
                     self._start(self._by_label[entry.label])
             case Message():
-                self._engine.emit(events.Said(entry.level, entry.text))
+                self._engine.emit(events.MessageShown(entry.level, entry.text))
             case Timer():
                 self._set(entry)
             case Component():
@@ -611,11 +611,11 @@ class Supervisor:
         for process in processes:
             if process.label in self._by_label:
                 raise ValueError(f'there is a process {process.label} already')
-            task = Task(next(self._numbers), process)
+            task = ProcessTask(next(self._numbers), process)
             self._tasks[task.number] = task
             self._by_label[process.label] = task
 
-    def _forget(self, task: Task) -> None:
+    def _forget(self, task: ProcessTask) -> None:
         """Remove a process from the plan."""
         process = task.process
         del self._tasks[task.number]
@@ -624,14 +624,14 @@ class Supervisor:
             self._composition.drop_process(process)
         self._engine.emit(events.Dropped(process))
 
-    def _succeed(self, task: Task, process: Process) -> None:
+    def _succeed(self, task: ProcessTask, process: Process) -> None:
         """Replace a process before its start."""
         before, task.process, task.successor = task.process, process, None
         if self._composition is not None:
             self._composition.replace_process(before, process)
         self._engine.emit(events.Planned((process,)))
 
-    def _start(self, task: Task) -> None:
+    def _start(self, task: ProcessTask) -> None:
         if task.successor is not None:
             self._succeed(task, task.successor)
         process = task.process
@@ -658,7 +658,7 @@ class Supervisor:
 
     def _ended(
         self,
-        task: Task,
+        task: ProcessTask,
         event: events.Exited | events.StartFailed,
         *,
         asked: bool,
@@ -683,7 +683,7 @@ class Supervisor:
             how = 'ended' if is_exit else 'could not be started'
             self.stop(f'{task.process.label} {how}')
 
-    def _is_required(self, task: Task, failed: bool) -> bool:
+    def _is_required(self, task: ProcessTask, failed: bool) -> bool:
         """
         Return whether the launch ends with a process that was not stopped.
 
@@ -693,7 +693,7 @@ class Supervisor:
         return task.process.on_exit_shutdown and not is_outlasted
 
     def _respawn_delay(
-        self, task: Task, seconds: float, failed: bool
+        self, task: ProcessTask, seconds: float, failed: bool
     ) -> float | None:
         """
         Return after how many seconds a process that ended starts again.
@@ -713,7 +713,7 @@ class Supervisor:
         return delay_of_respawn(process, task.quick_ends)
 
     def _respawn_later(
-        self, task: Task, delay: float, *, is_clean: bool
+        self, task: ProcessTask, delay: float, *, is_clean: bool
     ) -> None:
         """
         Start a process again.
@@ -769,7 +769,7 @@ class Supervisor:
                 )
                 self._start(task)
 
-    def _ended_for(self, name: str, action: events.Action) -> Task:
+    def _ended_for(self, name: str, action: events.Action) -> ProcessTask:
         """Return a process that is to be stopped, and kept so."""
         task = self._asked_for(name, action)
         task.once = None
@@ -781,19 +781,19 @@ class Supervisor:
             )
         return task
 
-    def _asked_for(self, name: str, action: events.Action) -> Task:
+    def _asked_for(self, name: str, action: events.Action) -> ProcessTask:
         task = self.task(name)
         if not self._is_begun(task):
             raise RefusedError(f'{name} has not been started yet')
         self._request(task, action)
         return task
 
-    def _cancel_restart(self, task: Task) -> None:
+    def _cancel_restart(self, task: ProcessTask) -> None:
         task.is_restarting = False
         if task.number in self._queue:
             self._queue.remove(task.number)
 
-    def _request(self, task: Task, action: events.Action) -> None:
+    def _request(self, task: ProcessTask, action: events.Action) -> None:
         """Emit a request to stop a process, and cancel its respawn."""
         self._engine.emit(events.Requested(task.process, action))
         if self._composition is not None:
@@ -806,7 +806,7 @@ class Supervisor:
         if respawn is not None:
             respawn.cancel()
 
-    def _is_begun(self, task: Task) -> bool:
+    def _is_begun(self, task: ProcessTask) -> bool:
         """
         Return whether a process has been started.
 
@@ -873,7 +873,7 @@ class Supervisor:
         self._stop = self._stop_of(self.tasks, whole=True)
         self._progress_later(self._stop)
 
-    def _stop_single(self, task: Task) -> None:
+    def _stop_single(self, task: ProcessTask) -> None:
         """Begin to stop one process, unless that has begun."""
         if task.number not in self._single_stops:
             self._single_stops[task.number] = self._stop_of([task])

@@ -53,7 +53,7 @@ _NUMBER = re.compile(r'-\d+$')
 _FLAGS = os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW
 
 
-class Quota:
+class LogQuota:
     """
     The bytes that the log files of a launch may take together.
 
@@ -144,7 +144,7 @@ class LogFile:
     :raises OSError: when it cannot be opened
     """
 
-    def __init__(self, path: Path, quota: Quota) -> None:
+    def __init__(self, path: Path, quota: LogQuota) -> None:
         self.path = path
         self._quota = quota
         self._descriptor = _opened(path)
@@ -317,7 +317,7 @@ class Logs:
         #: the plan.
         self.combined_files: dict[str, Path] = {}
         self._store = store
-        self._quota = Quota(
+        self._quota = LogQuota(
             limit,
             2 + 3 * len(processes),
             warn,
@@ -461,7 +461,7 @@ class Logs:
 
     def _common_lines(self, event: events.Event) -> list[str]:
         name, tag = event.label, f'[{event.label}]'
-        if isinstance(event, events.Said):
+        if isinstance(event, events.MessageShown):
             name = events.MESSENGER
             tag = f'[{event.level}] [{name}]:'
         texts = event.lines()

@@ -233,7 +233,7 @@ def _without_restarts(
             case events.Replanned():
                 new.update(event.started)
                 gone.update(event.stopped)
-            case events.Watched(is_final=True):
+            case events.ChangeReported(is_final=True):
                 # processes behind timers are shown when they start
                 new.clear()
             case events.Requested():
@@ -320,7 +320,7 @@ class TerminalTitle:
     def handle(self, event: events.Event) -> None:
         """Show the sign of an event."""
         match event:
-            case events.Changed():
+            case events.FilesChanged():
                 self._failed.clear()
                 self._show(_UNDER_WAY)
             case events.Started():
@@ -330,7 +330,7 @@ class TerminalTitle:
                 self._failed.add(event.process.label)
                 if is_first:
                     self._fail()
-            case events.Watched(is_final=True) | events.Checked():
+            case events.ChangeReported(is_final=True) | events.ChangeChecked():
                 if event.severity != 'INFO' and not self._failed:
                     self._fail()
                 else:

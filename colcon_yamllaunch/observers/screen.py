@@ -250,10 +250,10 @@ class Screen:
                 data = normalised(event.data)
                 data = self._folding.fold(process.label, event.stream, data)
                 self._show_lines(process, event.stream, data)
-        elif isinstance(event, events.Said):
+        elif isinstance(event, events.MessageShown):
             self._show_message(event)
         else:
-            if isinstance(event, events.Watched) and event.details:
+            if isinstance(event, events.ChangeReported) and event.details:
                 self._show_text('', event.details)
             for line in event.lines():
                 self._show_launcher_line(line, event.severity, event.label)
@@ -312,7 +312,7 @@ class Screen:
         data = self.rendered(process, data)
         self._write((process.label, stream), data)
 
-    def _show_message(self, event: events.Said) -> None:
+    def _show_message(self, event: events.MessageShown) -> None:
         if event.level == 'DEBUG':
             return
         if self._layout is not None:

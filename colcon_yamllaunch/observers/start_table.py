@@ -21,7 +21,7 @@ from colcon_yamllaunch.plan.plan import Plan, Process, Shutdown
 _HEADER = ('NAME', 'PACKAGE', 'NODE', 'PID')
 
 
-class Row(NamedTuple):
+class StartRow(NamedTuple):
     """
     A process that runs.
 
@@ -99,9 +99,9 @@ class StartTable:
         self._held.clear()
 
 
-def row_of(process: Process, pid: int) -> Row:
+def row_of(process: Process, pid: int) -> StartRow:
     """Return the row of a process."""
-    return Row(
+    return StartRow(
         process.label,
         process.package or '',
         process.node_name or '',
@@ -111,7 +111,7 @@ def row_of(process: Process, pid: int) -> Row:
 
 
 def start_table_lines(
-    rows: Sequence[Row], size: os.terminal_size
+    rows: Sequence[StartRow], size: os.terminal_size
 ) -> list[str]:
     """
     Return a table that fits a terminal, or nothing where that is too narrow.
@@ -122,7 +122,7 @@ def start_table_lines(
     if not rows or size.columns < limits.TABLE_COLUMNS:
         return []
     if len(rows) > size.lines - limits.TABLE_MARGIN_LINES:
-        groups: dict[tuple[str, str], list[Row]] = {}
+        groups: dict[tuple[str, str], list[StartRow]] = {}
         for row in rows:
             key = row.package, '' if row.package else row.program
             groups.setdefault(key, []).append(row)
@@ -135,8 +135,8 @@ def start_table_lines(
     return table_lines(cells, widths, without_middle)
 
 
-def _merged(group: Sequence[Row]) -> Row:
-    merged = Row(
+def _merged(group: Sequence[StartRow]) -> StartRow:
+    merged = StartRow(
         *(
             first if first == last else f'{first} … {last}'
             for first, last in zip(group[0], group[-1], strict=True)

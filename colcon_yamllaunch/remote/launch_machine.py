@@ -17,8 +17,8 @@ from colcon_yamllaunch.plan.labels import MACHINE_SEPARATOR
 from colcon_yamllaunch.plan.plan import Entry, Plan, Process, Timer
 from colcon_yamllaunch.remote.connection.connection_errors import no_workspace
 from colcon_yamllaunch.remote.connection.machine_connection import (
-    Facts,
     MachineConnection,
+    MachineFacts,
 )
 from colcon_yamllaunch.remote.deployment.deployment import Machine
 from colcon_yamllaunch.remote.deployment.plan_references import named_paths
@@ -121,7 +121,7 @@ class LaunchMachine:
         while self._unseen:
             say(self._unseen.popleft())
 
-    def connect(self) -> Facts:
+    def connect(self) -> MachineFacts:
         """
         Connect, and return the properties of the machine.
 
@@ -133,7 +133,7 @@ class LaunchMachine:
         """Close the connection, which ends the part on the machine."""
         self.connection.close()
 
-    def use(self, facts: Facts) -> None:
+    def use(self, facts: MachineFacts) -> None:
         """
         Use the machine for the launch, now that its properties are known.
 

@@ -23,7 +23,7 @@ LINK_LOST = 'the link to the launcher is lost'
 
 
 @dataclass(frozen=True, slots=True)
-class Usage:
+class MeasuredUsage:
     """
     The response to `Measure`.
 
@@ -34,7 +34,7 @@ class Usage:
 
 
 @dataclass(frozen=True, slots=True)
-class Measure(Command[Usage]):
+class Measure(Command[MeasuredUsage]):
     """Measure what the processes use."""
 
     name: ClassVar[str] = 'measure'

@@ -390,7 +390,7 @@ class RemotePart:
         if isinstance(command, part_protocol.Measure):
             try:
                 return from_json(
-                    part_protocol.Usage, {'usage': answer.get('usage')}
+                    part_protocol.MeasuredUsage, {'usage': answer.get('usage')}
                 )
             except CodecError as error:
                 return commands.Refused(str(error))
@@ -421,7 +421,7 @@ class RemotePart:
 
         def measured(response: object) -> None:
             usage = getattr(response, 'usage', {})
-            self._launch.emit(events.Measured(self.machine.name, usage))
+            self._launch.emit(events.UsageMeasured(self.machine.name, usage))
             done()
 
         self.ask(part_protocol.Measure(), measured)
@@ -657,7 +657,7 @@ class RemotePart:
 
     def _handle_event(self, event: events.Event) -> None:
         match event:
-            case events.Idle(is_idle=is_idle):
+            case events.IdleChanged(is_idle=is_idle):
                 self._is_idle = is_idle
                 return
             case events.CannotRun(reason=reason):

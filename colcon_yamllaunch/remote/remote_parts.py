@@ -16,7 +16,7 @@ from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.participants import Execute, Participant, Reply
 from colcon_yamllaunch.engine.terminals import Keyboards
 from colcon_yamllaunch.plan.plan import Entry, Member, Plan
-from colcon_yamllaunch.remote.deployment.placement import Placed
+from colcon_yamllaunch.remote.deployment.placement import PlacedPlan
 from colcon_yamllaunch.remote.machine_link import MachineLink
 from colcon_yamllaunch.remote.part_protocol import Show
 from colcon_yamllaunch.remote.remote_part import RemotePart
@@ -27,7 +27,7 @@ MEASURING = 1.0
 FRESH = 2.0
 
 #: Returns what of some entries runs where.
-PlaceEntries = Callable[[Iterable[Entry]], Placed]
+PlaceEntries = Callable[[Iterable[Entry]], PlacedPlan]
 #: Returns a plan with the paths of a machine, by its name.
 Localise = Callable[[str, Plan], Plan]
 
@@ -48,7 +48,7 @@ class RemoteParts(Participant, Keyboards):
     def __init__(
         self,
         links: Iterable[MachineLink],
-        placed: Placed,
+        placed: PlacedPlan,
         place_more: PlaceEntries | None = None,
         localise: Localise = lambda _, plan: plan,
     ) -> None:

@@ -18,7 +18,7 @@ from colcon_yamllaunch.terminal.status_model import StatusModel
 
 
 @dataclass(frozen=True, slots=True)
-class Press:
+class KeyPress:
     """
     A key whose effect is outside of the status block.
 
@@ -231,7 +231,7 @@ class Keys:
         """Whether an Esc may be the start of another key."""
         return self._decoder.is_waiting
 
-    def feed(self, data: bytes) -> Iterator[Press | Typed]:
+    def feed(self, data: bytes) -> Iterator[KeyPress | Typed]:
         """
         Handle what was typed; yield what has an effect elsewhere.
 
@@ -245,14 +245,14 @@ class Keys:
                     yield Typed(keys)
                 if escape:
                     self.attached = None
-                    yield Press('detach', label)
+                    yield KeyPress('detach', label)
                 continue
             # a key may attach a process, which gets all following bytes
             for key in self._decoder.feed(data[:1]):
                 yield from self._press(key)
             data = data[1:]
 
-    def settle(self) -> Iterator[Press | Typed]:
+    def settle(self) -> Iterator[KeyPress | Typed]:
         """Handle an Esc that nothing followed, as :meth:`feed` does."""
         for key in self._decoder.settle():
             yield from self._press(key)
@@ -385,7 +385,7 @@ class Keys:
             return ''.join(keys)
         return f'{keys[0]}-{keys[-1]}'
 
-    def _press(self, key: str) -> Iterator[Press | Typed]:
+    def _press(self, key: str) -> Iterator[KeyPress | Typed]:
         self._note = ''
         if self._pages:
             del self._pages[: 1 if key in _ON else None]
@@ -402,7 +402,7 @@ class Keys:
 
     # for all processes
 
-    def _press_for_all(self, key: str) -> Iterator[Press | Typed]:
+    def _press_for_all(self, key: str) -> Iterator[KeyPress | Typed]:
         state = self._model.state
         row = _FOR_ALL.get(key)
         label = self._model.label_of(key)
@@ -419,9 +419,9 @@ class Keys:
         elif key == 'E' and not state.errors:
             self._note = 'no build has failed'
         elif row is not None:
-            yield Press(row.name)
+            yield KeyPress(row.name)
         elif key == 'enter':
-            yield Press('break')
+            yield KeyPress('break')
         elif key == 'esc':
             if self.filtering.text:
                 self._note = 'all is shown again'
@@ -450,7 +450,9 @@ class Keys:
 
     # for one
 
-    def _press_for_one(self, label: str, key: str) -> Iterator[Press | Typed]:
+    def _press_for_one(
+        self, label: str, key: str
+    ) -> Iterator[KeyPress | Typed]:
         member = self._model.member(label)
         self._chosen = None
         if member is None:
@@ -463,9 +465,9 @@ class Keys:
                 self.filtering = row.filter(self.filtering, label)
         elif key == '?':
             self._chosen = label
-            yield Press('help')
+            yield KeyPress('help')
         elif row is not None:
-            yield Press(row.name, label)
+            yield KeyPress(row.name, label)
         elif self._model.label_of(key) is not None:
             self._chosen = self._model.label_of(key)
         elif key == 'q':
@@ -518,11 +520,13 @@ class Keys:
         }
         return matching(self._line.text, names)
 
-    def _press_attached(self, label: str, key: str) -> Iterator[Press | Typed]:
+    def _press_attached(
+        self, label: str, key: str
+    ) -> Iterator[KeyPress | Typed]:
         line = self._input_line(label)
         if key == 'ctrl-]':
             self.attached = None
-            yield Press('detach', label)
+            yield KeyPress('detach', label)
         elif key == 'enter':
             text = line.enter(remember=not self._is_secret)
             yield Typed(text.encode(errors='replace') + b'\n')

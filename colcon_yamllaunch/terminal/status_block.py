@@ -12,7 +12,11 @@ from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import COLOUR, one_line
 from colcon_yamllaunch.engine import events, limits
 from colcon_yamllaunch.engine.outcome import signal_name
-from colcon_yamllaunch.engine.state import Countdown, LaunchState, MemberState
+from colcon_yamllaunch.engine.state import (
+    LaunchState,
+    MemberState,
+    StopProgress,
+)
 from colcon_yamllaunch.terminal.line_filter import Filtering
 from colcon_yamllaunch.terminal.status_model import (
     ALARM,
@@ -94,7 +98,7 @@ class Style:
 
 
 @dataclass(frozen=True, slots=True)
-class Block:
+class StatusBlock:
     """
     The lines below the output.
 
@@ -113,7 +117,7 @@ def block_of(
     style: Style,
     now: float,
     pending: str = '',
-) -> Block:
+) -> StatusBlock:
     """
     Return the status block.
 
@@ -161,7 +165,7 @@ def block_of(
     if view.prompt is None:
         return block
     line, column = _typed(view, columns)
-    return Block((*block.lines, line), (len(block.lines), column))
+    return StatusBlock((*block.lines, line), (len(block.lines), column))
 
 
 def next_change(state: LaunchState, now: float) -> float | None:
@@ -180,10 +184,12 @@ def next_second(due: float, now: float) -> float:
     return now + (left - math.ceil(left) + 1.0)
 
 
-def _block(lines: Iterable[str], style: Style) -> Block:
+def _block(lines: Iterable[str], style: Style) -> StatusBlock:
     if style.ascii:
         lines = (line.translate(_ASCII) for line in lines)
-    return Block(tuple(cut(line, max(2, style.columns - 1)) for line in lines))
+    return StatusBlock(
+        tuple(cut(line, max(2, style.columns - 1)) for line in lines)
+    )
 
 
 # the processes
@@ -360,7 +366,7 @@ def _summary(
     return summary
 
 
-def _stopping(countdown: Countdown | None, now: float) -> str:
+def _stopping(countdown: StopProgress | None, now: float) -> str:
     if countdown is None:
         return f'stopping{_CTRL_C}'
     event = countdown.event
@@ -376,7 +382,9 @@ def _stopping(countdown: Countdown | None, now: float) -> str:
     return f'{text}{_CTRL_C}: {one_line(", ".join(names))}'
 
 
-def _watched(event: events.Watched | events.Checked, style: Style) -> str:
+def _watched(
+    event: events.ChangeReported | events.ChangeChecked, style: Style
+) -> str:
     failed = event.severity != 'INFO'
     if not event.is_final:
         sign, colour = '…', YELLOW

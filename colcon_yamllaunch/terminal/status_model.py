@@ -77,7 +77,7 @@ LOOKS: dict[MemberCondition, Look] = {
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class StatusRow:
     """
     What is shown of a process or component.
 
@@ -168,14 +168,14 @@ class StatusModel:
             self.cpu = cpu
             self._measured += 1
 
-    def row(self, member: MemberState, depth: int = 0) -> Row:
+    def row(self, member: MemberState, depth: int = 0) -> StatusRow:
         """Return what is shown of a process or component."""
         label, condition = member.label, member.condition
         look = LOOKS[condition]
         has_failed = condition == 'respawn' and member.failure
         cpu = self.cpu.get(label)
         is_steady = member.lifecycle in (None, UNKNOWN, 'active')
-        return Row(
+        return StatusRow(
             label,
             one_line(label),
             look,
@@ -226,11 +226,13 @@ class CpuShares:
         # the time, and the seconds of processors that were taken until then
         self._before: tuple[float, float] | None = None
         # the same of each process, while they take much
-        self._last: resource_usage.Look | None = None
+        self._last: resource_usage.UsageSample | None = None
         # of the whole launch
         self._folder: str | None = None
 
-    def look(self, groups: Mapping[str, int], now: float) -> dict[str, float]:
+    def measure(
+        self, groups: Mapping[str, int], now: float
+    ) -> dict[str, float]:
         """
         Return the shares of one processor since the last look, by label.
 
@@ -252,7 +254,7 @@ class CpuShares:
         # imported late, as few launches take much
         from colcon_yamllaunch.control import resource_usage
 
-        self._last = resource_usage.look(groups.values(), lambda: now)
+        self._last = resource_usage.sample_usage(groups.values(), lambda: now)
         if last is None:
             return {}
         used = resource_usage.usage_between(last, self._last)

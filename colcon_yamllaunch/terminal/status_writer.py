@@ -28,7 +28,7 @@ import select
 import time
 
 from colcon_yamllaunch.engine.writer import Writer
-from colcon_yamllaunch.terminal.status_block import Block
+from colcon_yamllaunch.terminal.status_block import StatusBlock
 
 #: Seconds between two drawings of the block. What is written meanwhile is held
 #: back, so that the block is not missing for a moment.
@@ -77,7 +77,7 @@ _LONGEST = 4096
 
 #: Returns the block at a time, None for none, and when it may be another one,
 #: if nothing happens before.
-Compose = Callable[[float], tuple[Block | None, float | None]]
+Compose = Callable[[float], tuple[StatusBlock | None, float | None]]
 
 
 class StatusWriter(Writer):
@@ -93,7 +93,7 @@ class StatusWriter(Writer):
         super().__init__(descriptor)
         self._clock = clock
         self._compose: Compose | None = None
-        self._block = Block(())
+        self._block = StatusBlock(())
         # whether the block is drawn now; whether there is no block at
         # present; whether to compose it again
         self._is_shown = False
@@ -329,7 +329,7 @@ class StatusWriter(Writer):
         super().write(None, data)
 
 
-def drawn(block: Block, is_mid_line: bool) -> bytes:
+def drawn(block: StatusBlock, is_mid_line: bool) -> bytes:
     """
     Return what draws a block, and leaves the cursor where it was.
 
@@ -356,7 +356,7 @@ def drawn(block: Block, is_mid_line: bool) -> bytes:
     return f'{room}{_SAVE}{body}{back}'.encode(errors='replace')
 
 
-def erased(block: Block, is_mid_line: bool) -> bytes:
+def erased(block: StatusBlock, is_mid_line: bool) -> bytes:
     """Return what erases a block, and moves the cursor back."""
     back = _RESTORE if block.cursor is not None else ''
     if is_mid_line and not block.lines:

@@ -229,7 +229,7 @@ class TerminalSession:
         self._attachment.read_modes()
         self._do(self._keys.feed(typed))
 
-    def _do(self, presses: Iterable[keys.Press | keys.Typed]) -> None:
+    def _do(self, presses: Iterable[keys.KeyPress | keys.Typed]) -> None:
         """Carry out keys that were pressed."""
         for press in presses:
             if isinstance(press, keys.Typed):
@@ -382,7 +382,7 @@ class TerminalSession:
 
     def _compose(
         self, now: float
-    ) -> tuple[status_block.Block | None, float | None]:
+    ) -> tuple[status_block.StatusBlock | None, float | None]:
         """Return the block, if there is one, and when to ask again."""
         self._follow_foreground()
         if not self._is_active:
@@ -394,7 +394,7 @@ class TerminalSession:
             groups = state.groups()
             pause = max(LOOK_INTERVAL, LOOK_SHARE * len(groups))
             self._next_look = now + pause
-            shares = self._shares.look(groups, now)
+            shares = self._shares.measure(groups, now)
             model.measure({**self._engine.cpu_shares(), **shares})
         self._drawn_version = model.version
         size = size_of(self._descriptor)

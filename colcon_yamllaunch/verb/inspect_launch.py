@@ -47,7 +47,7 @@ from colcon_yamllaunch.workspace.packages.launch_files import (
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.remote.deployment.placement import Placed
+    from colcon_yamllaunch.remote.deployment.placement import PlacedPlan
 
 #: The format of a plan that can be run without colcon.
 SCRIPT = 'sh'
@@ -122,7 +122,7 @@ def _check(context: LaunchContext, form: str) -> int:
 
 def _place(
     context: LaunchContext, evaluation: Evaluation, severity: Severity
-) -> 'tuple[Placed | None, str, list[Diagnostic]]':
+) -> 'tuple[PlacedPlan | None, str, list[Diagnostic]]':
     """
     Assign the processes to machines, and find problems.
 
@@ -273,7 +273,7 @@ def _plan(context: LaunchContext, form: str) -> int:
     return 0
 
 
-def _refuse_script(plan: Plan, placed: 'Placed | None', cwd: Path) -> None:
+def _refuse_script(plan: Plan, placed: 'PlacedPlan | None', cwd: Path) -> None:
     """
     Refuse a plan that no script can run.
 

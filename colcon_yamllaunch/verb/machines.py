@@ -20,10 +20,10 @@ from typing import Generic, TypeVar
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.remote.connection.machine_connection import Facts
+from colcon_yamllaunch.remote.connection.machine_connection import MachineFacts
 from colcon_yamllaunch.remote.deployment.deployment import Deployment
 from colcon_yamllaunch.remote.deployment.placement import (
-    Placed,
+    PlacedPlan,
     Placer,
     rules_in_vain,
 )
@@ -126,7 +126,7 @@ class Machines:
         # the machines that are connected, or about to be
         self._machines: dict[str, LaunchMachine] = {}
         # connects with the machines that are probably needed
-        self._early: Tasks[Facts] = Tasks((), LaunchMachine.connect)
+        self._early: Tasks[MachineFacts] = Tasks((), LaunchMachine.connect)
         # sends code
         self._syncing: Tasks[Synced] | None = None
         # the packages that each machine needs, and those to send when they
@@ -145,7 +145,7 @@ class Machines:
         self.dependencies: RemoteDependencies | None = None
         self.records: Products = {}
 
-    def place(self, plan: Plan) -> Placed:
+    def place(self, plan: Plan) -> PlacedPlan:
         """Cut a plan, and forget what was placed before."""
         self._placer = Placer(self._deployment)
         return self._placer.place(plan)
@@ -368,7 +368,7 @@ class Machines:
             title=f'colcon launch {self._context.options.title}',
         )
 
-    def _dependencies_of(self, placed: Placed) -> RemoteDependencies:
+    def _dependencies_of(self, placed: PlacedPlan) -> RemoteDependencies:
         """Return what the parts of the machines use."""
         files = {}
         for name, part in placed.parts.items():
@@ -443,7 +443,7 @@ class Machines:
         if names:
             # this computer has nothing else to do meanwhile
             import_module('colcon_yamllaunch.run')
-        facts: dict[str, Facts] = {}
+        facts: dict[str, MachineFacts] = {}
         may_ask = not self._context.is_again
         for tasks in (expected, others):
             tasks.wait()
@@ -460,7 +460,7 @@ class Machines:
         for name in names:
             self._machines[name].use(facts[name])
 
-    def _begin_to_connect(self, names: Collection[str]) -> Tasks[Facts]:
+    def _begin_to_connect(self, names: Collection[str]) -> Tasks[MachineFacts]:
         machines = [self._machine(name) for name in names]
         return Tasks(machines, LaunchMachine.connect)
 

@@ -187,10 +187,12 @@ class ChangeLoop(Participant):
         if pauses and self._paused is None:
             self._paused = []
             text = 'off: what is saved now has to wait'
-            self.launch.emit(events.Watched(text, is_paused=True))
+            self.launch.emit(events.ChangeReported(text, is_paused=True))
         elif not pauses and self._paused is not None:
             batches, self._paused = self._paused, None
-            self.launch.emit(events.Watched('on again', is_paused=False))
+            self.launch.emit(
+                events.ChangeReported('on again', is_paused=False)
+            )
             if batches:
                 changes = tuple(c for batch in batches for c in batch.changes)
                 # a process that started since may have read the old files
@@ -262,7 +264,7 @@ class ChangeLoop(Participant):
         current.suspects = self._suspects(found)
         if changes or wanted.restart or wanted.after_build:
             paths = tuple(dict.fromkeys(c.path for c in relevant))
-            self.launch.emit(events.Changed(paths))
+            self.launch.emit(events.FilesChanged(paths))
         # a build may have failed because a file was missing
         may_help = (self._has_failed_job or self._has_job) and any(
             c.kind != 'changed' for c in relevant
@@ -285,7 +287,7 @@ class ChangeLoop(Participant):
         return suspects
 
     def _explain(self, text: str) -> None:
-        self.launch.emit(events.Watched(text, is_final=False))
+        self.launch.emit(events.ChangeReported(text, is_final=False))
 
     def _after_rewrite(
         self, files: Collection[Change], seen: float
@@ -460,7 +462,9 @@ class ChangeLoop(Participant):
         self._changes.remove(current)
         what = f'{_FAILURES[failure.what]}, everything runs on as before'
         text = current.line(what, now)
-        self.launch.emit(events.Watched(text, failed=True, details=output))
+        self.launch.emit(
+            events.ChangeReported(text, failed=True, details=output)
+        )
 
     def _apply(self, prepared: Prepared, current: PendingChange) -> None:
         """
@@ -486,7 +490,9 @@ class ChangeLoop(Participant):
             self._changes.remove(current)
             self._restarts_launch = True
             text = f'the launch begins anew, as {why}'
-            launch.emit(events.Watched(current.line(text, self._clock())))
+            launch.emit(
+                events.ChangeReported(current.line(text, self._clock()))
+            )
             launch.dispatcher.do(commands.Shutdown('it begins anew'))
             return
         if prepared.packages:

@@ -92,7 +92,7 @@ class PendingChange:
         first = ', '.join(names[: _FILES_SHOWN - 1])
         return f'{first} and {len(names) - _FILES_SHOWN + 1} more {what}'
 
-    def result(self, now: float) -> events.Watched | None:
+    def result(self, now: float) -> events.ChangeReported | None:
         """Return the event that reports the result, if it is worth a line."""
         down = (*self.failed, *self.crashed)
         results = {
@@ -118,7 +118,7 @@ class PendingChange:
         what = ', '.join(parts) or 'nothing that runs differs'
         failed = bool((*down, *self.broken)) or self.is_lost
         text = self.line(what, now)
-        return events.Watched(text, failed=failed, details=self.details)
+        return events.ChangeReported(text, failed=failed, details=self.details)
 
 
 class PendingChanges(list[PendingChange]):

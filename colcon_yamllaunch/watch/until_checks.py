@@ -72,10 +72,10 @@ class UntilChecks(ExitConditions):
                 self._failures.append(f'{event.component.label} failed')
             case events.Restarted() | events.Dropped():
                 self._forget(event.member.label)
-            case events.Changed():
+            case events.FilesChanged():
                 # the next check begins once the change is handled
                 self._is_open = False
-            case events.Watched(is_final=True, failed=False):
+            case events.ChangeReported(is_final=True, failed=False):
                 self.begin()
             case _:
                 return
@@ -100,7 +100,7 @@ class UntilChecks(ExitConditions):
             return
         self._is_open = False
         self.emit(
-            events.Checked(
+            events.ChangeChecked(
                 not (self._missing or self._failures),
                 tuple(self._missing),
                 tuple(self._failures),

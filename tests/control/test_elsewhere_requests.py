@@ -14,9 +14,9 @@ from colcon_yamllaunch.control.service import Service
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.dispatcher import Dispatcher
 from colcon_yamllaunch.engine.state import from_json
-from colcon_yamllaunch.engine.supervisor import Task
+from colcon_yamllaunch.engine.supervisor import ProcessTask
 from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.remote.deployment.placement import Placed
+from colcon_yamllaunch.remote.deployment.placement import PlacedPlan
 from colcon_yamllaunch.remote.remote_parts import RemoteParts
 import pytest
 from support.played_machine import PlayedLaunch, PlayedLink, process
@@ -33,9 +33,9 @@ class Supervisor:
     is_stopping = False
 
     def __init__(self) -> None:
-        self.tasks = [Task(0, HERE)]
+        self.tasks = [ProcessTask(0, HERE)]
 
-    def task(self, name: str) -> Task:
+    def task(self, name: str) -> ProcessTask:
         if name == 'here':
             return self.tasks[0]
         raise RefusedError(f"there is no process '{name}'")
@@ -43,10 +43,10 @@ class Supervisor:
     def stop_process(self, name: str) -> None:
         self.task(name)
 
-    def phase(self, task: Task) -> str:
+    def phase(self, task: ProcessTask) -> str:
         return 'waiting'
 
-    def seconds(self, task: Task) -> float:
+    def seconds(self, task: ProcessTask) -> float:
         return 0.0
 
 
@@ -56,7 +56,7 @@ class Asked:
     def __init__(self) -> None:
         self.link = PlayedLink()
         whole = Plan((FIRST, HERE, LAST))
-        placed = Placed(whole, Plan((HERE,)), {'arm': Plan((FIRST, LAST))})
+        placed = PlacedPlan(whole, Plan((HERE,)), {'arm': Plan((FIRST, LAST))})
         self.parts = RemoteParts([self.link], placed)
         self.launch = PlayedLaunch(self.parts)
         self.launch.state.log_files = {'arm│last': Path('/log/last')}

@@ -48,10 +48,10 @@ def test_holder_receives_everything_once_over_many_connections(
         client.subscribe(point, holder='test')
         for number, one in enumerate(client.events()):
             ready.touch()
-            assert not isinstance(one, subscription.Missed)
-            if isinstance(one, subscription.Wrote):
+            assert not isinstance(one, subscription.LostData)
+            if isinstance(one, subscription.ReceivedOutput):
                 written += one.data
-            if isinstance(one, subscription.Happened):
+            if isinstance(one, subscription.ReceivedEvent):
                 events.append(one.name)
             if number == connections or written.endswith(b'done\n'):
                 break

@@ -13,10 +13,10 @@ from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.control.client import ControlError, LaunchEndedError
 from colcon_yamllaunch.control.subscription import (
     BEGINNING,
-    Happened,
-    Missed,
+    LostData,
     Point,
-    Wrote,
+    ReceivedEvent,
+    ReceivedOutput,
 )
 from colcon_yamllaunch.engine import commands
 import pytest
@@ -63,9 +63,9 @@ def news_of(client, until=None):
 def size_of(news):
     """Return how many bytes were written, or missed."""
     return sum(
-        len(one.data) if isinstance(one, Wrote) else one.bytes
+        len(one.data) if isinstance(one, ReceivedOutput) else one.bytes
         for one in news
-        if isinstance(one, Wrote | Missed)
+        if isinstance(one, ReceivedOutput | LostData)
     )
 
 
@@ -86,7 +86,7 @@ def test_subscriber_receives_everything_to_the_end(controlled, sh):
     # by then the logs are written
     assert c.one.ends() == 1
     assert responses == [commands.DONE]
-    events = [one.fields for one in news if isinstance(one, Happened)]
+    events = [one.fields for one in news if isinstance(one, ReceivedEvent)]
     lines = c.one.log('events.jsonl').splitlines()
     recorded = [untimed(json.loads(line)) for line in lines]
     assert list(map(untimed, events)) == recorded
@@ -95,7 +95,7 @@ def test_subscriber_receives_everything_to_the_end(controlled, sh):
     assert events[0]['time'] > 1.7e9
     written = defaultdict(bytes)
     for one in news:
-        if isinstance(one, Wrote):
+        if isinstance(one, ReceivedOutput):
             written[one.process, one.stream] += one.data
     assert written == {
         ('a', 'stderr'): b'three\n',
@@ -203,7 +203,8 @@ def test_slow_subscribers_cost_no_time_and_memory(
     before = memory_of(pid)
     ready.touch()
     read = news_of(
-        reader, lambda one: isinstance(one, Wrote) and b'done\n' in one.data
+        reader,
+        lambda one: isinstance(one, ReceivedOutput) and b'done\n' in one.data,
     )
     assert size_of(read) == TALK
     # the log is complete, whatever they do
@@ -219,7 +220,7 @@ def test_slow_subscribers_cost_no_time_and_memory(
     c.one.ends()
     logs = [c.one.log(f'a/{name}.log') for name in ('stdout', 'stderr')]
     assert size_of(late) == sum(map(len, logs)) >= TALK
-    assert any(isinstance(one, Missed) for one in late)
+    assert any(isinstance(one, LostData) for one in late)
     assert late[-1].name == 'ended'
 
 

@@ -5,7 +5,11 @@
 
 import signal
 
-from colcon_yamllaunch.engine.events import Requested, Said, ShuttingDown
+from colcon_yamllaunch.engine.events import (
+    MessageShown,
+    Requested,
+    ShuttingDown,
+)
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.plan.plan import Message, Shutdown, Timer
 import pytest
@@ -143,7 +147,7 @@ def test_forgotten_entries_are_not_executed(history, process):
     h = history(process('a'), Timer(1.0, (hello, bye, inner)))
     h.supervisor.forget([hello, Shutdown('')])
     h.after(5.0)
-    assert [e.text for e in h.happened(Said)] == ['bye', 'hello']
+    assert [e.text for e in h.happened(MessageShown)] == ['bye', 'hello']
     assert h.happened(ShuttingDown) == []
 
 

@@ -12,8 +12,8 @@ from colcon_yamllaunch.engine.events import (
     Exited,
     Loaded,
     LoadFailed,
+    MessageShown,
     Planned,
-    Said,
     Signalled,
     Started,
     TransitionFailed,
@@ -57,7 +57,7 @@ def test_added_entries_follow_those_of_the_plan(history, process):
     assert h.started() == ['a', 'b']
     assert [t.process.label for t in h.supervisor.tasks] == ['a', 'b', 'c']
     kinds = [type(e) for e in h.host.events]
-    assert kinds == [Started, Planned, Started, Said]
+    assert kinds == [Started, Planned, Started, MessageShown]
     assert [p.label for p in h.happened(Planned)[0].members] == ['b', 'c']
     h.after(2.0)
     assert h.started() == ['a', 'b', 'c']
@@ -109,7 +109,7 @@ def test_added_entries_do_not_start_during_a_shutdown(history, process):
     h.exit('a', STOPPED)
     h.after(1.0)
     assert h.started() == ['a']
-    assert [e.text for e in h.happened(Said)] == ['bye', 'late']
+    assert [e.text for e in h.happened(MessageShown)] == ['bye', 'late']
     assert not h.happened(Planned)
     assert h.supervisor.done
 
@@ -420,4 +420,4 @@ def test_launch_waits_for_the_last_answer_of_the_host(history, process):
     h.host.waits = False
     h.turn()
     assert h.supervisor.done
-    assert [e.text for e in h.happened(Said)] == ['bye']
+    assert [e.text for e in h.happened(MessageShown)] == ['bye']

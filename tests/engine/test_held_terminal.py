@@ -9,7 +9,7 @@ import termios
 
 from colcon_yamllaunch.engine.channels import as_numbers, HeldTerminal
 from colcon_yamllaunch.terminal.keyboard import Keyboard
-from colcon_yamllaunch.terminal.status_block import Block
+from colcon_yamllaunch.terminal.status_block import StatusBlock
 from colcon_yamllaunch.terminal.status_writer import drawn
 import pytest
 from support.virtual_screen import VirtualScreen
@@ -88,7 +88,7 @@ def test_what_is_left_of_a_block_and_a_scroll_region_is_gone():
 def test_where_somebody_types_all_of_the_block_is_gone():
     screen = VirtualScreen(20, 6)
     os.write(screen.theirs, b'a\r\n')
-    block = Block((' one', '/typed'), (1, 6))
+    block = StatusBlock((' one', '/typed'), (1, 6))
     os.write(screen.theirs, drawn(block, is_mid_line=False))
     assert screen.lines == ['a', ' one', '/typed']
     HeldTerminal(screen.theirs, None, None).restore(goes_back=True)

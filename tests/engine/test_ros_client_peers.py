@@ -29,12 +29,12 @@ class Box(Peer):
     def has(self, *servers: int) -> None:
         """Let these be visible."""
         self.graph.servers = list(servers)
-        self.look(self.now)
+        self.check(self.now)
 
     def later(self) -> None:
         """Let those that are visible be connected."""
         self.now += 2 * CONNECTING
-        self.look(self.now)
+        self.check(self.now)
 
     def asked(self, number: int) -> None:
         def answered(response: object) -> None:

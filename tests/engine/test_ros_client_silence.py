@@ -75,14 +75,14 @@ def played(monkeypatch: pytest.MonkeyPatch) -> Played:
 @pytest.fixture
 def node(played: Played) -> ros_client.LifecycleNode:
     made = ros_client.LifecycleNode(played, '/lc')
-    made.look(played.now)
+    made.check(played.now)
     return made
 
 
 @pytest.fixture
 def box(played: Played) -> ros_client.Container:
     made = ros_client.Container(played, '/box')
-    made.look(played.now)
+    made.check(played.now)
     return made
 
 
@@ -196,7 +196,7 @@ def test_abandoned_load_is_not_sent_to_the_next_container(
     played.node.servers = [7, 8]
     for _ in range(2):
         played.now += 1
-        box.look(played.now)
+        box.check(played.now)
     assert played.sent == ['load_node']
 
 

@@ -23,7 +23,7 @@ def test_an_empty_plan_ends_at_once(history):
 def test_entries_take_their_turn_in_order(history, process):
     h = history(process('a'), Message('INFO', 'between'), process('b'))
     kinds = [type(e) for e in h.host.events]
-    assert kinds == [events.Started, events.Said, events.Started]
+    assert kinds == [events.Started, events.MessageShown, events.Started]
     assert h.started() == ['a', 'b']
 
 
@@ -301,7 +301,7 @@ def test_the_same_timer_may_occur_twice(history):
     timer = Timer(1.0, (Message('INFO', 'tick'),))
     h = history(timer, timer)
     h.after(1.0)
-    assert len(h.happened(events.Said)) == 2
+    assert len(h.happened(events.MessageShown)) == 2
     assert h.supervisor.done
 
 
@@ -324,7 +324,9 @@ def test_a_timer_that_outlasts_a_shutdown_speaks_but_starts_nothing(
     h.after(1.0)
     assert h.supervisor.done
     assert h.started() == []
-    assert h.happened(events.Said) == [events.Said('INFO', 'fired')]
+    assert h.happened(events.MessageShown) == [
+        events.MessageShown('INFO', 'fired')
+    ]
     assert len(h.happened(events.ShuttingDown)) == 1
 
 

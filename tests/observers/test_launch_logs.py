@@ -9,9 +9,9 @@ import shutil
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.events import (
     Exited,
+    MessageShown,
     Output,
     Planned,
-    Said,
     Started,
 )
 from colcon_yamllaunch.engine.outcome import Outcome
@@ -71,7 +71,9 @@ def test_process_logs_have_exact_bytes(logged, process):
 
 
 def test_common_log_has_time_and_label_in_each_line(logged, process):
-    folder = logged(*output_of(process('counter')), Said('INFO', 'hello'))
+    folder = logged(
+        *output_of(process('counter')), MessageShown('INFO', 'hello')
+    )
     assert (folder / 'launch.log').read_bytes().splitlines() == [
         b'1732000000.250000 [launch] counter: started, pid 12',
         b'1732000000.250000 [counter] one',
@@ -187,7 +189,7 @@ def test_a_folder_that_was_deleted_is_locked_again(process, tmp_path):
     shutil.rmtree(folder)
     logs.flush()
     assert not folder.exists()
-    logs.handle(Said('INFO', 'on'))
+    logs.handle(MessageShown('INFO', 'on'))
     logs.flush()
     assert b'on' in (folder / 'launch.log').read_bytes()
     assert b'on' in (folder / 'events.jsonl').read_bytes()

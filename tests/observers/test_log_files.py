@@ -7,7 +7,7 @@ import shutil
 from unittest.mock import Mock
 
 from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.observers.log_files import LogFile, Quota
+from colcon_yamllaunch.observers.log_files import LogFile, LogQuota
 import pytest
 
 LINE = b'x' * 999 + b'\n'
@@ -25,7 +25,7 @@ def open_log(tmp_path, complaints):
     files = []
 
     def open_one(name='stdout.log', quota=None, *, limit=LIMIT):
-        quota = quota or Quota(limit, 1, complaints.append)
+        quota = quota or LogQuota(limit, 1, complaints.append)
         files.append(LogFile(tmp_path / name, quota))
         return files[-1]
 
@@ -84,7 +84,7 @@ def test_above_the_limit_the_newest_stays(tmp_path, open_log, complaints):
 def test_a_flood_does_not_take_the_place_of_others(
     tmp_path, open_log, complaints
 ):
-    quota = Quota(10 * LIMIT, 200, complaints.append)
+    quota = LogQuota(10 * LIMIT, 200, complaints.append)
     for number in range(100):
         open_log(f'quiet{number}', quota).write(LINE * 40)
     write_all(open_log('flood', quota), [LINE * 100] * 300)
@@ -95,7 +95,7 @@ def test_a_flood_does_not_take_the_place_of_others(
 
 
 def test_one_flood_among_many_files_has_few_parts(tmp_path, open_log):
-    file = open_log('flood', Quota(10 * LIMIT, 40, lambda _: None))
+    file = open_log('flood', LogQuota(10 * LIMIT, 40, lambda _: None))
     write_all(file, [LINE * 100] * 250)
     assert 9 * LIMIT < size_of(tmp_path) <= 10 * LIMIT
     assert len(parts(tmp_path, 'flood')) < 50
@@ -114,7 +114,7 @@ def test_a_line_is_never_torn(tmp_path, open_log):
 
 
 def test_the_share_of_many_files_is_not_tiny():
-    quota = Quota(LIMIT, 1000, pytest.fail)
+    quota = LogQuota(LIMIT, 1000, pytest.fail)
     assert quota.share == limits.MINIMUM_LOG_FILE_BYTES
 
 
@@ -155,7 +155,7 @@ def test_a_deleted_file_is_made_anew_and_counts(
 ):
     folder = tmp_path / 'log'
     folder.mkdir()
-    quota = Quota(LIMIT, 1, complaints.append)
+    quota = LogQuota(LIMIT, 1, complaints.append)
     file = open_log('log/stdout.log', quota)
     write_all(file, [LINE] * 1000)
     shutil.rmtree(folder)

@@ -55,13 +55,13 @@ def records(process, tmp_path):
         events.Requested(talker, 'restart'),
         events.Attached(talker),
         events.Detached(talker),
-        events.Idle(True),
+        events.IdleChanged(True),
         events.CannotRun('reason'),
         events.Signalled(talker, 4711, 2, True),
         events.ShuttingDown('interrupted'),
         events.StillRunning(('kitchen',), 0, 2),
         events.LeftBehind(talker, 4711),
-        events.Said('INFO', 'hello'),
+        events.MessageShown('INFO', 'hello'),
         events.Warned('trouble'),
         events.Loaded(component, '/demo/talker', 1, 0.05),
         events.LoadFailed(component, 'reason'),
@@ -72,18 +72,18 @@ def records(process, tmp_path):
         events.LinkLost('arm', 'reason', False),
         events.LinkBack('arm', 2.5),
         events.MachineGone('arm', 'reason', ('arm│driver',)),
-        events.Changed(('/ws/a.py',)),
+        events.FilesChanged(('/ws/a.py',)),
         events.Built(('flow',), 1.0),
         events.Replanned(('a',), (), ('b',)),
         events.Restarted(talker, 0.5),
-        events.Watched('a.py changed'),
-        events.Checked(False, ('one',), (), 0.5),
+        events.ChangeReported('a.py changed'),
+        events.ChangeChecked(False, ('one',), (), 0.5),
         events.PlanFailed(('error: oh', '  no')),
         events.WorkerLost('reason'),
         events.Ended(1),
         events.MemberChanged(talker, 'ended'),
         events.LinkChanged('arm', 'done'),
-        events.Measured('arm', {'arm│driver': (0.5, 1000)}),
+        events.UsageMeasured('arm', {'arm│driver': (0.5, 1000)}),
         events.StateReceived({}),
     ]
     assert {type(event) for event in happened} == kinds()
@@ -98,7 +98,7 @@ def records(process, tmp_path):
     }
     assert unrecorded == {
         *('Output', 'StillRunning', 'MemberChanged', 'LinkChanged'),
-        *('Measured', 'StateReceived', 'Idle', 'CannotRun'),
+        *('UsageMeasured', 'StateReceived', 'IdleChanged', 'CannotRun'),
     }
     assert len(lines) == len(recorded)
     return {r['event']: r for r in map(json.loads, lines)}

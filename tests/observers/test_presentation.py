@@ -80,12 +80,12 @@ def test_verbose_shows_restarts_after_a_change(restart):
 def test_title_shows_the_result_of_the_last_change():
     terminal = Terminal(title='demo')
     # what `--why` says of a file that nothing uses is no change
-    terminal.handle(events.Watched('nothing to do', is_final=False))
-    terminal.handle(events.Changed(('a.cpp',)))
-    terminal.handle(events.Watched('building', is_final=False))
-    terminal.handle(events.Watched('done'))
-    terminal.handle(events.Watched('failed', failed=True))
-    terminal.handle(events.Checked(True, (), (), 0.1))
+    terminal.handle(events.ChangeReported('nothing to do', is_final=False))
+    terminal.handle(events.FilesChanged(('a.cpp',)))
+    terminal.handle(events.ChangeReported('building', is_final=False))
+    terminal.handle(events.ChangeReported('done'))
+    terminal.handle(events.ChangeReported('failed', failed=True))
+    terminal.handle(events.ChangeChecked(True, (), (), 0.1))
     assert terminal.written == [f'\x1b]2;{sign} demo\x07' for sign in '…✓✗✓']
 
 
@@ -93,18 +93,18 @@ def test_title_shows_failures_after_a_change(process):
     terminal = Terminal(title='demo', bell=True)
     talker, crash = process('talker'), Outcome(code=1)
     for event in (
-        events.Changed(('talker.py',)),
+        events.FilesChanged(('talker.py',)),
         events.Started(talker, 8),
-        events.Watched('restarted talker'),
+        events.ChangeReported('restarted talker'),
         events.Exited(talker, 8, crash, 1.0, False, True),
         # another change, which takes longer than it runs
-        events.Changed(('talker.py', 'other.py')),
+        events.FilesChanged(('talker.py', 'other.py')),
         events.Started(talker, 9),
         events.Exited(talker, 9, crash, 1.0, False, True),
-        events.Watched('restarted talker, other'),
-        events.Changed(('talker.py',)),
+        events.ChangeReported('restarted talker, other'),
+        events.FilesChanged(('talker.py',)),
         events.Started(talker, 10),
-        events.Watched('restarted talker'),
+        events.ChangeReported('restarted talker'),
     ):
         terminal.handle(event)
     signs = ''.join(terminal.written).replace('\x1b]2;', '')
@@ -121,7 +121,7 @@ def test_replanned_processes_are_hidden(restart, process):
         ended,
         events.Dropped(started.process),
         started,
-        events.Watched('stopped talker, started talker, later'),
+        events.ChangeReported('stopped talker, started talker, later'),
     ):
         terminal.handle(event)
     assert terminal.shown == ['stopped talker, started talker, later']
@@ -139,8 +139,8 @@ def test_replanned_processes_are_hidden(restart, process):
 def test_bell_rings_only_with_the_option():
     silent, loud = Terminal(), Terminal(bell=True)
     for terminal in (silent, loud):
-        terminal.handle(events.Watched('done'))
-        terminal.handle(events.Watched('failed', failed=True))
-        terminal.handle(events.Checked(False, ('one',), (), 0.1))
+        terminal.handle(events.ChangeReported('done'))
+        terminal.handle(events.ChangeReported('failed', failed=True))
+        terminal.handle(events.ChangeChecked(False, ('one',), (), 0.1))
     assert silent.written == []
     assert loud.written == ['\a', '\a']

@@ -6,8 +6,8 @@ import signal
 
 from colcon_yamllaunch.engine.events import (
     Exited,
+    MessageShown,
     Output,
-    Said,
     Started,
     StillRunning,
 )
@@ -63,7 +63,9 @@ def test_long_label_does_not_widen_the_others(shown, process):
 
 
 def test_debug_messages_are_not_shown(shown):
-    text = shown(Said('INFO', 'one\ntwo'), Said('DEBUG', 'three'))
+    text = shown(
+        MessageShown('INFO', 'one\ntwo'), MessageShown('DEBUG', 'three')
+    )
     assert text == ('[INFO] [launch.user]: one\n[INFO] [launch.user]: two\n')
 
 

@@ -20,9 +20,9 @@ from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.writer import TextWriter
 from colcon_yamllaunch.observers.screen import Screen
 from colcon_yamllaunch.observers.start_table import (
-    Row,
     row_of,
     start_table_lines,
+    StartRow,
     StartTable,
 )
 from colcon_yamllaunch.plan.plan import Plan, Timer
@@ -62,15 +62,17 @@ def test_columns_are_aligned(process):
 
 
 def test_empty_column_is_left_out():
-    lines = start_table_lines([Row('a', 'sh', '', '1', 'a')], size())
+    lines = start_table_lines([StartRow('a', 'sh', '', '1', 'a')], size())
     assert lines == ['NAME  PACKAGE  PID', 'a     sh       1']
 
 
 @pytest.mark.parametrize('columns', [40, 41, 60, 79])
 def test_table_fits_the_width(columns):
     rows = [
-        Row('a' * 50, '/ws/' + 'b' * 60 + '/end', '/n' * 20, '123456', 'a'),
-        Row('short', 'pkg', '/', '1', 'b'),
+        StartRow(
+            'a' * 50, '/ws/' + 'b' * 60 + '/end', '/n' * 20, '123456', 'a'
+        ),
+        StartRow('short', 'pkg', '/', '1', 'b'),
     ]
     lines = start_table_lines(rows, size(columns))
     assert len(lines) == 3
@@ -81,13 +83,15 @@ def test_table_fits_the_width(columns):
 
 
 def test_too_narrow_terminal_gets_no_table():
-    assert start_table_lines([Row('a', 'b', '/', '1', 'c')], size(20)) == []
+    assert (
+        start_table_lines([StartRow('a', 'b', '/', '1', 'c')], size(20)) == []
+    )
     assert start_table_lines([], size()) == []
 
 
 def test_many_processes_are_grouped_by_package():
     rows = [
-        Row(f'node-{n}', f'pkg{n % 3}', f'/r{n}', str(1000 + n), 'node')
+        StartRow(f'node-{n}', f'pkg{n % 3}', f'/r{n}', str(1000 + n), 'node')
         for n in range(100)
     ]
     lines = start_table_lines(rows, size())
@@ -99,8 +103,8 @@ def test_many_processes_are_grouped_by_package():
 
 
 def test_processes_without_package_are_grouped_by_program():
-    rows = [Row(f'p{n}', '', '', str(n), 'sleep') for n in range(1, 100)]
-    rows.append(Row('p100', '', '', '100', 'echo'))
+    rows = [StartRow(f'p{n}', '', '', str(n), 'sleep') for n in range(1, 100)]
+    rows.append(StartRow('p100', '', '', '100', 'echo'))
     assert start_table_lines(rows, size()) == [
         'NAME      PACKAGE  PID',
         'p1 … p99  (99)     1 … 99',

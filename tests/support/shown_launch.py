@@ -8,7 +8,11 @@ import os
 from typing import Any
 
 from colcon_yamllaunch.control.client import LaunchEndedError
-from colcon_yamllaunch.control.subscription import Happened, Received, Wrote
+from colcon_yamllaunch.control.subscription import (
+    Received,
+    ReceivedEvent,
+    ReceivedOutput,
+)
 from colcon_yamllaunch.engine.commands import (
     Command,
     Describe,
@@ -22,8 +26,8 @@ from colcon_yamllaunch.engine.commands import (
 from colcon_yamllaunch.engine.description import (
     Branch,
     Description,
+    EnclosingBlock,
     Parameter,
-    Surrounding,
 )
 from colcon_yamllaunch.engine.state import (
     ComponentState,
@@ -68,7 +72,7 @@ def description(label: str) -> Description:
         None,
         'demo',
         '/ws/demo.yaml:3:5',
-        (Surrounding('file', '/ws/demo.yaml', ''),),
+        (EnclosingBlock('file', '/ws/demo.yaml', ''),),
         (Parameter('rate', '5', '/ws/demo.yaml:9:7', ('/ws/demo.yaml:2:3',)),),
         None,
         argv=('talker', 'a b'),
@@ -76,21 +80,23 @@ def description(label: str) -> Description:
     )
 
 
-def wrote(label: str, *lines: str) -> Wrote:
+def wrote(label: str, *lines: str) -> ReceivedOutput:
     """Return lines of a process."""
     data = ''.join(f'{line}\n' for line in lines).encode()
-    return Wrote(label, 'stdout', data, 1_700_000_000.0)
+    return ReceivedOutput(label, 'stdout', data, 1_700_000_000.0)
 
 
-def happened(name: str, label: str | None = None, **fields: Any) -> Happened:
+def happened(
+    name: str, label: str | None = None, **fields: Any
+) -> ReceivedEvent:
     """Return an event."""
     who = {} if label is None else {'label': label}
-    return Happened(
+    return ReceivedEvent(
         name, {'time': 1_700_000_000.0, 'event': name, **who, **fields}
     )
 
 
-def exited(label: str, code: int) -> Happened:
+def exited(label: str, code: int) -> ReceivedEvent:
     """Return the end of a process."""
     return happened(
         'exited',

@@ -5,14 +5,14 @@
 
 from colcon_yamllaunch.engine.description import (
     Description,
+    EnclosingBlock,
     Parameter,
-    Surrounding,
 )
 from colcon_yamllaunch.terminal.status_model import description_lines
 
 WITHIN = (
-    Surrounding('file', '/ws/house.yaml', '/ws/house.yaml:1:1'),
-    Surrounding('group', '/house', '/ws/house.yaml:5:3'),
+    EnclosingBlock('file', '/ws/house.yaml', '/ws/house.yaml:1:1'),
+    EnclosingBlock('group', '/house', '/ws/house.yaml:5:3'),
 )
 PARAMETERS = (
     Parameter('rate', '5', '/ws/house.yaml:9:7'),

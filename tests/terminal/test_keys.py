@@ -8,7 +8,7 @@ from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.observers.log_levels import Level
 from colcon_yamllaunch.plan.plan import Component, Process
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.terminal.keys import help_lines, Keys, Press, Typed
+from colcon_yamllaunch.terminal.keys import help_lines, KeyPress, Keys, Typed
 from colcon_yamllaunch.terminal.line_filter import Filtering
 from colcon_yamllaunch.terminal.status_model import StatusModel
 from hypothesis import given, settings
@@ -40,7 +40,7 @@ def typed(keys, text):
     [('w', 'watch'), ('?', 'help'), ('q', 'quit'), ('\r', 'break')],
 )
 def test_key_without_choice_presses_for_all(keys, key, command):
-    assert typed(keys, key) == [Press(command)]
+    assert typed(keys, key) == [KeyPress(command)]
 
 
 def test_help_lists_all_keys_and_fits_the_width():
@@ -89,13 +89,17 @@ def test_errors_key_needs_errors_of_a_build():
     assert typed(keys, 'E') == []
     assert keys.view().note == 'no build has failed'
     model.state.apply(
-        events.Watched('a.cpp changed: the build failed', True, 'a.cpp:1\n')
+        events.ChangeReported(
+            'a.cpp changed: the build failed', True, 'a.cpp:1\n'
+        )
     )
     # which neither another change nor one that fails without a word is
-    model.state.apply(events.Watched('b.py changed: restarted b'))
-    model.state.apply(events.Watched('c.py changed: could not start c', True))
+    model.state.apply(events.ChangeReported('b.py changed: restarted b'))
+    model.state.apply(
+        events.ChangeReported('c.py changed: could not start c', True)
+    )
     assert model.state.errors == ('a.cpp changed: the build failed', 'a.cpp:1')
-    assert typed(keys, 'E') == [Press('errors')]
+    assert typed(keys, 'E') == [KeyPress('errors')]
     assert 'E errors' in keys.view().hint
 
 
@@ -110,7 +114,7 @@ def test_second_choice_replaces_the_first(keys):
     assert list(keys.settle()) == []
     assert keys.view().chosen is None
     # the help is no choice
-    assert typed(keys, '1?') == [Press('help')]
+    assert typed(keys, '1?') == [KeyPress('help')]
     assert keys.view().chosen == 'kitchen'
 
 
@@ -147,7 +151,7 @@ def test_filter_key_for_a_component_names_its_container():
         assert 'container' in keys.view().note
     typed(keys, 'M')
     assert keys.filtering == Filtering()
-    assert typed(keys, '1s') == [Press('stop', 'part')]
+    assert typed(keys, '1s') == [KeyPress('stop', 'part')]
 
 
 def test_level_key_cycles_through_levels(keys):
@@ -170,7 +174,7 @@ def test_q_with_a_choice_does_not_stop_the_launch(keys):
     assert typed(keys, '2q') == []
     assert keys.view().chosen is None
     assert 'q stops the launch' in keys.view().note
-    assert typed(keys, 'q') == [Press('quit')]
+    assert typed(keys, 'q') == [KeyPress('quit')]
 
 
 def test_process_key_without_choice_asks_to_choose(keys):
@@ -268,7 +272,7 @@ def test_name_prompt_chooses_the_best_match(keys, name, label):
     assert keys.view().hint.startswith(f'Enter chooses {label}  Tab')
     typed(keys, '\r')
     assert keys.view().chosen == label
-    assert typed(keys, 's') == [Press('stop', label)]
+    assert typed(keys, 's') == [KeyPress('stop', label)]
 
 
 def test_name_prompt_lists_matches(keys):
@@ -303,7 +307,10 @@ def test_attached_process_gets_edited_lines(keys):
     assert typed(keys, '\x15\t\x04\x01') == []
     assert keys.view().typed == ' '
     assert typed(keys, '\x0b\x04') == [Typed(b'\x04')]
-    assert typed(keys, 'x\x1dq') == [Press('detach', 'bath'), Press('quit')]
+    assert typed(keys, 'x\x1dq') == [
+        KeyPress('detach', 'bath'),
+        KeyPress('quit'),
+    ]
     # what was not sent is there again
     keys.attach('bath')
     assert keys.view().typed == 'x'
@@ -342,12 +349,12 @@ def test_keys_after_attach_go_to_the_process(keys):
     assert 's stop' in keys.view().hint
     for command in keys.feed(b'aq\r\x1d1s'):
         done.append(command)
-        if command == Press('attach', 'bath'):
+        if command == KeyPress('attach', 'bath'):
             keys.attach('bath', is_raw=True)
     assert done[1:] == [
         Typed(b'q\r'),
-        Press('detach', 'bath'),
-        Press('stop', 'kitchen'),
+        KeyPress('detach', 'bath'),
+        KeyPress('stop', 'kitchen'),
     ]
 
 
@@ -378,7 +385,7 @@ def _do(keys, pieces):
     commands = []
     for piece in pieces:
         for command in keys.feed(piece):
-            if isinstance(command, Press) and command.name == 'attach':
+            if isinstance(command, KeyPress) and command.name == 'attach':
                 keys.attach(command.label)
             commands.append(command)
     return commands

@@ -125,7 +125,7 @@ def test_many_running_processes_are_counted(board, process, fails):
 def test_result_of_watch_leaves_room_for_keys(board):
     one = board('a')
     news = 'double.py changed: restarted my_double (0.21 s)'
-    one.state.apply(events.Watched(news))
+    one.state.apply(events.ChangeReported(news))
     view = View(hint='? help  / search  L level  q stop')
     keys = f' {view.hint}'
     assert lines(one, 120, view)[1:] == [f' ✓ {news}   {view.hint}']
@@ -204,24 +204,30 @@ def test_stopping_shows_countdown_to_next_signal(board):
 
 def test_last_change_is_shown_until_the_next(board):
     one = board('a')
-    one.state.apply(events.Watched('no.py: nothing uses it', is_final=False))
+    one.state.apply(
+        events.ChangeReported('no.py: nothing uses it', is_final=False)
+    )
     assert lines(one)[-1] == ' … no.py: nothing uses it'
     assert next_change(one.state, 100.0) is None
-    one.state.apply(events.Changed(('double.py',)))
+    one.state.apply(events.FilesChanged(('double.py',)))
     text = 'double.py changed: building'
-    one.state.apply(events.Watched(text, is_final=False))
+    one.state.apply(events.ChangeReported(text, is_final=False))
     assert lines(one)[-1] == f' … {text}'
     assert next_change(one.state, 100.0) == pytest.approx(101.0)
     assert lines(one, now=102.5)[-1] == ' 2 s … double.py changed: building'
     assert next_change(one.state, 102.5) == pytest.approx(103.0)
-    one.state.apply(events.Watched('double.py changed: restarted a (0.21 s)'))
+    one.state.apply(
+        events.ChangeReported('double.py changed: restarted a (0.21 s)')
+    )
     assert lines(one)[-1] == ' ✓ double.py changed: restarted a (0.21 s)'
     assert next_change(one.state, 103.0) is None
     # which it is also when nothing follows from another one
-    one.state.apply(events.Watched('off: what is saved waits', is_paused=True))
+    one.state.apply(
+        events.ChangeReported('off: what is saved waits', is_paused=True)
+    )
     assert 'off' not in lines(one)[1]
     text = 'double.py changed: it failed'
-    one.state.apply(events.Watched(text, failed=True))
+    one.state.apply(events.ChangeReported(text, failed=True))
     assert lines(one)[-1] == f' ✗ {text}'
     assert lines(one, 20)[-1] == ' ✗ double.py chang…'
 

@@ -6,7 +6,7 @@
 import math
 
 from colcon_yamllaunch.terminal import status_writer
-from colcon_yamllaunch.terminal.status_block import Block
+from colcon_yamllaunch.terminal.status_block import StatusBlock
 import pytest
 from support.virtual_screen import VirtualScreen
 
@@ -17,7 +17,7 @@ class Shown:
     def __init__(self, columns=40, lines=8):
         self.screen = VirtualScreen(columns, lines)
         self.now = 100.0
-        self.block = Block((' one', ' two'))
+        self.block = StatusBlock((' one', ' two'))
         self.next = None
         self.composed = 0
         self.writer = status_writer.StatusWriter(
@@ -43,7 +43,7 @@ class Shown:
 
     def draws(self, *lines, cursor=None, at_once=False):
         """Have another block from now on."""
-        self.block = Block(lines, cursor)
+        self.block = StatusBlock(lines, cursor)
         self.writer.touch(at_once=at_once)
         return self
 
@@ -159,7 +159,7 @@ def test_block_is_composed_again_at_its_time(shown):
     one = shown()
     one.next = 101.0
     one.begin()
-    one.block = Block((' later',))
+    one.block = StatusBlock((' later',))
     assert one.writer.due() - one.now == pytest.approx(1.0)
     one.later(0.5)
     assert one.lines == [' one', ' two']
@@ -184,7 +184,7 @@ def test_missing_block_leaves_output_only(shown):
     one.write('more\r\n').flush()
     assert one.lines == ['line', 'more']
     assert one.writer.due() == pytest.approx(105.0)
-    one.block, one.next = Block((' again',)), None
+    one.block, one.next = StatusBlock((' again',)), None
     one.later(10.0)
     assert one.lines == ['line', 'more', ' again']
 
@@ -211,7 +211,7 @@ def test_typing_shows_each_key_and_places_the_cursor(shown):
 @pytest.mark.parametrize('columns', [12, 30, 90])
 def test_resized_terminal_redraws_the_block(shown, columns):
     one = shown(40, 8)
-    one.block = Block((' ' + 'a' * 35, ' ' + 'b' * 35))
+    one.block = StatusBlock((' ' + 'a' * 35, ' ' + 'b' * 35))
     one.begin().write('line\r\n').later()
     one.screen.resize(columns, 8)
     lines = [' ' + letter * (columns - 2) for letter in 'AB']
@@ -221,7 +221,7 @@ def test_resized_terminal_redraws_the_block(shown, columns):
 
 def test_too_long_block_line_is_cut_by_the_terminal(shown):
     one = shown(10, 6)
-    one.block = Block((' ' + 'a' * 30, ' b'))
+    one.block = StatusBlock((' ' + 'a' * 30, ' b'))
     one.begin().write('line\r\n').later().write('y' * 15 + '\r\n').later()
     *output, block, _ = (line[:9] for line in one.lines)
     assert output == ['line', 'y' * 9, 'y' * 5]
@@ -274,7 +274,7 @@ def test_blocked_terminal_gets_no_more_blocks(shown, monkeypatch):
 
 def test_colours_of_raw_output_are_reset(shown):
     one = shown().begin()
-    one.block = Block((' one', '> '), (1, 2))
+    one.block = StatusBlock((' one', '> '), (1, 2))
     one.writer.write_raw('a', b'\x1b[41;32mred')
     one.later().write('\r\nplain\r\n').later()
     assert one.screen.colour_of('red') == 'green'

@@ -178,8 +178,8 @@ class Played:
         asked, self.asked = self.asked, []
         return asked
 
-    def watched(self) -> list[events.Watched]:
-        return [e for e in self.told if isinstance(e, events.Watched)]
+    def watched(self) -> list[events.ChangeReported]:
+        return [e for e in self.told if isinstance(e, events.ChangeReported)]
 
     def lines(self, *started: Process) -> list[str]:
         """Return what was said since, once some have started anew."""

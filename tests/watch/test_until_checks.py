@@ -4,13 +4,13 @@
 """What `--watch --until` says after each change, from replayed events."""
 
 from colcon_yamllaunch.engine.events import (
-    Changed,
-    Checked,
+    ChangeChecked,
+    ChangeReported,
     Exited,
+    FilesChanged,
     Output,
     Restarted,
     Started,
-    Watched,
 )
 from colcon_yamllaunch.engine.line_pattern import LinePattern
 from colcon_yamllaunch.engine.outcome import Outcome
@@ -55,12 +55,12 @@ class Replay:
         return self.hears(event)
 
     def changes(self, *labels, failed=False):
-        self.hears(Changed(('/ws/a.py',)))
+        self.hears(FilesChanged(('/ws/a.py',)))
         for label in labels:
             self.ends(label, 0, asked=True)
             self.hears(Started(self.process(label), 8))
             self.hears(Restarted(self.process(label), 0.1))
-        return self.hears(Watched('a.py changed', failed))
+        return self.hears(ChangeReported('a.py changed', failed))
 
 
 @pytest.fixture
@@ -93,7 +93,7 @@ def test_only_restarted_processes_are_checked_again(replay):
 
 def test_output_of_the_old_process_does_not_count(replay):
     r = replay('bye')
-    r.hears(Changed(('/ws/a.py',)))
+    r.hears(FilesChanged(('/ws/a.py',)))
     assert r.says('a', 'bye') == []
     assert r.changes('a') == []
     assert r.says('a', 'bye') == ['green: all was seen (0.00 s)']
@@ -139,4 +139,4 @@ def test_without_expressions_nothing_is_reported(process):
 
 
 def test_failed_check_is_an_error():
-    assert Checked(False, ('one',), (), 0.25).severity == 'ERROR'
+    assert ChangeChecked(False, ('one',), (), 0.25).severity == 'ERROR'

@@ -169,7 +169,7 @@ def _result_of(
 
 
 def _hello(content: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the properties of the machine; see `Facts`."""
+    """Return the properties of the machine; see `MachineFacts`."""
     wanted = [os.path.expanduser(w) for w in content['workspaces']]
     found = next(filter(os.path.isdir, wanted), None)
     workspace = found or (wanted[-1] if wanted else None)

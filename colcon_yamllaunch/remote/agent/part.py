@@ -134,7 +134,7 @@ class Part(Participant):
         is_idle, self._is_idle = self._is_idle, False
         if is_idle != self._sent_idle:
             self._sent_idle = is_idle
-            self._engine.emit(events.Idle(is_idle))
+            self._engine.emit(events.IdleChanged(is_idle))
 
     def prepare_end(self) -> bool:
         """Note that nothing runs; return whether the part goes on."""
@@ -245,13 +245,13 @@ class Part(Participant):
 
     def _measure(self, _: part_protocol.Measure, reply: Reply) -> None:
         groups = dict(self._engine.groups())
-        before = resource_usage.look(groups.values())
+        before = resource_usage.sample_usage(groups.values())
 
         def measured() -> None:
-            now = resource_usage.look(groups.values())
+            now = resource_usage.sample_usage(groups.values())
             used = resource_usage.usage_between(before, now)
             reply(
-                part_protocol.Usage(
+                part_protocol.MeasuredUsage(
                     {
                         label: (used[group].cpu, used[group].memory)
                         for label, group in groups.items()

@@ -73,7 +73,7 @@ Say = Callable[[str], None]
 
 
 @dataclass(frozen=True, slots=True)
-class Facts:
+class MachineFacts:
     """
     The properties of a machine.
 
@@ -113,7 +113,7 @@ class StartedPart:
     identity: str
     boot: str
     reader: MessageReader
-    facts: Facts
+    facts: MachineFacts
     settings: PartSettings
     environment: Mapping[str, str]
 
@@ -158,17 +158,17 @@ class MachineConnection:
         self._beats: threading.Thread | None = None
         self._quiet = threading.Event()
         self._number = 0
-        self._facts: Facts | None = None
+        self._facts: MachineFacts | None = None
         # the last line for the user
         self._shown = ''
 
     @property
-    def facts(self) -> Facts:
+    def facts(self) -> MachineFacts:
         """The properties of the machine, once it is connected."""
         assert self._facts is not None
         return self._facts
 
-    def connect(self) -> Facts:
+    def connect(self) -> MachineFacts:
         """
         Connect, and return the properties of the machine.
 
@@ -324,7 +324,7 @@ class MachineConnection:
             raise connection_errors.not_started(machine, bootstrap)
         self._feed(rest)
 
-    def _hello(self) -> Facts:
+    def _hello(self) -> MachineFacts:
         sent = time.time()
         content = {
             'workspaces': list(self._places),
@@ -338,7 +338,7 @@ class MachineConnection:
             ahead = read_float(result.get('clock')) - (took + sent + now) / 2
             delay = max(0.0, now - sent - took) / 2
             facts = _CODEC.from_json(
-                Facts, {**result, 'ahead': ahead, 'delay': delay}
+                MachineFacts, {**result, 'ahead': ahead, 'delay': delay}
             )
             if self._places and facts.workspace is None:
                 raise CodecError('is missing', '.workspace')

@@ -66,7 +66,7 @@ class Machine:
 
 
 @dataclass(frozen=True, slots=True)
-class Rule:
+class PlacementRule:
     """
     Which processes run on a machine.
 
@@ -134,7 +134,7 @@ class Deployment:
     """
 
     machines: Mapping[str, Machine]
-    rules: tuple[Rule, ...] = ()
+    rules: tuple[PlacementRule, ...] = ()
     everything_on: str | None = None
 
     def machines_of(self, processes: Sequence[Process]) -> list[str | None]:

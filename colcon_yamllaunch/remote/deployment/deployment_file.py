@@ -33,7 +33,7 @@ from colcon_yamllaunch.remote.deployment.deployment import (
     Kind,
     Machine,
     OnLost,
-    Rule,
+    PlacementRule,
     Sync,
 )
 
@@ -138,7 +138,7 @@ class _Reader:
                 hint='see docs/machines.md for what it says',
             )
         machines: dict[str, Machine] = {}
-        rules: list[Rule] = []
+        rules: list[PlacementRule] = []
         pairs = self._pairs(document, 'the deployment file')
         known = ('machines', 'processes', 'defaults')
         with self._collected():
@@ -231,7 +231,9 @@ class _Reader:
             given['env'], given['values'] = given['env']
         return given
 
-    def _rules(self, value: Value, names: Sequence[str]) -> list[Rule]:
+    def _rules(
+        self, value: Value, names: Sequence[str]
+    ) -> list[PlacementRule]:
         hint = 'processes: [{match: NAME, machine: MACHINE}]'
         if not isinstance(value, yaml_reader.Sequence):
             raise error("'processes' is not a list", value.position, hint=hint)
@@ -241,7 +243,7 @@ class _Reader:
                 rules.append(self._rule(item, names))
         return rules
 
-    def _rule(self, item: Value, names: Sequence[str]) -> Rule:
+    def _rule(self, item: Value, names: Sequence[str]) -> PlacementRule:
         pairs = self._pairs(item, 'a rule')
         self._check_keys(pairs, ('match', 'machine'), 'a rule')
         for field in ('match', 'machine'):
@@ -258,7 +260,9 @@ class _Reader:
         value = pairs['match'][1]
         if not isinstance(value, yaml_reader.Mapping):
             name = _pattern(value, "'match'")
-            return Rule(machine, value.position, name, length=len(name))
+            return PlacementRule(
+                machine, value.position, name, length=len(name)
+            )
         self._check_keys(value.pairs, _MATCH_KEYS, "'match'")
         if not value.pairs:
             hint = 'match: NAME, or match: {package: NAME}'
@@ -267,7 +271,7 @@ class _Reader:
             field: _pattern(pattern, f"'{field}'")
             for field, (_, pattern) in value.pairs.items()
         }
-        return Rule(machine, value.position, **given)
+        return PlacementRule(machine, value.position, **given)
 
     def _pairs(self, value: Value, what: str) -> _Pairs:
         if not isinstance(value, yaml_reader.Mapping):

@@ -22,11 +22,14 @@ from colcon_yamllaunch.plan.plan import (
     SignalProcess,
     Timer,
 )
-from colcon_yamllaunch.remote.deployment.deployment import Deployment, Rule
+from colcon_yamllaunch.remote.deployment.deployment import (
+    Deployment,
+    PlacementRule,
+)
 
 
 @dataclass(frozen=True, slots=True)
-class Placed:
+class PlacedPlan:
     """
     A plan and its parts.
 
@@ -47,7 +50,7 @@ class Placed:
         return self.parts.get(machine) or Plan((), self.whole.blocks)
 
 
-def place(plan: Plan, deployment: Deployment) -> Placed:
+def place(plan: Plan, deployment: Deployment) -> PlacedPlan:
     """Divide a plan into its parts."""
     return Placer(deployment).place(plan)
 
@@ -67,7 +70,7 @@ class Placer:
         self._by_process: dict[str, str | None] = {}
         self._by_node: dict[str, str | None] = {}
 
-    def place(self, plan: Plan) -> Placed:
+    def place(self, plan: Plan) -> PlacedPlan:
         """
         Divide a plan into its parts; each has all blocks.
 
@@ -83,7 +86,7 @@ class Placer:
         for entry in whole.entries:
             for machine, part in self._cut(entry).items():
                 cut.setdefault(machine, []).append(part)
-        return Placed(
+        return PlacedPlan(
             whole,
             replace(plan, entries=tuple(cut.get(None, ()))),
             {
@@ -98,7 +101,7 @@ class Placer:
             },
         )
 
-    def place_more(self, entries: Iterable[Entry]) -> Placed:
+    def place_more(self, entries: Iterable[Entry]) -> PlacedPlan:
         """Divide entries that are added to the plan while it runs."""
         return self.place(Plan(tuple(entries)))
 
@@ -197,7 +200,9 @@ def rules_in_vain(plan: Plan, deployment: Deployment) -> Iterator[Diagnostic]:
 
 
 def _fix_for(
-    rule: Rule, processes: Sequence[Process], components: Sequence[Component]
+    rule: PlacementRule,
+    processes: Sequence[Process],
+    components: Sequence[Component],
 ) -> str:
     from colcon_yamllaunch.common.suggestions import did_you_mean
 
@@ -221,7 +226,7 @@ def _fix_for(
     return meant or 'the names of all processes are shown by --plan'
 
 
-def placement_to_text(placed: Placed, deployment: Deployment) -> str:
+def placement_to_text(placed: PlacedPlan, deployment: Deployment) -> str:
     """Return the machines and what runs on each, as lines for the user."""
     lines = ['machines:']
     for name, machine in deployment.machines.items():

@@ -51,7 +51,7 @@ _INSTALL_COMMANDS = (
 )
 
 
-class Sent(NamedTuple):
+class SentFile(NamedTuple):
     """
     A file, link or folder as it is after a launch has sent it.
 
@@ -82,7 +82,7 @@ class Folder:
 
     origin: str = ''
     state: str = ''
-    files: dict[str, Sent] = field(default_factory=dict)
+    files: dict[str, SentFile] = field(default_factory=dict)
 
 
 class Manifest:
@@ -104,7 +104,7 @@ class Manifest:
                     place: Folder(
                         folder['origin'],
                         folder['state'],
-                        {p: Sent(*s) for p, s in folder['files'].items()},
+                        {p: SentFile(*s) for p, s in folder['files'].items()},
                     )
                     for place, folder in found['folders'].items()
                 }
@@ -264,7 +264,7 @@ class _Changes:
         self._place = place
         self._wanted = wanted
         self._before = manifest.folders.get(place, Folder()).files
-        self._after: dict[str, Sent] = {}
+        self._after: dict[str, SentFile] = {}
         self._gone: dict[str, str] = {}
         self._other_modes: list[str] = []
         #: Lines for the user.
@@ -323,7 +323,7 @@ class _Changes:
                 os.removedirs(os.path.dirname(self._path('')))
         return count
 
-    def _compare_gone(self, inner: str, sent: Sent) -> None:
+    def _compare_gone(self, inner: str, sent: SentFile) -> None:
         found = content_at(self._path(inner))
         if not found or (found == FOLDER and sent.was_here):
             return
@@ -353,7 +353,7 @@ class _Changes:
         is_ours = sent is not None and found in (sent.sent, sent.content)
         if have_same_data(found, content):
             was_here = sent is None or sent.was_here
-            self._after[inner] = Sent(content, found, status, was_here)
+            self._after[inner] = SentFile(content, found, status, was_here)
             if found != content:
                 self._other_modes.append(inner)
         elif (
@@ -363,7 +363,7 @@ class _Changes:
         ):
             self.in_the_way.append(f'{self._place}/{inner}'.strip('/'))
         else:
-            self._after[inner] = Sent(content, found, None)
+            self._after[inner] = SentFile(content, found, None)
 
     def _has_others(self, inner: str) -> bool:
         """Return whether there is something of others in a folder."""
@@ -378,7 +378,7 @@ class _Changes:
         return self._manifest.path(self._place, inner)
 
 
-def _is_unchanged(path: str, sent: Sent) -> bool:
+def _is_unchanged(path: str, sent: SentFile) -> bool:
     """Return whether the file at `path` is as it was sent."""
     if sent.status is None:
         return False
@@ -392,7 +392,7 @@ def _is_unchanged(path: str, sent: Sent) -> bool:
         return False
 
 
-def _updated(sent: Sent, path: str) -> Sent:
+def _updated(sent: SentFile, path: str) -> SentFile:
     """Return the record of a file with its content and status now."""
     content, status = _look(path, sent.sent)
     return sent._replace(content=content, status=status)

@@ -29,7 +29,11 @@ from colcon_yamllaunch.terminal.full_screen.output_store import (
     OutputView,
 )
 from colcon_yamllaunch.terminal.line_filter import Filtering
-from colcon_yamllaunch.terminal.status_model import Look, Row, StatusModel
+from colcon_yamllaunch.terminal.status_model import (
+    Look,
+    StatusModel,
+    StatusRow,
+)
 
 #: The number of measurements that are kept of each process.
 HISTORY = 120
@@ -196,10 +200,10 @@ class LaunchModel(StatusModel):
     def receive(self, received: subscription.Received) -> None:
         """Add an event, output or gap."""
         match received:
-            case subscription.Wrote():
+            case subscription.ReceivedOutput():
                 self._gap = None
                 self.view.add(self.store.add(received))
-            case subscription.Happened():
+            case subscription.ReceivedEvent():
                 self._gap = None
                 name, fields = received.name, received.fields
                 self.wants_tree |= name in _PLANNED
@@ -212,7 +216,7 @@ class LaunchModel(StatusModel):
                         time if isinstance(time, float) else 0.0,
                         level_of_event(name, fields),
                     )
-            case subscription.Missed():
+            case subscription.LostData():
                 self.missed_bytes += received.bytes
                 self.wants_tree |= bool(received.events)
                 if self._gap is None:
@@ -281,9 +285,9 @@ class LaunchModel(StatusModel):
         self.view.add((line,))
         return line
 
-    def rows(self) -> list[Row]:
+    def rows(self) -> list[StatusRow]:
         """Return a row for each process, with its components below it."""
-        rows: list[Row] = []
+        rows: list[StatusRow] = []
         state = self.state
         for process in state.processes:
             rows.append(self.row(process))
@@ -298,13 +302,13 @@ class LaunchModel(StatusModel):
             )
         return rows
 
-    def plan_rows(self) -> list[Row]:
+    def plan_rows(self) -> list[StatusRow]:
         """Return the plan: files, groups, timers, and what is in them."""
         return list(self._branch_rows(self.tree, 0))
 
     def _branch_rows(
         self, branches: Sequence[Branch], depth: int
-    ) -> Iterator[Row]:
+    ) -> Iterator[StatusRow]:
         for branch in branches:
             kind, title = branch.kind, branch.title
             member = self.member(title)
@@ -405,8 +409,8 @@ class LaunchModel(StatusModel):
         self._ended(reason)
 
 
-def _block_row(look: Look, title: str, note: str, depth: int = 0) -> Row:
-    return Row(None, title, look, look.style, state=note, depth=depth)
+def _block_row(look: Look, title: str, note: str, depth: int = 0) -> StatusRow:
+    return StatusRow(None, title, look, look.style, state=note, depth=depth)
 
 
 # events of a launch, as lines among its output

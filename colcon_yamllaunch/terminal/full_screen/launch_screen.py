@@ -228,7 +228,9 @@ class LaunchScreen(Screen[None]):
         text = screen_texts.in_full(
             self.model, command.member, response.description
         )
-        self.app.push_screen(widgets.Reading(one_line(command.member), text))
+        self.app.push_screen(
+            widgets.TextScreen(one_line(command.member), text)
+        )
 
     def after_watch(self, command: commands.Watch, _: object) -> None:
         """Show whether `--watch` is on."""
@@ -302,14 +304,14 @@ class LaunchScreen(Screen[None]):
             self.say('no build has failed')
             return
         text = Text('\n'.join(map(one_line, errors)))
-        self.app.push_screen(widgets.Reading('Errors', text))
+        self.app.push_screen(widgets.TextScreen('Errors', text))
 
     def key_help(self, _: str) -> None:
         """Show what the keys do."""
         owns = self._terminal.owns_launch
         last = 'stop the launch; again to force' if owns else 'leave'
         self.app.push_screen(
-            widgets.Reading('Keys', screen_texts.help_table(last))
+            widgets.TextScreen('Keys', screen_texts.help_table(last))
         )
 
     def key_leave(self, _: str = '') -> None:

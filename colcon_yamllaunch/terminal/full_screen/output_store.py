@@ -12,7 +12,7 @@ from operator import attrgetter
 import re
 
 from colcon_yamllaunch.common.printable import SEQUENCE
-from colcon_yamllaunch.control.subscription import Wrote
+from colcon_yamllaunch.control.subscription import ReceivedOutput
 from colcon_yamllaunch.engine.lines import legible
 from colcon_yamllaunch.observers.log_levels import Level, level_of
 from colcon_yamllaunch.terminal.line_filter import (
@@ -102,7 +102,7 @@ class OutputStore:
         #: Lines whose text changed since :meth:`OutputView.pop_altered`.
         self.altered: dict[Line, None] = {}
 
-    def add(self, wrote: Wrote) -> list[Line]:
+    def add(self, wrote: ReceivedOutput) -> list[Line]:
         """
         Add the output of a process, and return the lines that are new.
 
@@ -159,7 +159,7 @@ class OutputStore:
         return heapq.merge(*meant, key=attrgetter('order'))
 
     def _piece(
-        self, kept: _Kept, wrote: Wrote, piece: bytes, is_open: bool
+        self, kept: _Kept, wrote: ReceivedOutput, piece: bytes, is_open: bool
     ) -> Line | None:
         """Add a line, or change the last one; return a new line."""
         stream = wrote.stream

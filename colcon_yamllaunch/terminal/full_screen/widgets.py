@@ -15,7 +15,7 @@ from colcon_yamllaunch.terminal.full_screen.output_store import (
     plain,
 )
 from colcon_yamllaunch.terminal.line_filter import Filtering, time_stamp
-from colcon_yamllaunch.terminal.status_model import LOOKS, Row
+from colcon_yamllaunch.terminal.status_model import LOOKS, StatusRow
 from rich.cells import cell_len
 from rich.style import Style
 from rich.table import Table
@@ -82,7 +82,7 @@ class MemberList(Pane):
 
     def __init__(self) -> None:
         super().__init__(id='members')
-        self._rows: Sequence[Row] = ()
+        self._rows: Sequence[StatusRow] = ()
         self._filtering = Filtering()
         self._cursor = 0
 
@@ -93,7 +93,7 @@ class MemberList(Pane):
             return None
         return self._rows[self._cursor].label
 
-    def show(self, rows: Sequence[Row], filtering: Filtering) -> None:
+    def show(self, rows: Sequence[StatusRow], filtering: Filtering) -> None:
         """Show rows, and which of them are muted or chosen."""
         if rows == self._rows and filtering == self._filtering:
             return
@@ -115,7 +115,7 @@ class MemberList(Pane):
         self.refresh()
 
     def go_to(
-        self, fits: Callable[[Row], bool], *, after: bool = False
+        self, fits: Callable[[StatusRow], bool], *, after: bool = False
     ) -> bool:
         """
         Put the cursor on the first row that fits; return whether one does.
@@ -176,7 +176,7 @@ class MemberList(Pane):
             top = self._cursor - height + 1
         self.scroll_to(y=top, animate=False, force=True)
 
-    def _text_of(self, row: Row, width: int) -> Text:
+    def _text_of(self, row: StatusRow, width: int) -> Text:
         text = Text(no_wrap=True, end='')
         text.append(f'{row.key or " "} ', 'bright_black')
         text.append('  ' * row.depth)
@@ -417,7 +417,7 @@ _PLACEHOLDERS: dict[Asked, str] = {
 }
 
 
-class Reading(ModalScreen[None]):
+class TextScreen(ModalScreen[None]):
     """A text that may be longer than the screen."""
 
     BINDINGS: ClassVar[list[BindingType]] = [

@@ -87,7 +87,7 @@ class BuildProcesses(Targets):
         others: dict[int, list[RunningProcess]] = {}
         children: Collection[int] = ()
         if self._adoption is not None and self._adoption.is_exact:
-            children, _ = self._adoption.look(())
+            children, _ = self._adoption.check_children(())
         for process in running_processes():
             value = variable_of(process.pid, BUILD_ID_VARIABLE) or ''
             if process.pid in children or (

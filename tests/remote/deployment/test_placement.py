@@ -19,7 +19,7 @@ from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.remote.deployment.deployment import (
     Deployment,
     Machine,
-    Rule,
+    PlacementRule,
 )
 from colcon_yamllaunch.remote.deployment.placement import (
     place,
@@ -48,7 +48,7 @@ def deployment(*rules, **fields):
 
 
 def to(machine, name=None, **match):
-    return Rule(machine, AT, name, **match)
+    return PlacementRule(machine, AT, name, **match)
 
 
 def on(machine):

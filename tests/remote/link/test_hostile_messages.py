@@ -15,7 +15,7 @@ from colcon_yamllaunch.engine.event_codec import FROM_MACHINES
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.state import to_json
 from colcon_yamllaunch.remote.connection.machine_connection import (
-    Facts,
+    MachineFacts,
     read_message,
     StartedPart,
 )
@@ -29,7 +29,7 @@ import pytest
 from support.played_machine import plan, PlayedLaunch
 
 LABEL = 'arm│driver'
-FACTS = Facts('', '/', None, False, 0.0)
+FACTS = MachineFacts('', '/', None, False, 0.0)
 KEYS = (
     *('event', 'ok', 'id', 'error', 'usage', 'description', 'time', 'asked'),
     *('modes', 'missed', 'output', 'shown', 'packed', 'killed', 'clock'),

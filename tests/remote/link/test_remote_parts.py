@@ -11,7 +11,7 @@ from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.state import from_json, to_json
 from colcon_yamllaunch.plan.plan import Component, Plan, Timer
 from colcon_yamllaunch.plan.plan_json import plan_from_json
-from colcon_yamllaunch.remote.deployment.placement import Placed
+from colcon_yamllaunch.remote.deployment.placement import PlacedPlan
 from colcon_yamllaunch.remote.part_protocol import LINK_LOST
 from colcon_yamllaunch.remote.remote_part import END_TIMEOUT
 from colcon_yamllaunch.remote.remote_parts import MEASURING, RemoteParts
@@ -45,7 +45,7 @@ class Played:
         }
         self.parts = RemoteParts(
             (self.link, *self.others),
-            Placed(whole, Plan(), parts),
+            PlacedPlan(whole, Plan(), parts),
             **fields,
         )
         self.launch = PlayedLaunch(self.parts)
@@ -191,7 +191,7 @@ def test_shutdown_of_a_machine_stops_the_launch_once(played):
 
 def test_the_launch_waits_until_each_machine_is_done(played):
     assert played.parts.prepare_end()
-    played.link.tells(events.Idle(True))
+    played.link.tells(events.IdleChanged(True))
     assert not played.parts.prepare_end()
     assert not played.link.asked('finish')
     played.launch.is_stopping = True
@@ -206,7 +206,7 @@ def test_the_launch_waits_until_each_machine_is_done(played):
 
 
 def test_launch_waits_for_the_answer_to_a_command(played):
-    played.link.tells(events.Idle(True))
+    played.link.tells(events.IdleChanged(True))
     act(played.parts, 'restart', 'driver-1', lambda _: None)
     assert played.parts.prepare_end()
     played.link.answers('restart')
@@ -529,7 +529,7 @@ def test_added_entries_are_sent_to_their_machine():
     here = process('here')
 
     def place_more(entries):
-        return Placed(
+        return PlacedPlan(
             Plan(tuple(entries)), Plan((here,)), {'arm': Plan((more,))}
         )
 
@@ -580,7 +580,7 @@ def test_machine_that_does_not_end_is_dropped(played):
     played.launch.shut_down('interrupted')
     # whatever it says meanwhile
     played.now += 5 + 5 + END_TIMEOUT - 1
-    played.link.tells(events.Idle(False))
+    played.link.tells(events.IdleChanged(False))
     played.parts.end_turn()
     assert played.parts.prepare_end()
     played.now += 2

@@ -8,7 +8,7 @@ import re
 from typing import Any
 
 from colcon_yamllaunch.control.resource_usage import Usage
-from colcon_yamllaunch.control.subscription import Missed
+from colcon_yamllaunch.control.subscription import LostData
 from colcon_yamllaunch.engine.description import Branch
 from colcon_yamllaunch.engine.events import Ended, Exited
 from colcon_yamllaunch.engine.outcome import Outcome
@@ -103,10 +103,10 @@ def test_plan_rows_are_indented_like_the_plan() -> None:
 
 def test_gap_is_counted_where_output_is_missing() -> None:
     model = model_of(process('a'))
-    model.receive(Missed(0, 1024))
-    model.receive(Missed(2, 1024))
+    model.receive(LostData(0, 1024))
+    model.receive(LostData(2, 1024))
     model.receive(wrote('a', 'x'))
-    model.receive(Missed(0, 512))
+    model.receive(LostData(0, 512))
     assert lines_of(model) == [
         (None, '… 2.0 KiB not shown …'),
         ('a', 'x'),

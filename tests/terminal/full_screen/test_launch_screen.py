@@ -8,10 +8,10 @@ from contextlib import contextmanager
 import re
 from typing import Any
 
-from colcon_yamllaunch.control.subscription import Missed
+from colcon_yamllaunch.control.subscription import LostData
 from colcon_yamllaunch.engine.commands import Debug, Kill, Restart, Stop, Watch
 from colcon_yamllaunch.engine.description import Branch
-from colcon_yamllaunch.engine.events import Watched
+from colcon_yamllaunch.engine.events import ChangeReported
 from colcon_yamllaunch.terminal.full_screen.launch_screen import (
     LaunchApp,
     LaunchScreen,
@@ -305,12 +305,12 @@ def test_only_shown_output_is_read_after_a_gap() -> None:
         return [more['processes'] for more in asked]
 
     async def act(shown: Shown) -> None:
-        launch.emit(Missed(0, 1 << 20))
+        launch.emit(LostData(0, 1 << 20))
         await shown.shows('1.0 MiB not shown')
         await shown.types('o')
         await shown.shows('only kitchen')
         assert wanted() == []
-        launch.emit(Missed(0, 1 << 20))
+        launch.emit(LostData(0, 1 << 20))
         await shown.until(lambda: wanted() == [['kitchen']])
         await shown.shows('of what is not shown, nothing is read')
         await shown.types('m')
@@ -369,7 +369,9 @@ def test_errors_of_a_build_can_be_shown_again() -> None:
         await shown.shows('no build has failed')
         text = 'pump.cpp changed: the build failed'
         errors = [text, 'pump.cpp:39:1: error']
-        launch.state.apply(Watched(text, failed=True, details=errors[1]))
+        launch.state.apply(
+            ChangeReported(text, failed=True, details=errors[1])
+        )
         launch.emit(happened('watched', text=text, errors=errors))
         launch.emit(happened('watched', text='b.py changed: restarted b'))
         await shown.shows('restarted b')

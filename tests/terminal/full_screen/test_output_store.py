@@ -5,7 +5,7 @@
 
 from collections.abc import Iterable
 
-from colcon_yamllaunch.control.subscription import Wrote
+from colcon_yamllaunch.control.subscription import ReceivedOutput
 from colcon_yamllaunch.observers.log_levels import Level
 from colcon_yamllaunch.terminal.full_screen import output_store
 from colcon_yamllaunch.terminal.full_screen.widgets import RowIndex
@@ -17,8 +17,8 @@ def texts(lines: Iterable[output_store.Line]) -> list[str]:
     return [line.text for line in lines]
 
 
-def raw(data: bytes, stream: str = 'stdout') -> Wrote:
-    return Wrote('a', stream, data, 1.0)
+def raw(data: bytes, stream: str = 'stdout') -> ReceivedOutput:
+    return ReceivedOutput('a', stream, data, 1.0)
 
 
 def test_lines_of_all_processes_are_in_order() -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 from colcon_yamllaunch.observers import log_store
-from colcon_yamllaunch.observers.log_files import LogFile, Quota
+from colcon_yamllaunch.observers.log_files import LogFile, LogQuota
 from colcon_yamllaunch.observers.log_store import INDEX_NAME, LogStore
 from colcon_yamllaunch.verb.environment_variables import KEPT_LOG_FOLDERS
 from colcon_yamllaunch.verb.log_folders import locked, log_store_of
@@ -194,7 +194,7 @@ def test_a_launch_that_writes_much_keeps_to_the_limit_of_all(
     folder = make(NEWEST)
     store = store_of(folder, total='12MB')
     told: list[str] = []
-    quota = Quota(None, 1, told.append, store.allowed)
+    quota = LogQuota(None, 1, told.append, store.allowed)
     file = LogFile(folder / 'launch.log', quota)
     for _ in range(200):
         file.write(b'x' * 99_999 + b'\n')

@@ -17,7 +17,7 @@ from colcon_yamllaunch.remote import launch_machine
 from colcon_yamllaunch.remote.deployment.deployment import (
     Deployment,
     Machine,
-    Rule,
+    PlacementRule,
 )
 from colcon_yamllaunch.verb.machines import Machines
 from colcon_yamllaunch.verb.options import LaunchOptions
@@ -106,7 +106,7 @@ class Context(SimpleNamespace):
             ),
             reported=[],
         )
-        rules = tuple(Rule(name, AT, name) for name in MACHINES)
+        rules = tuple(PlacementRule(name, AT, name) for name in MACHINES)
         self.plan = plan
         self.is_growing = is_growing
         self.machines = Machines(self, Deployment(MACHINES, rules))
