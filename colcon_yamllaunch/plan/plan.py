@@ -122,7 +122,7 @@ class Block:
 
 
 @dataclass(frozen=True, slots=True)
-class Condition:
+class EvaluatedCondition:
     """
     A condition that was evaluated.
 
@@ -387,7 +387,7 @@ class Plan:
 
     entries: tuple[Entry, ...] = ()
     blocks: tuple[Block, ...] = ()
-    conditions: tuple[Condition, ...] = ()
+    conditions: tuple[EvaluatedCondition, ...] = ()
     left_open: tuple[str, ...] = ()
     handlers: tuple[EventHandler, ...] = ()
 

@@ -21,7 +21,7 @@ from colcon_yamllaunch.language.evaluation.findings import (
     PluginUse,
     ProgramUse,
 )
-from colcon_yamllaunch.language.evaluation.scope import LeftOpen, Place
+from colcon_yamllaunch.language.evaluation.scope import LeftOpen, ValuePlace
 from colcon_yamllaunch.language.policies.evaluate import evaluate, Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic, Severity
 from colcon_yamllaunch.plan.plan import Plan, Process
@@ -430,7 +430,7 @@ def missing_programs(
         if shutil.which(file, path=path) or locator.owner(file):
             continue
         use = uses.get(process.ros_name)
-        place = use.place if use else Place(process.position, 1, ())
+        place = use.place if use else ValuePlace(process.position, 1, ())
         where = '' if '/' in name else ' on the PATH'
         yield Diagnostic(
             severity,

@@ -16,8 +16,8 @@ from colcon_yamllaunch.plan.plan import (
     Block,
     ChangeState,
     Component,
-    Condition,
     Entry,
+    EvaluatedCondition,
     EventHandler,
     Message,
     ParameterFile,
@@ -77,7 +77,7 @@ PLAN = Plan(
         Block('file', '/ws/demo.yaml', HERE, None),
         Block('group', 'namespace /left', HERE, 0),
     ),
-    (Condition('if: $(var "x")', True, HERE),),
+    (EvaluatedCondition('if: $(var "x")', True, HERE),),
 )
 
 SIMPLE = {

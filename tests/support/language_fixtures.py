@@ -9,7 +9,7 @@ import os
 from pathlib import Path
 
 from colcon_yamllaunch.language.evaluation.request import Request
-from colcon_yamllaunch.language.evaluation.scope import Place
+from colcon_yamllaunch.language.evaluation.scope import ValuePlace
 from colcon_yamllaunch.language.policies.check import check
 from colcon_yamllaunch.language.policies.evaluate import evaluate, Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
@@ -89,7 +89,7 @@ class Marked:
             len(inside) if end else None,
         )
 
-    def check(self, diagnostic: Diagnostic | Place) -> None:
+    def check(self, diagnostic: Diagnostic | ValuePlace) -> None:
         position = diagnostic.position
         assert position is not None, diagnostic
         place = (position.line, position.column)

@@ -13,7 +13,7 @@ from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.findings import SectionUse
-from colcon_yamllaunch.language.evaluation.scope import Place, Value
+from colcon_yamllaunch.language.evaluation.scope import Value, ValuePlace
 from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.syntax.diagnostics import (
     Diagnostic,
@@ -353,7 +353,12 @@ def note_sections_of_scope(walk: Walk, node: Value | None) -> None:
 
 
 def note_sections(
-    walk: Walk, path: str, place: Place, node: Value | None, *, is_own: bool
+    walk: Walk,
+    path: str,
+    place: ValuePlace,
+    node: Value | None,
+    *,
+    is_own: bool,
 ) -> None:
     """
     Record that a node gets a parameter file; see :class:`SectionUse`.

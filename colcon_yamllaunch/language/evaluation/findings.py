@@ -8,7 +8,7 @@ import os
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.language.evaluation.scope import Guard, Place
+from colcon_yamllaunch.language.evaluation.scope import Guard, ValuePlace
 from colcon_yamllaunch.language.syntax.diagnostics import (
     Diagnostic,
     error,
@@ -74,7 +74,7 @@ class ProgramUse:
       installed
     """
 
-    place: Place
+    place: ValuePlace
     hint: str | None
 
 
@@ -111,7 +111,7 @@ class SectionUse:
     path: str
     sections: 'tuple[Section, ...]'
     node: str | None
-    place: Place
+    place: ValuePlace
     is_own: bool
 
 
@@ -192,7 +192,7 @@ class Findings:
         self.programs: dict[str, ProgramUse] = {}
         #: The containers that components are loaded into, and where a launch
         #: file names them.
-        self.targets: list[tuple[str, Place]] = []
+        self.targets: list[tuple[str, ValuePlace]] = []
         #: Whether there may be nodes whose names are not known.
         self.may_have_others = False
         self.section_uses: list[SectionUse] = []
@@ -249,7 +249,7 @@ class Findings:
 
     def fail_at(
         self,
-        place: Place,
+        place: ValuePlace,
         message: str,
         hint: str,
         origins: tuple[Position, ...] = (),
@@ -263,14 +263,16 @@ class Findings:
             problem = problem.as_warning()
         self.diagnostics.extend(problem.diagnostics)
 
-    def warn_at(self, place: Place, message: str, hint: str | None) -> None:
+    def warn_at(
+        self, place: ValuePlace, message: str, hint: str | None
+    ) -> None:
         """Note a warning at a place in a launch file that may be closed."""
         problem = error(message, place, hint=hint).as_warning()
         self.report(problem.included_from(*place.includes))
 
-    def place_of(self, at: Span) -> Place:
+    def place_of(self, at: Span) -> ValuePlace:
         """Return a place in the open launch file, for later."""
-        return Place(at.position, at.length, self.includes)
+        return ValuePlace(at.position, at.length, self.includes)
 
     def report(self, problem: LaunchError) -> None:
         """Note a problem, unless it is known."""

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 
 from colcon_yamllaunch.plan.labels import with_labels
-from colcon_yamllaunch.plan.plan import Block, Condition, Entry, Plan
+from colcon_yamllaunch.plan.plan import Block, Entry, EvaluatedCondition, Plan
 from colcon_yamllaunch.plan.position import Position
 
 
@@ -17,7 +17,7 @@ class PlanDraft:
 
     def __init__(self) -> None:
         self.entries: list[Entry] = []
-        self.conditions: list[Condition] = []
+        self.conditions: list[EvaluatedCondition] = []
         #: All blocks so far.
         self.blocks: list[Block] = []
         self._open_blocks: list[int] = []

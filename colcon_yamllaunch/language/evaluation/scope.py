@@ -43,7 +43,7 @@ class LeftOpen(str):
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class ValuePlace:
     """
     Where a launch file writes a value.
 
@@ -75,7 +75,7 @@ class Value(NamedTuple):
     key: str
     sources: frozenset[str] = _NO_SOURCES
     origins: tuple[Position, ...] = ()
-    place: Place | None = None
+    place: ValuePlace | None = None
 
     @property
     def is_sure(self) -> bool:

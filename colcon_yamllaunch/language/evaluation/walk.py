@@ -37,11 +37,11 @@ from colcon_yamllaunch.language.evaluation.scope import (
     Guard,
     known,
     LeftOpen,
-    Place,
     Scope,
     unknown,
     UNSET,
     Value,
+    ValuePlace,
 )
 from colcon_yamllaunch.language.syntax.diagnostics import error, LaunchError
 from colcon_yamllaunch.language.syntax.launch_tree import (
@@ -51,7 +51,7 @@ from colcon_yamllaunch.language.syntax.launch_tree import (
 )
 from colcon_yamllaunch.language.syntax.source_text import Source
 from colcon_yamllaunch.language.syntax.text import Template, Text
-from colcon_yamllaunch.plan.plan import Condition
+from colcon_yamllaunch.plan.plan import EvaluatedCondition
 from colcon_yamllaunch.plan.position import Position, Span
 
 if TYPE_CHECKING:
@@ -119,7 +119,7 @@ class Walk(Findings):
         #: The launch configurations that are read.
         self.read: set[str] = set()
         #: Where the files with parameters of scopes are named.
-        self.file_places: dict[str, Place] = {}
+        self.file_places: dict[str, ValuePlace] = {}
         #: The files with parameters that were read, by their paths.
         self.parameter_sections: dict[str, ParameterSections] = {}
         #: The substitutions that were left open, as they are written.
@@ -613,7 +613,9 @@ class Walk(Findings):
         if word in ('true', '1', 'false', '0'):
             is_taken = (word in ('true', '1')) is wanted
             self.draft.conditions.append(
-                Condition(f'{name}: {text.plain}', is_taken, text.position)
+                EvaluatedCondition(
+                    f'{name}: {text.plain}', is_taken, text.position
+                )
             )
             return Guard(value.key, wanted, value.sources, is_taken)
         if self.is_left_open(value):

@@ -33,8 +33,8 @@ from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.evaluation.scope import (
     AlreadyReportedError,
     Guard,
-    Place,
     Value,
+    ValuePlace,
 )
 from colcon_yamllaunch.language.evaluation.walk import PYTHON_SUFFIX, Walk
 from colcon_yamllaunch.language.policies.cross_checks import (
@@ -406,7 +406,7 @@ class _Check(Walk):
             return
         is_certain = include.conditions == self._conditions
         self.fail_at(
-            Place(text.position, text.length, self.includes[1:]),
+            ValuePlace(text.position, text.length, self.includes[1:]),
             f"'{os.path.basename(include.path)}' requires the launch argument "
             f"'{name}', which is not passed",
             f'pass it: arg: [{{name: {name}, value: …}}]',

@@ -41,8 +41,8 @@ from colcon_yamllaunch.language.vocabulary.parameter import Parameter
 from colcon_yamllaunch.plan.plan import (
     ChangeState,
     Component,
-    Condition,
     Entry,
+    EvaluatedCondition,
     EventHandler,
     Message,
     OUTPUT_MODES,
@@ -420,7 +420,7 @@ class Intake:
 
     def _on_condition(self, message: WorkerMessage) -> None:
         self._walk.draft.conditions.append(
-            Condition(
+            EvaluatedCondition(
                 message['text'],
                 message['taken'] is True,
                 self._position,

@@ -13,7 +13,7 @@ from colcon_yamllaunch.plan.plan import (
     Block,
     ChangeState,
     Component,
-    Condition,
+    EvaluatedCondition,
     ParameterFile,
     Process,
     SetParameter,
@@ -146,7 +146,7 @@ def test_blocks_timers_and_the_rest(played: Played) -> None:
     _, _, group, after = plan.blocks
     assert (late.block, after.kind, after.title) == (3, 'timer', '2.5 s')
     assert (group.title, after.parent) == ('namespace /a', 2)
-    assert plan.conditions == (Condition('x', True, place),)
+    assert plan.conditions == (EvaluatedCondition('x', True, place),)
     assert state == ChangeState('/n', 'configure', place)
     assert sign == SignalProcess('talker-1', 2, place)
     assert component == Component(
