@@ -201,7 +201,7 @@ def _parameter(parameter: SetParameter) -> Parameter:
 def _within(
     index: int | None, blocks: Sequence[Block]
 ) -> tuple[EnclosingBlock, ...]:
-    """Return what a part of the plan stands in, the outermost first."""
+    """Return the blocks around a member, the outermost first."""
     found = []
     # what a change of the plan drops may have the index of a former one
     while index is not None and index < len(blocks):
@@ -215,7 +215,7 @@ def _within(
 @mutable
 class Branch:
     """
-    A part of the tree.
+    A node of the tree of a plan.
 
     :param kind: `file`, `group`, `timer`, `process` or `component`
     :param title: What to call it: a path, a namespace, a time, a label; it
@@ -249,7 +249,7 @@ def plan_tree(
     components: Iterable[tuple[Component, Process | None]],
 ) -> tuple[Branch, ...]:
     """
-    Return what stands in no other part, with all that stands in that.
+    Return the outermost branches, with all that stands in them.
 
     :param blocks: The launch files, groups and timers of the plan, outer ones
       first

@@ -59,7 +59,7 @@ LOOK_SHARE = 0.05
 FOREGROUND_INTERVAL = 0.5
 #: The share of the lines of a terminal that the block takes at most, as one
 #: divided by this.
-PART = 3
+BLOCK_DIVISOR = 3
 #: Seconds between two checks whether a process reads lines or keys.
 MODES_INTERVAL = 0.25
 #: Bytes that are shown of a line that may still change.
@@ -400,7 +400,7 @@ class TerminalSession:
         size = size_of(self._descriptor)
         style = status_block.Style(
             size.columns,
-            min(status_block.MAXIMUM_LINES, size.lines // PART),
+            min(status_block.MAXIMUM_LINES, size.lines // BLOCK_DIVISOR),
             self._display.color,
             self._display.is_ascii,
             size.lines,
