@@ -34,6 +34,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from typing import TypeAlias
 
 from colcon_yamllaunch.plan.plan import Plan, Process
 from colcon_yamllaunch.plan.position import Position
@@ -62,10 +63,32 @@ PATIENCE = 120.0
 #: Seconds that processes get to be really up after they were started.
 SETTLING = 1.0
 MARK = 'RUNTIME_BENCHMARK'
+#: The command lines of processes.
+Commands: TypeAlias = list[tuple[str, ...]]
+#: The word of a command that stands for the launch file.
+FILE = '{file}'
 
 SLEEP = ('sleep', '1000')
 IGNORING = ('sh', '-c', 'trap "" INT; exec sleep 1000')
 DAEMON = ('sh', '-c', 'setsid sleep 1000 & exec sleep 1000')
+
+
+def launch_file(commands: Commands) -> str:
+    """Return a launch file that starts `commands`."""
+    actions = []
+    for number, command in enumerate(commands):
+        words = ' '.join(f"'{w}'" if ' ' in w else w for w in command)
+        actions.append(
+            {
+                'executable': {
+                    'cmd': words,
+                    'name': f'p{number}',
+                    'output': 'both',
+                }
+            }
+        )
+    # JSON is YAML, too
+    return json.dumps({'launch': actions})
 
 
 @dataclass(frozen=True)
@@ -73,11 +96,13 @@ class Launcher:
     """
     A command that runs a launch file.
 
-    :param command: The command, to which the launch file is added
+    :param command: The command, with FILE for the launch file
     :param started: What its line about a process that was started contains
     :param finished: The same for one that ended well
     :param less: How many times fewer lines it is given
     :param engine: Whether its engine can be measured alone
+    :param file: The name of the launch file
+    :param write: Returns the text of the launch file, from the command lines
     """
 
     command: tuple[str, ...]
@@ -85,6 +110,8 @@ class Launcher:
     finished: bytes
     less: int = 1
     engine: bool = False
+    file: str = 'benchmark.yaml'
+    write: Callable[[Commands], str] = launch_file
 
 
 @dataclass(frozen=True)
@@ -116,14 +143,16 @@ class Running:
         self,
         launcher: Launcher,
         folder: Path,
-        commands: list[tuple[str, ...]],
+        commands: Commands,
         screen: str = 'terminal',
     ) -> None:
         self._launcher = launcher
         self._mark = f'{MARK}={folder}'.encode()
-        file = folder / 'benchmark.yaml'
-        file.write_text(_launch_file(commands), encoding='utf-8')
-        arguments = [*launcher.command, str(file)]
+        file = folder / launcher.file
+        file.write_text(launcher.write(commands), encoding='utf-8')
+        arguments = [
+            str(file) if word == FILE else word for word in launcher.command
+        ]
         environment = {
             **os.environ,
             MARK: str(folder),
@@ -165,21 +194,25 @@ class Running:
 
     def left(self) -> list[int]:
         """Return what still runs, the launcher included but not its guard."""
-        return [p for p in _processes() if self._mark in _environment(p)]
+        return [p for p in processes() if self._mark in _environment(p)]
 
-    def guards(self) -> list[int]:
-        """Return the guard, if there is one."""
+    def guards(self, launcher: int = 0) -> list[int]:
+        """
+        Return the guard, if there is one.
+
+        :param launcher: The launcher, if it is not the process itself
+        """
         return [
             p
-            for p in _processes()
-            if b'engine.guard' in _read(p, 'environ')
-            and _parent(p) == self.pid
+            for p in processes()
+            if b'engine.guard' in read_proc(p, 'environ')
+            and parent(p) == (launcher or self.pid)
         ]
 
     def memory(self) -> tuple[float, float]:
         """Return the MiB of the launcher, and those of its guard."""
-        own = _proportional_size(self.pid)
-        return own, sum(map(_proportional_size, self.guards()))
+        own = proportional_size(self.pid)
+        return own, sum(map(proportional_size, self.guards()))
 
     def clean_up(self) -> None:
         """Leave nothing running."""
@@ -205,7 +238,7 @@ class Running:
 @contextmanager
 def running(
     launcher: Launcher,
-    commands: list[tuple[str, ...]],
+    commands: Commands,
     screen: str = 'terminal',
 ) -> Iterator[Running]:
     """Have a launch run."""
@@ -331,7 +364,7 @@ def left_by_killed(launcher: Launcher) -> str:
         before = one.left() + guards
         os.kill(one.pid, signal.SIGKILL)
         time.sleep(KILLED_SECONDS)
-        left = one.left() + [p for p in guards if _read(p, 'cmdline')]
+        left = one.left() + [p for p in guards if read_proc(p, 'cmdline')]
         return f'{len(left)} of {len(before) - 1}'
 
 
@@ -456,6 +489,7 @@ def _colcon(*options: str) -> Launcher:
             # a line for each start instead of a table
             '--verbose',
             *options,
+            FILE,
         ),
         b': started, pid',
         b': finished after',
@@ -467,7 +501,7 @@ def _ros2() -> Launcher | None:
     if shutil.which('ros2') is None:
         return None
     return Launcher(
-        ('ros2', 'launch'),
+        ('ros2', 'launch', FILE),
         b'process started with pid',
         b'process has finished cleanly',
         less=LESS_LINES,
@@ -477,23 +511,6 @@ def _ros2() -> Launcher | None:
 def _columns(*texts: str) -> str:
     what, ours, theirs, target = texts
     return f'{what:<42}{ours:<32}{theirs:<32}{target}'
-
-
-def _launch_file(commands: list[tuple[str, ...]]) -> str:
-    actions = []
-    for number, command in enumerate(commands):
-        words = ' '.join(f"'{w}'" if ' ' in w else w for w in command)
-        actions.append(
-            {
-                'executable': {
-                    'cmd': words,
-                    'name': f'p{number}',
-                    'output': 'both',
-                }
-            }
-        )
-    # JSON is YAML, too
-    return json.dumps({'launch': actions})
 
 
 def _redirect(screen: str, folder: Path) -> None:
@@ -529,11 +546,13 @@ def _bare_start(count: int) -> float:
     return seconds
 
 
-def _processes() -> list[int]:
+def processes() -> list[int]:
+    """Return the ids of all processes."""
     return [int(n) for n in os.listdir('/proc') if n.isdigit()]
 
 
-def _read(pid: int, name: str) -> bytes:
+def read_proc(pid: int, name: str) -> bytes:
+    """Return a file of `/proc/PID`; nothing if the process has ended."""
     try:
         return Path(f'/proc/{pid}/{name}').read_bytes()
     except OSError:
@@ -541,21 +560,24 @@ def _read(pid: int, name: str) -> bytes:
 
 
 def _environment(pid: int) -> list[bytes]:
-    return _read(pid, 'environ').split(b'\0')
+    return read_proc(pid, 'environ').split(b'\0')
 
 
-def _parent(pid: int) -> int:
-    fields = _read(pid, 'stat').rpartition(b') ')[2].split()
+def parent(pid: int) -> int:
+    """Return the parent of a process; 0 if the process has ended."""
+    fields = read_proc(pid, 'stat').rpartition(b') ')[2].split()
     return int(fields[1]) if fields else 0
 
 
 def _cpu_seconds(pid: int) -> float:
-    return int(_read(pid, 'schedstat').split()[0]) / 1e9
+    return int(read_proc(pid, 'schedstat').split()[0]) / 1e9
 
 
-def _proportional_size(pid: int) -> float:
+def proportional_size(pid: int) -> float:
+    """Return the MiB of memory of a process (PSS)."""
     return (
-        int(_read(pid, 'smaps_rollup').partition(b'Pss:')[2].split()[0]) / 1024
+        int(read_proc(pid, 'smaps_rollup').partition(b'Pss:')[2].split()[0])
+        / 1024
     )
 
 
