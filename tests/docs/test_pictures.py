@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""The pictures of the documentation, which `tools/pictures.py` makes."""
+"""The pictures of the documentation, which programs make."""
 
 from pathlib import Path
 import re
