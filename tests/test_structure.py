@@ -26,8 +26,17 @@ ALLOWED = {
     'python_launch': CORE | {'engine', 'language'},
     'terminal': CORE | {'engine', 'observers', 'control'},
     'run': CORE | {'engine', 'observers', 'control', 'terminal'},
+    'deployment': CORE | {'control', 'language'},
     'remote': CORE
-    | {'engine', 'observers', 'control', 'language', 'workspace', 'run'},
+    | {
+        'deployment',
+        'engine',
+        'observers',
+        'control',
+        'language',
+        'workspace',
+        'run',
+    },
     'watch': CORE | {'engine', 'language', 'workspace'},
     'sweep': CORE | {'engine', 'observers', 'run'},
 }

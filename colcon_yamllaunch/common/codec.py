@@ -126,6 +126,8 @@ class Codec:
             return self._object_writer(hint)
         if origin in _UNIONS:
             return self._union_writer(arguments)
+        if origin is typing.Literal:
+            return _same
         if origin is frozenset:
             return sorted
         if items := _item_types(hint):

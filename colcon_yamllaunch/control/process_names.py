@@ -11,7 +11,7 @@ import re
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.engine.state import ComponentState, MemberState
 from colcon_yamllaunch.plan.labels import MACHINE_SEPARATOR
-from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import Component, Member
 
 _SCRIPTS = ('.py', '.sh')
 _NUMBER = re.compile(r'-\d+$')
@@ -37,13 +37,16 @@ class ProcessNames:
     node: str | None
 
     @classmethod
-    def of_plan(cls, process: Process) -> 'ProcessNames':
-        """Return the names of a process of a plan."""
+    def of_plan(cls, member: Member) -> 'ProcessNames':
+        """Return the names of a process or component of a plan."""
+        if isinstance(member, Component):
+            label = member.label
+            return cls(label, label, member.plugin, member.node_name)
         return cls(
-            process.label,
-            process.ros_name,
-            os.path.basename(str(process.argv[0])),
-            process.node_name,
+            member.label,
+            member.ros_name,
+            os.path.basename(str(member.argv[0])),
+            member.node_name,
         )
 
     @classmethod

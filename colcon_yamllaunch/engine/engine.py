@@ -564,6 +564,40 @@ class Engine:
         self.guard_group(group, number)
         return group
 
+    def run_command(
+        self,
+        argv: Sequence[str],
+        process: Process,
+        ended: Callable[[int], object],
+    ) -> int:
+        """
+        Run a command beside a process, in its environment and folder.
+
+        Nobody sees its output.
+
+        :param ended: Is called with its exit code, or minus the number of the
+          signal that ended it
+        :returns: its process group
+        :raises StartError: when it cannot be started
+        """
+        number = self.supervisor.client_number
+        null = os.open(os.devnull, os.O_RDWR | os.O_CLOEXEC)
+        try:
+            group = self.starter.start_helper(
+                number,
+                list(argv),
+                self.starter.environment_of(process),
+                process.cwd,
+                (null, null, null),
+            )
+        finally:
+            os.close(null)
+        self.guard_group(group, number)
+        self.loop.add_child(
+            group, lambda status: ended(os.waitstatus_to_exitcode(status))
+        )
+        return group
+
     def _await_ros(self, ros: 'RosLink') -> None:
         """
         Wait until it is known what the environment has.

@@ -20,6 +20,7 @@ from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.outcome import ending_of, Outcome, signal_name
 from colcon_yamllaunch.plan.plan import Component, Member, Process
 from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.plan.settings import BeyondLimit, OnTimeout
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.engine.state import LaunchState
@@ -249,6 +250,140 @@ class Suspended(Event):
         return (
             f'{label}: held by {signal_name(self.signal)}; '
             f'to let it go on: kill -CONT -- -{self.pid}',
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Waiting(Event):
+    """
+    A member starts once others are ready.
+
+    :param labels: The labels of those
+    """
+
+    member: Member
+    labels: tuple[str, ...]
+
+    name = 'waiting'
+
+
+@dataclass(frozen=True, slots=True)
+class Ready(Event):
+    """
+    A member is ready, as its settings define that.
+
+    :param seconds: How long after its start
+    """
+
+    member: Member
+    seconds: float
+
+    name = 'ready'
+
+    def lines(self) -> tuple[str, ...]:
+        settings = self.member.settings
+        if settings is None or not settings.ready:
+            # that it has started says as much
+            return ()
+        return (f'{self.member.label}: ready after {self.seconds:.1f} s',)
+
+
+@dataclass(frozen=True, slots=True)
+class NotReady(Event):
+    """
+    A member is not ready in time, or ended before it was.
+
+    :param conditions: What does not hold, each as a part of a sentence; empty
+      if it ended
+    :param action: What follows for those that wait for it
+    :param seconds: How long after its start
+    :param found: What there is instead, as a part of a sentence; or empty
+    :param waiting: The labels of those that wait for it
+    """
+
+    member: Member
+    conditions: tuple[str, ...]
+    action: OnTimeout
+    seconds: float
+    found: str = ''
+    waiting: tuple[str, ...] = ()
+
+    name = 'not_ready'
+
+    @property
+    def severity(self) -> str:
+        return 'ERROR' if self.action == 'fail' else 'WARNING'
+
+    @property
+    def text(self) -> str:
+        """What is wrong, in one line without the label."""
+        if not self.conditions:
+            return f'ended after {self.seconds:.1f} s, before it was ready'
+        found = f' ({self.found})' if self.found else ''
+        return (
+            f'not ready after {self.seconds:.1f} s: waiting for '
+            f'{" and ".join(self.conditions)}{found}'
+        )
+
+    def lines(self) -> tuple[str, ...]:
+        if not self.waiting or self.action == 'fail':
+            return (f'{self.member.label}: {self.text}',)
+        are = 'is' if len(self.waiting) == 1 else 'are'
+        how = 'started all the same' if self.action == 'start' else 'held back'
+        after = f'{listed(self.waiting)} {are} {how}'
+        return (f'{self.member.label}: {self.text}; {after}',)
+
+
+@dataclass(frozen=True, slots=True)
+class NotStarted(Event):
+    """
+    A member is never started, as what it waits for does not become ready.
+
+    :param labels: The labels of what is not ready
+    """
+
+    member: Member
+    labels: tuple[str, ...]
+
+    name = 'not_started'
+    severity = 'ERROR'
+
+    @property
+    def text(self) -> str:
+        """What is wrong, in one line."""
+        return (
+            f'{self.member.label}: not started, as it waits for '
+            f'{listed(self.labels)}'
+        )
+
+    def lines(self) -> tuple[str, ...]:
+        return (self.text,)
+
+
+@dataclass(frozen=True, slots=True)
+class RestartLimit(Event):
+    """
+    A process ended more often than its settings allow.
+
+    :param restarts: How often it was started again
+    :param window: Within how many seconds; None for the whole launch
+    :param beyond: Whether the launch ends because of that
+    """
+
+    process: Process
+    restarts: int
+    window: float | None
+    beyond: BeyondLimit
+
+    name = 'restart_limit'
+    severity = 'ERROR'
+
+    def lines(self) -> tuple[str, ...]:
+        within = '' if self.window is None else f' within {self.window:g} s'
+        many = 's' * (self.restarts != 1)
+        return (
+            f'{self.process.label}: not started again, after '
+            f'{self.restarts} restart{many}{within}',
         )
 
 
@@ -1059,6 +1194,13 @@ def member_of(event: Event) -> Member | None:
         if member is not None:
             return member
     return None
+
+
+def is_optional(event: Event) -> bool:
+    """Return whether an event is about a member whose failure is none."""
+    member = member_of(event)
+    settings = None if member is None else member.settings
+    return settings is not None and settings.optional
 
 
 def _starts_again(delay: float | None) -> str:

@@ -69,6 +69,8 @@ class ExitConditions:
 
     def handle(self, event: events.Event) -> None:
         """Handle an event."""
+        if events.is_optional(event):
+            return
         match event:
             case events.Output():
                 if self._unseen and not self._timed_out:

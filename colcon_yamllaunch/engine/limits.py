@@ -150,6 +150,16 @@ TRIED_INTERPRETERS = 4
 #: Seconds that an interpreter gets to say which modules it does not find.
 INTERPRETER_TIMEOUT = 5.0
 
+#: Seconds that the processes of other machines may take to stop before those
+#: that they waited for are stopped here.
+STOP_STAGE_TIMEOUT = 15.0
+#: Seconds between two looks whether a port or file is there for which a
+#: process counts as ready.
+READY_POLL_DELAY = 0.1
+#: Seconds from the end of a command that says whether a process is ready to
+#: its next start.
+READY_COMMAND_DELAY = 1.0
+
 #: Bytes of the latest events, and of the latest output, that are kept in
 #: memory for clients of the control socket, and pieces of output at most.
 EVENT_BACKLOG_BYTES = 512 * 1024

@@ -28,6 +28,7 @@ from colcon_yamllaunch.engine.outcome import (
     STOP_SIGNALS,
 )
 from colcon_yamllaunch.plan.plan import (
+    AfterReady,
     Component,
     Entry,
     Member,
@@ -114,6 +115,9 @@ class CommonState:
       changed last; 0 while it has only started
     :param version: The version of the launch state in which it changed last
     :param is_kept_stopped: Whether it was stopped on request
+    :param is_ready: Whether it is ready, if the launch knows that
+    :param waits_for: The labels of what must be ready before it starts; empty
+      once it may start
 
     The other ones are for :meth:`LaunchState.apply` only.
     """
@@ -134,12 +138,16 @@ class CommonState:
     turn: int = 0
     version: int = 0
     is_kept_stopped: bool = False
+    is_ready: bool = False
+    waits_for: tuple[str, ...] = ()
     # when its phase began, by the clock of the state
     since: float = 0.0
     # whether its turn comes without a timer
     is_due: bool = True
     # whether it was started or loaded before
     is_begun: bool = False
+    # whether those that wait for it start although it is not ready
+    is_given_up: bool = False
     # whether it ended as a failure, or on request
     has_failed: bool = False
     was_asked: bool = False
@@ -259,6 +267,13 @@ class LaunchState:
     :param gone: By name, why machines are gone
     :param lost: The processes that were lost with them
     :param left_behind: Processes that cannot be ended
+    :param after: For each member the labels that it waits for; empty if it
+      is not known which members are ready
+    :param ready_elsewhere: The labels of members that are ready, of those
+      that are not known here, as this is a part of a launch
+    :param running_elsewhere: The labels of those that run, likewise
+    :param readiness_version: Grows whenever a member becomes ready, or does
+      not have to be any more
     :param verdicts: What came of its exit conditions; set by `Ended`
     :param exit_code: What the launcher exits with, None until it ends
     :param version: Grows whenever something that is shown changes
@@ -293,6 +308,10 @@ class LaunchState:
     left_behind: dict[tuple[str, int], events.LeftBehind] = field(
         default_factory=dict
     )
+    after: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    ready_elsewhere: frozenset[str] = frozenset()
+    running_elsewhere: frozenset[str] = frozenset()
+    readiness_version: int = 0
     verdicts: tuple[events.Verdict, ...] = ()
     exit_code: int | None = None
     version: int = 0
@@ -362,6 +381,34 @@ class LaunchState:
         member = self.by_label.get(label)
         return member if isinstance(member, ProcessState) else None
 
+    def missing_of(self, labels: Iterable[str]) -> tuple[str, ...]:
+        """Return those of some labels that must still become ready."""
+        return tuple(label for label in labels if not self._is_past(label))
+
+    def _is_past(self, label: str) -> bool:
+        """Return whether nothing has to wait for a label any more."""
+        member = self.by_label.get(label)
+        if member is None:
+            return label in self.ready_elsewhere
+        return member.is_ready or member.is_given_up
+
+    @property
+    def has_readiness(self) -> bool:
+        """Whether it is known which members are ready."""
+        return bool(self.after)
+
+    def runs(self, label: str) -> bool:
+        """Return whether a process runs, as far as that is known."""
+        member = self.by_label.get(label)
+        if member is None:
+            return label in self.running_elsewhere
+        machine = self.machines.get(member.machine or '')
+        return (
+            isinstance(member, ProcessState)
+            and member.pid is not None
+            and (machine is None or machine.link == 'up')
+        )
+
     def seconds_of(self, member: MemberState) -> float:
         """Return for how long a process runs or has ended; see `seconds`."""
         if member.phase == 'waiting' and isinstance(member, ProcessState):
@@ -402,13 +449,21 @@ class LaunchState:
         :param is_due: Whether their turn comes without a timer
         """
         for entry in entries:
-            if isinstance(entry, Timer):
+            if isinstance(entry, Timer | AfterReady):
                 self.expect(entry.entries, is_due=False)
             elif isinstance(entry, Member):
                 self._expect_member(entry, is_due=is_due)
         self._find_containers()
         self._touch_all()
         self.version = self.order_version
+
+    def note_elsewhere(
+        self, ready: Iterable[str], running: Iterable[str]
+    ) -> None:
+        """Note which members that are not known here are ready, or run."""
+        self.ready_elsewhere = frozenset(ready)
+        self.running_elsewhere = frozenset(running)
+        self.readiness_version += 1
 
     def add_machines(self, names: Iterable[str]) -> None:
         """Add machines that parts of the launch run on."""
@@ -421,7 +476,8 @@ class LaunchState:
             return
         planned = events.member_of(event)
         label = '' if planned is None else planned.label
-        self._note_failure(label, event)
+        if not events.is_optional(event):
+            self._note_failure(label, event)
         member = self.by_label.get(label)
         if member is not None and self._apply_to_member(member, event):
             self._show(member)
@@ -486,6 +542,13 @@ class LaunchState:
         match event:
             case events.Planned():
                 self.expect(event.members)
+                if self.has_readiness:
+                    # few launches have an order
+                    from colcon_yamllaunch.plan.start_order import (
+                        dependencies_of,
+                    )
+
+                    self.after |= dependencies_of(event.members)
             case events.ShuttingDown():
                 self._shut_down(event.reason)
             case events.StillRunning():
@@ -624,6 +687,13 @@ class LaunchState:
                 self.left_behind[label, event.pid] = event
             case events.RosLost():
                 self.problems.append(event.reason)
+            case events.NotReady(action='fail'):
+                self.problems.append(f'{label}: {event.text}')
+            case events.RestartLimit(beyond='fail'):
+                # one that ended well failed to stay
+                self.problems.append(event.lines()[0])
+            case events.NotStarted():
+                self.problems.append(event.text)
             case events.WorkerLost():
                 self.problems.append(event.text)
             case events.PlanFailed():
@@ -654,6 +724,15 @@ class LaunchState:
                 member.failure = event.transition
             case events.MemberChanged():
                 self._change_member(member, event)
+            case events.Waiting():
+                member.waits_for = event.labels
+            case events.Ready():
+                member.is_ready, member.is_given_up = True, False
+                self.readiness_version += 1
+            case events.NotReady():
+                if event.action == 'start':
+                    member.is_given_up = True
+                    self.readiness_version += 1
             case _ if isinstance(member, ComponentState):
                 return self._apply_to_component(member, event)
             case _:
@@ -697,6 +776,8 @@ class LaunchState:
     def _begin(self, member: MemberState) -> None:
         """Apply that a member is started or loaded."""
         member.restarts += member.is_begun
+        member.waits_for = ()
+        member.is_ready = member.is_given_up = False
         member.is_begun = True
         member.ending = ''
         member.has_failed = member.was_asked = member.is_kept_stopped = False
@@ -718,6 +799,8 @@ class LaunchState:
     def _exit(self, process: ProcessState, event: events.Exited) -> None:
         process.run_seconds += event.seconds
         process.has_failed = event.failed
+        # one that has done its work stays ready
+        process.is_ready &= event.outcome.code == 0
         process.was_asked = event.asked or process.is_signalled
         if event.failed:
             process.failure = _in_short(event.outcome)
@@ -792,6 +875,7 @@ class LaunchState:
                 self._enter(component, 'waiting' if event.again else 'failed')
             case events.Unloaded():
                 component.ending = ''
+                component.is_ready = False
                 component.was_asked = event.reason == events.REQUESTED
                 self._reset(component)
                 self._enter(component, 'unloaded')
@@ -839,7 +923,10 @@ def _in_short(outcome: Outcome) -> str:
 
 _ABOUT = ('title', 'package', 'file', 'folder')
 _LAUNCH = ('pid', 'log_folder')
-_LATER_OF_LAUNCH = ('watch', 'watch_failed', 'watch_paused', 'exit_code')
+_LATER_OF_LAUNCH = (
+    *('watch', 'watch_failed', 'watch_paused', 'exit_code'),
+    'after',
+)
 # the fields that each version sends, and those of later versions
 _FIELDS: Mapping[type, tuple[tuple[str, ...], tuple[str, ...]]] = {
     ProcessState: (
@@ -849,7 +936,7 @@ _FIELDS: Mapping[type, tuple[tuple[str, ...], tuple[str, ...]]] = {
         ),
         (
             *('name', 'lifecycle', 'machine', 'cpu', 'memory'),
-            *('condition', 'failure'),
+            *('condition', 'failure', 'is_ready', 'waits_for'),
         ),
     ),
     ComponentState: (
@@ -857,7 +944,7 @@ _FIELDS: Mapping[type, tuple[tuple[str, ...], tuple[str, ...]]] = {
             *('label', 'phase', 'ending', 'plugin', 'node', 'package'),
             *('container', 'process', 'lifecycle'),
         ),
-        ('machine', 'condition', 'failure'),
+        ('machine', 'condition', 'failure', 'is_ready', 'waits_for'),
     ),
 }
 

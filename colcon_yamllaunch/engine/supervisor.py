@@ -10,10 +10,13 @@ tests replay any launch without a process.
 
 from collections import deque
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import field, replace
 from functools import partial
 from itertools import count
 import math
+import os
+import shlex
 import signal
 from typing import TYPE_CHECKING
 
@@ -38,6 +41,7 @@ from colcon_yamllaunch.engine.outcome import (
 from colcon_yamllaunch.engine.spawn import StartError
 from colcon_yamllaunch.engine.state import ProcessState
 from colcon_yamllaunch.plan.plan import (
+    AfterReady,
     changed_entries,
     ChangeState,
     Component,
@@ -51,6 +55,7 @@ from colcon_yamllaunch.plan.plan import (
     Timer,
     WorkerCall,
 )
+from colcon_yamllaunch.plan.settings import Restart
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.engine.composition import Composition
@@ -69,6 +74,8 @@ class ProcessTask:
     :param respawns: How often it has been respawned since it was last
       started on request
     :param quick_ends: How often in a row it ended at once
+    :param restarts: When its settings had it started again, by the clock
+    :param doublings: How often the delay of such restarts was doubled
     :param started: When it was started last, by the clock of the loop
     :param group: Its process group, as long as its leader runs
     :param successor: The process that replaces it at its next start, if any
@@ -84,6 +91,8 @@ class ProcessTask:
     process: Process
     respawns: int = 0
     quick_ends: int = 0
+    restarts: list[float] = field(default_factory=list)
+    doublings: int = 0
     started: float = 0.0
     group: int | None = None
     successor: Process | None = None
@@ -201,23 +210,30 @@ class _Respawn:
     :param is_clean: Whether it is known to have left nothing running that
       `cleanup` does not end
     :param cleanup: The end of what it left running, if it did
+    :param command: The command that its settings run before, if still to do
+    :param command_group: The process group of that, while it runs
     """
 
     task: ProcessTask
     due: float
     is_clean: bool
     cleanup: ProcessStop | None = None
+    command: tuple[str, ...] = ()
+    command_group: int | None = None
 
     def is_due(self, now: float) -> bool:
         """Return whether its time has come and its last run has ended."""
-        if now < self.due or not self.is_clean:
+        if now < self.due or not self.is_clean or self.command_group:
             return False
         return self.cleanup is None or self.cleanup.escalation.is_over
 
     def cancel(self) -> None:
-        """Do not end what the process left running."""
+        """Do not end what the process left running, but the command."""
         if self.cleanup is not None:
             self.cleanup.cancel()
+        if self.command_group is not None:
+            with suppress(ProcessLookupError):
+                os.killpg(self.command_group, signal.SIGKILL)
 
 
 class Supervisor:
@@ -247,14 +263,21 @@ class Supervisor:
         self._agenda: deque[Entry] = deque(plan.entries)
         self._timers: dict[int, tuple[Timer, TimerHandle]] = {}
         self._timer_keys = count()
+        # what waits until others are ready, and when that was checked
+        self._held: list[AfterReady] = []
+        self._checked_version = 0
         self._respawns: dict[int, _Respawn] = {}
         # when to search again for what processes left running
         self._next_search = -math.inf
         self._running: dict[int, ProcessTask] = {}
         self._groups: dict[int, int] = {}
         self._stop_of = partial(ProcessStop, engine, loop, self._groups)
-        # the end of everything, once it has begun
+        # the end of everything, once it has begun, and what ends after that
         self._stop: ProcessStop | None = None
+        self._later_stops: list[list[str]] = []
+        # those that run elsewhere and end now, and how long that is waited for
+        self._others: list[str] = []
+        self._others_until = -math.inf
         # the latest report of what it waits for, and its time
         self._progress: tuple[object, float] = (None, -math.inf)
         self._single_stops: dict[int, ProcessStop] = {}
@@ -297,6 +320,7 @@ class Supervisor:
         """
         if self._composition is not None:
             self._composition.end_turn()
+        self._release_ready()
         if self._agenda:
             with self._engine.starting():
                 for _ in range(limits.STARTS_PER_TURN):
@@ -305,6 +329,7 @@ class Supervisor:
         self._end_single_stops()
         self._clean_up()
         self._respawn_due()
+        self._advance_stop()
         self._end_if_idle()
         if self._agenda:
             self._loop.wake()
@@ -549,10 +574,16 @@ class Supervisor:
 
     def escalate(self) -> None:
         """Send the next signal of the stop sequence at once."""
-        if self._stop is not None:
-            self._drop_timers(all_of_them=True)
+        if self._stop is None:
+            return
+        self._drop_timers(all_of_them=True)
+        if self._later_stops:
+            # nothing waits for others any more
+            self._later_stops.clear()
+            self._stop_next(first=signal.SIGTERM)
+        else:
             self._stop.escalate()
-            self._report_progress(self._stop)
+        self._report_progress(self._stop)
 
     def _state(self, task: ProcessTask) -> ProcessState:
         state = self._engine.state.process(task.process.label)
@@ -568,6 +599,8 @@ class Supervisor:
                 self._engine.emit(events.MessageShown(entry.level, entry.text))
             case Timer():
                 self._set(entry)
+            case AfterReady():
+                self._hold(entry)
             case Component():
                 if self._composition is not None:
                     self._composition.due(entry)
@@ -679,9 +712,35 @@ class Supervisor:
         if delay is not None:
             # what did not start has left nothing running
             self._respawn_later(task, delay, is_clean=not is_exit)
-        elif not asked and self._is_required(task, failed):
-            how = 'ended' if is_exit else 'could not be started'
+            return
+        how = 'ended' if is_exit else 'could not be started'
+        if asked:
+            return
+        self._check_limit(task, failed)
+        if self._is_required(task, failed):
             self.stop(f'{task.process.label} {how}')
+        elif self._is_critical(task, failed):
+            self.stop(f'{task.process.label} {how}, and is critical')
+
+    def _is_critical(self, task: ProcessTask, failed: bool) -> bool:
+        """Return whether the launch ends with a process that failed."""
+        settings = task.process.settings
+        is_critical = settings is not None and settings.critical
+        return is_critical and failed and not self.outlasts_failures
+
+    def _check_limit(self, task: ProcessTask, failed: bool) -> None:
+        """Report a process that its settings do not start any more."""
+        settings = task.process.settings
+        policy = None if settings is None else settings.restart
+        if policy is None or not _restarts_after(policy, failed):
+            return
+        self._engine.emit(
+            events.RestartLimit(
+                task.process, policy.limit, policy.window, policy.beyond
+            )
+        )
+        if policy.beyond == 'fail' and not self.outlasts_failures:
+            self.stop(f'{task.process.label} keeps ending')
 
     def _is_required(self, task: ProcessTask, failed: bool) -> bool:
         """
@@ -702,6 +761,11 @@ class Supervisor:
         :returns: None if it does not start again
         """
         process = task.process
+        if process.settings is not None and process.settings.restart:
+            if self._is_required(task, failed):
+                return None
+            policy = process.settings.restart
+            return self._restart_delay(task, policy, seconds, failed)
         retries = process.respawn_max_retries
         may_retry = retries < 0 or task.respawns < retries
         if self._is_required(task, failed) or not (
@@ -711,6 +775,34 @@ class Supervisor:
         is_quick = seconds < limits.QUICK_END_SECONDS
         task.quick_ends = task.quick_ends + 1 if is_quick else 0
         return delay_of_respawn(process, task.quick_ends)
+
+    def _restart_delay(
+        self, task: ProcessTask, policy: Restart, seconds: float, failed: bool
+    ) -> float | None:
+        """
+        Return after how many seconds its settings start a process again.
+
+        The delay is doubled each time, and begins anew once the process has
+        run for longer than the longest delay.
+
+        :param seconds: For how long it ran
+        :returns: None if it does not start again
+        """
+        if not _restarts_after(policy, failed):
+            return None
+        now = self._loop.time()
+        if policy.window is not None:
+            since = now - policy.window
+            task.restarts = [t for t in task.restarts if t > since]
+        if 0 <= policy.limit <= len(task.restarts):
+            return None
+        if seconds > policy.longest_delay:
+            task.doublings = 0
+        # no more powers than any delay needs
+        factor = 2.0 ** min(task.doublings, 30)
+        task.doublings += 1
+        task.restarts.append(now)
+        return min(policy.first_delay * factor, policy.longest_delay)
 
     def _respawn_later(
         self, task: ProcessTask, delay: float, *, is_clean: bool
@@ -723,7 +815,12 @@ class Supervisor:
         """
         due = self._loop.time() + delay
         self._loop.wake_at(due)
-        self._respawns[task.number] = _Respawn(task, due, is_clean)
+        respawn = _Respawn(task, due, is_clean)
+        self._respawns[task.number] = respawn
+        settings = task.process.settings
+        if settings is not None and settings.restart is not None:
+            respawn.command = settings.restart.command
+            return
         is_paused = delay > task.process.respawn_delay
         if is_paused and not task.is_pause_reported:
             task.is_pause_reported = True
@@ -757,7 +854,9 @@ class Supervisor:
     def _respawn_due(self) -> None:
         now = self._loop.time()
         for number, respawn in tuple(self._respawns.items()):
-            if respawn.is_due(now):
+            if respawn.is_due(now) and respawn.command:
+                self._run_command(respawn)
+            elif respawn.is_due(now):
                 del self._respawns[number]
                 respawn.cancel()
                 if respawn.cleanup is not None:
@@ -767,7 +866,61 @@ class Supervisor:
                 self._engine.emit(
                     events.Respawned(task.process, task.respawns)
                 )
-                self._start(task)
+                self._restart_together(task)
+                self._start_again(task)
+
+    def _run_command(self, respawn: _Respawn) -> None:
+        """Run the command that must succeed before a process starts again."""
+        task, command = respawn.task, respawn.command
+
+        def ended(code: int) -> None:
+            respawn.command_group = None
+            if self._respawns.get(task.number) is not respawn:
+                return
+            if code == 0:
+                respawn.command = ()
+                self._loop.wake()
+                return
+            fail(f'exited with code {code}')
+
+        def fail(how: str) -> None:
+            process = task.process
+            text = f"the command '{shlex.join(command)}' before its restart"
+            self._engine.emit(events.Warned(f'{process.label}: {text} {how}'))
+            del self._respawns[task.number]
+            delay = self._respawn_delay(task, 0.0, True)
+            if delay is None:
+                self._check_limit(task, True)
+            else:
+                self._respawn_later(task, delay, is_clean=True)
+
+        try:
+            respawn.command_group = self._engine.run_command(
+                command, task.process, ended
+            )
+        except StartError as error:
+            fail(f'could not be started: {error}')
+
+    def _restart_together(self, task: ProcessTask) -> None:
+        """Restart what is to be restarted with a process."""
+        settings = task.process.settings
+        if settings is None or settings.restart is None:
+            return
+        for label in settings.restart.together:
+            other = self._by_label.get(label)
+            if other is not None and other.group is not None:
+                self._request(other, 'change')
+                other.is_restarting = True
+                self._stop_single(other)
+
+    def _start_again(self, task: ProcessTask) -> None:
+        """Start a process once what it waits for is ready again."""
+        settings = task.process.settings
+        after = () if settings is None else settings.after
+        if self._engine.state.missing_of(after):
+            self._hold(AfterReady(after, (task.process,)))
+        else:
+            self._start(task)
 
     def _ended_for(self, name: str, action: events.Action) -> ProcessTask:
         """Return a process that is to be stopped, and kept so."""
@@ -805,6 +958,13 @@ class Supervisor:
         respawn = self._respawns.pop(task.number, None)
         if respawn is not None:
             respawn.cancel()
+        # one that waits to be started again
+        label = task.process.label
+        self._held = [
+            entry
+            for entry in self._held
+            if all(m.label != label for m in Plan(entry.entries).members())
+        ]
 
     def _is_begun(self, task: ProcessTask) -> bool:
         """
@@ -815,6 +975,36 @@ class Supervisor:
         if self.is_stopping:
             raise RefusedError('the whole launch is being stopped')
         return self._state(task).is_begun
+
+    def _hold(self, entry: AfterReady) -> None:
+        """Execute entries once what they wait for is ready."""
+        state = self._engine.state
+        missing = state.missing_of(entry.labels)
+        if not missing:
+            self._agenda.extend(entry.entries)
+            return
+        self._held.append(entry)
+        for member in Plan(entry.entries).members():
+            if state.by_label[member.label].waits_for != missing:
+                self._engine.emit(events.Waiting(member, missing))
+
+    def _release_ready(self) -> None:
+        """Execute what waits for others, if these are ready now."""
+        version = self._engine.state.readiness_version
+        if not self._held or version == self._checked_version:
+            return
+        self._checked_version = version
+        held, self._held = self._held, []
+        for entry in held:
+            self._hold(entry)
+
+    def _abandon_held(self) -> None:
+        """Report what is never started, as nothing runs that it waits for."""
+        held, self._held = self._held, []
+        for entry in held:
+            missing = self._engine.state.missing_of(entry.labels)
+            for member in Plan(entry.entries).members():
+                self._engine.emit(events.NotStarted(member, missing))
 
     def _set(self, timer: Timer) -> None:
         key = next(self._timer_keys)
@@ -848,6 +1038,12 @@ class Supervisor:
             return None if is_unwanted(entry) else entry
 
         self._agenda = deque(changed_entries(self._agenda, left))
+        # without its entries, one is dropped
+        self._held = [
+            entry
+            for entry in changed_entries(self._held, left)
+            if isinstance(entry, AfterReady) and entry.entries
+        ]
         for key, (timer, handle) in self._timers.items():
             entries = changed_entries(timer.entries, left)
             self._timers[key] = replace(timer, entries=entries), handle
@@ -860,6 +1056,7 @@ class Supervisor:
 
     def _begin_stopping(self) -> None:
         self._agenda.clear()
+        self._held.clear()
         self._drop_timers(all_of_them=False)
         for respawn in self._respawns.values():
             respawn.cancel()
@@ -870,18 +1067,44 @@ class Supervisor:
             single_stop.cancel()
         self._single_stops.clear()
         self._queue.clear()
-        self._stop = self._stop_of(self.tasks, whole=True)
-        self._progress_later(self._stop)
+        # what waited for others ends before them
+        after = self._engine.state.after
+        if after:
+            # few launches have an order
+            from colcon_yamllaunch.plan.start_order import stages_of
+
+            self._later_stops = stages_of(after)[::-1]
+        self._stop_next()
+        self._progress_later()
+
+    def _stop_next(self, first: signal.Signals = signal.SIGINT) -> None:
+        """
+        Begin to stop the processes of the next stage.
+
+        :param first: The signal to begin with
+        """
+        if self._stop is not None:
+            self._stop.cancel()
+        labels = self._later_stops.pop(0) if self._later_stops else []
+        tasks = self.tasks
+        if self._later_stops:
+            here = self._by_label
+            tasks = [here[label] for label in labels if label in here]
+        is_whole = not self._later_stops
+        self._stop = self._stop_of(tasks, whole=is_whole, first=first)
+        self._others = [n for n in labels if n not in self._by_label]
+        self._others_until = self._loop.time() + limits.STOP_STAGE_TIMEOUT
 
     def _stop_single(self, task: ProcessTask) -> None:
         """Begin to stop one process, unless that has begun."""
         if task.number not in self._single_stops:
             self._single_stops[task.number] = self._stop_of([task])
 
-    def _progress_later(self, stop: ProcessStop) -> None:
+    def _progress_later(self) -> None:
         def report() -> None:
-            self._progress_later(stop)
-            self._report_progress(stop)
+            self._progress_later()
+            if self._stop is not None:
+                self._report_progress(self._stop)
 
         self._loop.call_later(limits.PROGRESS_INTERVAL, report)
 
@@ -923,8 +1146,9 @@ class Supervisor:
             del self._single_stops[number]
             if task.is_restarting:
                 task.is_restarting = False
-                task.respawns = task.quick_ends = 0
-                self._start(task)
+                task.respawns = task.quick_ends = task.doublings = 0
+                task.restarts.clear()
+                self._start_again(task)
             elif task.is_dropped:
                 self._forget(task)
             else:
@@ -939,6 +1163,8 @@ class Supervisor:
         }
         if self._agenda or self._timers or self._respawns:
             return
+        if self._later_stops:
+            return
         if self._stop is None:
             if self._running or self._single_stops:
                 return
@@ -947,6 +1173,7 @@ class Supervisor:
                 return
             if self._engine.prepare_end():
                 return
+            self._abandon_held()
             if composition is not None:
                 composition.end()
             # what processes left running ends with the launch
@@ -958,6 +1185,24 @@ class Supervisor:
         if escalation.is_over and not self._engine.prepare_end():
             self._stop.abandon()
             self.done = True
+
+    def _advance_stop(self) -> None:
+        """Stop those that others waited for, as these have ended."""
+        while self._later_stops and self._stop is not None:
+            if not (self._stop.groups() or self._stop.escalation.is_over):
+                self._stop.advance()
+            if not self._stop.escalation.is_over:
+                return
+            is_late = self._loop.time() >= self._others_until
+            if not is_late and any(map(self._engine.state.runs, self._others)):
+                self._loop.wake_at(self._others_until)
+                return
+            self._stop_next()
+
+
+def _restarts_after(policy: Restart, failed: bool) -> bool:
+    """Return whether a process is started again after an end."""
+    return policy.when == 'always' or (policy.when == 'failure' and failed)
 
 
 def timeouts_of(process: Process) -> Timeouts:

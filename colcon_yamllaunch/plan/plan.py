@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.plan.settings import Settings
 
 #: Seconds from SIGINT to SIGTERM where a process says nothing else (ROS 2).
 DEFAULT_SIGTERM_TIMEOUT = 5.0
@@ -166,6 +167,7 @@ class Process:
     :param is_container: Whether it is a component container
     :param is_lifecycle: Whether its node is a lifecycle node
     :param autostart: Whether that node is configured and activated
+    :param settings: What a deployment file says about it
     """
 
     label: str
@@ -189,6 +191,7 @@ class Process:
     is_container: bool = False
     is_lifecycle: bool = False
     autostart: bool = False
+    settings: Settings | None = None
 
     @property
     def ros_name(self) -> str:
@@ -216,6 +219,7 @@ class Component:
     :param block: The index of the block that it stands in
     :param is_lifecycle: Whether it is a lifecycle node
     :param autostart: Whether it is configured and activated once it is loaded
+    :param settings: What a deployment file says about it
     """
 
     label: str
@@ -231,6 +235,7 @@ class Component:
     block: int | None = None
     is_lifecycle: bool = False
     autostart: bool = False
+    settings: Settings | None = None
 
     @property
     def node_name(self) -> str | None:
@@ -281,6 +286,19 @@ class Timer:
     entries: 'tuple[Entry, ...]'
     cancel_on_shutdown: bool = True
     on_ros_time: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class AfterReady:
+    """
+    Entries that are due once processes and components are ready.
+
+    :param labels: The labels of these processes and components
+    :param entries: What is due then, in order
+    """
+
+    labels: tuple[str, ...]
+    entries: 'tuple[Entry, ...]'
 
 
 @dataclass(frozen=True, slots=True)
@@ -341,6 +359,7 @@ Entry = (
     | Message
     | Shutdown
     | Timer
+    | AfterReady
     | ChangeState
     | SignalProcess
     | WorkerCall
@@ -392,12 +411,12 @@ class Plan:
     handlers: tuple[EventHandler, ...] = ()
 
     def walk(self) -> Iterator[Entry]:
-        """Iterate over all entries in order, including those of timers."""
+        """Iterate over all entries in order, including those due later."""
         pending = list(reversed(self.entries))
         while pending:
             entry = pending.pop()
             yield entry
-            if isinstance(entry, Timer):
+            if isinstance(entry, Timer | AfterReady):
                 pending.extend(reversed(entry.entries))
 
     def processes(self) -> Iterator[Process]:
@@ -468,14 +487,14 @@ def changed_entries(
     entries: Iterable[Entry], change: Callable[[Entry], Entry | None]
 ) -> tuple[Entry, ...]:
     """
-    Return entries after a change to each, including those of timers.
+    Return entries after a change to each, including those due later.
 
     :param change: Returns what replaces an entry, None to leave it out; it is
-      not called for timers
+      not called for what contains others
     """
     found: list[Entry] = []
     for entry in entries:
-        if isinstance(entry, Timer):
+        if isinstance(entry, Timer | AfterReady):
             inner = changed_entries(entry.entries, change)
             found.append(replace(entry, entries=inner))
         elif (changed := change(entry)) is not None:

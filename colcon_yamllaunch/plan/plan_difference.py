@@ -24,6 +24,7 @@ from typing import Any
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.plan.labels import machine_of
 from colcon_yamllaunch.plan.plan import (
+    AfterReady,
     changed_entries,
     ChangeState,
     Component,
@@ -238,6 +239,10 @@ def _new(
             inner = tuple(_new(entry.entries, labels, others, inside))
             if inner:
                 yield replace(entry, entries=inner)
+        elif isinstance(entry, AfterReady):
+            inner = tuple(_new(entry.entries, labels, others, periods))
+            if inner:
+                yield replace(entry, entries=inner)
         else:
             key = _other_content(entry, periods)
             others[key] -= 1
@@ -252,6 +257,8 @@ def _others(
     for entry in entries:
         if isinstance(entry, Timer):
             yield from _others(entry.entries, (*periods, entry.period))
+        elif isinstance(entry, AfterReady):
+            yield from _others(entry.entries, periods)
         elif not isinstance(entry, Member):
             yield _other_content(entry, periods), entry
 

@@ -6,9 +6,9 @@ Plans as JSON and back.
 
 The JSON has the fields of the plan's classes under their names, in their
 order. Where several classes may stand, `type` tells which: `process`,
-`component`, `message`, `shutdown`, `timer`, `change_state`, `signal`, `call`,
-or `parameter_file` among the arguments. The environment is an object with null
-for a variable that is unset.
+`component`, `message`, `shutdown`, `timer`, `after_ready`, `change_state`,
+`signal`, `call`, or `parameter_file` among the arguments. The environment is
+an object with null for a variable that is unset.
 """
 
 from collections import Counter
@@ -25,6 +25,7 @@ from colcon_yamllaunch.common.codec import (
     Write,
 )
 from colcon_yamllaunch.plan.plan import (
+    AfterReady,
     ChangeState,
     Component,
     Message,
@@ -48,6 +49,7 @@ VERSION = 1
 
 #: The names of the classes that a plan consists of.
 TAGS: dict[type, str] = {
+    AfterReady: 'after_ready',
     ChangeState: 'change_state',
     Component: 'component',
     WorkerCall: 'call',

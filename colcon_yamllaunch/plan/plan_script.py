@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.plan.plan import (
+    AfterReady,
     ChangeState,
     Component,
     DEFAULT_SIGKILL_TIMEOUT,
@@ -149,6 +150,10 @@ def _jobs(entries: tuple[Entry, ...], cwd: str, delay: float) -> Iterator[str]:
                         '/clock: the clock of the system counts them'
                     )
                 yield from _jobs(entry.entries, cwd, delay + entry.period)
+            case AfterReady():
+                names = one_line(', '.join(entry.labels))
+                yield f'# {names}: not waited for, as only a launch can\n'
+                yield from _jobs(entry.entries, cwd, delay)
             case Message():
                 text = quoted(f'{entry.level}: {entry.text}')
                 yield _job([f"printf '%s\\n' {text}"], delay)

@@ -9,6 +9,7 @@ import signal
 
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.plan.plan import (
+    AfterReady,
     ChangeState,
     Component,
     Entry,
@@ -60,6 +61,10 @@ def plan_to_text(
     """
     machines = machines or {}
 
+    def inner_lines(entry: Timer | AfterReady) -> Iterator[str]:
+        for inner in entry.entries:
+            yield from (_INDENT + line for line in described(inner))
+
     def described(entry: Entry) -> Iterator[str]:
         match entry:
             case Process():
@@ -69,8 +74,12 @@ def plan_to_text(
             case Timer():
                 clock = ' on /clock' if entry.on_ros_time else ''
                 yield f'after {entry.period:g} s{clock}:'
-                for inner in entry.entries:
-                    yield from (_INDENT + line for line in described(inner))
+                yield from inner_lines(entry)
+                return
+            case AfterReady():
+                are = 'is' if len(entry.labels) == 1 else 'are'
+                yield f'once {", ".join(entry.labels)} {are} ready:'
+                yield from inner_lines(entry)
                 return
             case _:
                 yield _step_as_text(entry, cwd)

@@ -12,22 +12,19 @@ from typing import Any
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.messages import say
+from colcon_yamllaunch.deployment.deployment import Machine
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic, Severity
 from colcon_yamllaunch.plan.labels import MACHINE_SEPARATOR
-from colcon_yamllaunch.plan.plan import Entry, Plan, Process, Timer
+from colcon_yamllaunch.plan.plan import AfterReady, Entry, Plan, Process, Timer
 from colcon_yamllaunch.remote.connection.connection_errors import no_workspace
 from colcon_yamllaunch.remote.connection.machine_connection import (
     MachineConnection,
     MachineFacts,
 )
-from colcon_yamllaunch.remote.deployment.deployment import Machine
-from colcon_yamllaunch.remote.deployment.plan_references import named_paths
-from colcon_yamllaunch.remote.deployment.remote_paths import (
-    RemotePaths,
-    sent_variables,
-)
 from colcon_yamllaunch.remote.machine_link import MachineLink
 from colcon_yamllaunch.remote.part_protocol import PartSettings
+from colcon_yamllaunch.remote.plan_references import named_paths
+from colcon_yamllaunch.remote.remote_paths import RemotePaths, sent_variables
 from colcon_yamllaunch.remote.sync.code_sync import Code, sync_code, Synced
 from colcon_yamllaunch.workspace.workspace_session import WorkspaceSession
 
@@ -318,7 +315,7 @@ class LaunchMachine:
 
     def _with_folder(self, entry: Entry) -> Entry:
         """Return an entry whose processes run in a folder that is there."""
-        if isinstance(entry, Timer):
+        if isinstance(entry, Timer | AfterReady):
             inner = tuple(map(self._with_folder, entry.entries))
             return replace(entry, entries=inner)
         if isinstance(entry, Process) and entry.cwd == str(self._launcher.cwd):

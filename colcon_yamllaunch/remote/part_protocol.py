@@ -50,6 +50,23 @@ class Finish(Command[Done]):
 
 
 @dataclass(frozen=True, slots=True)
+class NoteElsewhere(Command[Done]):
+    """
+    Note what members of the launch that are not in the part do.
+
+    :param ready: The labels of those that members of the part wait for, and
+      that are ready
+    :param running: The labels of those that wait for members of the part, and
+      still run
+    """
+
+    ready: tuple[str, ...] = ()
+    running: tuple[str, ...] = ()
+    name: ClassVar[str] = 'note_elsewhere'
+    is_public: ClassVar[bool] = False
+
+
+@dataclass(frozen=True, slots=True)
 class Show(MemberCommand[Done]):
     """
     Send what a process writes at once, and how its terminal reads keys.
@@ -85,6 +102,8 @@ class PartSettings:
       None to leave them alone
     :param logs_limit: What these may take together, in bytes, or None
     :param tty: Whether each process gets a terminal
+    :param after: For each member of the launch the labels that it waits for;
+      None if it does not matter which members are ready
     """
 
     machine: str
@@ -97,3 +116,4 @@ class PartSettings:
     kept_logs: int | None = None
     logs_limit: int | None = None
     tty: bool = False
+    after: Mapping[str, tuple[str, ...]] | None = None

@@ -23,6 +23,7 @@ from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.common.printable import printable
 from colcon_yamllaunch.common.table import decimal_size
 from colcon_yamllaunch.control.command_codec import request_of, response_of
+from colcon_yamllaunch.deployment.deployment import Machine
 from colcon_yamllaunch.engine import commands, events
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.event_codec import EventError, EventReader
@@ -42,7 +43,6 @@ from colcon_yamllaunch.plan.plan import (
 )
 from colcon_yamllaunch.plan.plan_json import plan_to_json
 from colcon_yamllaunch.remote import part_protocol
-from colcon_yamllaunch.remote.deployment.deployment import Machine
 from colcon_yamllaunch.remote.machine_link import MachineLink
 
 #: Seconds after which an event or output is late and gets the time at which it
@@ -111,6 +111,9 @@ class RemotePart:
         self._modes: dict[str, int] = {}
         # the processes of the link that the guard knows
         self._guarded: frozenset[int] = frozenset()
+        # what the part knows of others, and since which version of the state
+        self._noted = part_protocol.NoteElsewhere()
+        self._noted_version = -1
 
     @property
     def machine(self) -> Machine:
@@ -156,6 +159,31 @@ class RemotePart:
             if not self._full_streams:
                 self.link.pause(False)
         self._guard_link()
+
+    def note_elsewhere(self) -> None:
+        """Let the part know what others do that it has to do with."""
+        state = self._launch.state
+        if not state.has_readiness or self.link_state != 'up':
+            # a part that is started again knows nothing
+            self._noted = part_protocol.NoteElsewhere()
+            return
+        if self._noted_version == state.version:
+            return
+        self._noted_version = state.version
+        here = self._members.keys()
+        ready, running = [], []
+        for label, others in state.after.items():
+            if label in here:
+                ready += [n for n in others if n not in here]
+            elif not here.isdisjoint(others) and state.runs(label):
+                running.append(label)
+        missing = state.missing_of(ready)
+        command = part_protocol.NoteElsewhere(
+            tuple(sorted({*ready}.difference(missing))), tuple(running)
+        )
+        if command != self._noted:
+            self._noted = command
+            self.send(command)
 
     def send(self, command: commands.Command[Any]) -> None:
         """Send a command, and ignore the answer."""

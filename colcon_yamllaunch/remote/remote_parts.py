@@ -11,12 +11,12 @@ import os
 from typing import Any
 
 from colcon_yamllaunch.common.errors import RefusedError
+from colcon_yamllaunch.deployment.placement import PlacedPlan
 from colcon_yamllaunch.engine import commands, events
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.participants import Execute, Participant, Reply
 from colcon_yamllaunch.engine.terminals import Keyboards
 from colcon_yamllaunch.plan.plan import Entry, Member, Plan
-from colcon_yamllaunch.remote.deployment.placement import PlacedPlan
 from colcon_yamllaunch.remote.machine_link import MachineLink
 from colcon_yamllaunch.remote.part_protocol import Show
 from colcon_yamllaunch.remote.remote_part import RemotePart
@@ -109,9 +109,10 @@ class RemoteParts(Participant, Keyboards):
                 )
 
     def end_turn(self) -> None:
-        """Resume links once the screen accepts output again."""
+        """Resume links, and let parts know what they wait for elsewhere."""
         for part in self.parts:
             part.end_turn()
+            part.note_elsewhere()
 
     def prepare_end(self) -> bool:
         """Return whether the launch is to go on, though nothing runs here."""

@@ -304,7 +304,7 @@ def hosts(cursor: Cursor) -> Candidates:
     deployment = cursor.given('deploy')
     if deployment:
         # it is read for this only
-        from colcon_yamllaunch.remote.deployment.deployment_file import (
+        from colcon_yamllaunch.deployment.deployment_file import (
             read_deployment,
         )
 

@@ -30,11 +30,13 @@ from colcon_yamllaunch.workspace.workspace_session import (
 )
 
 if TYPE_CHECKING:
+    from colcon_yamllaunch.deployment.deployment import Deployment
+    from colcon_yamllaunch.deployment.placement import PlacedPlan
     from colcon_yamllaunch.engine.participants import Participant
     from colcon_yamllaunch.language.policies.evaluate import Evaluation
     from colcon_yamllaunch.observers.junit import JUnitReport
+    from colcon_yamllaunch.plan.plan import Plan
     from colcon_yamllaunch.python_launch.worker_process import WorkerProcess
-    from colcon_yamllaunch.remote.deployment.deployment import Deployment
     from colcon_yamllaunch.verb.background_launch import Background
     from colcon_yamllaunch.verb.machines import Machines
     from colcon_yamllaunch.workspace.builds import Builds
@@ -143,7 +145,9 @@ class LaunchContext:
     @cached_property
     def deployment(self) -> 'Deployment | None':
         """
-        The machines for parts of the launch; None where all of it runs here.
+        The machines for parts of the launch, and settings of processes.
+
+        None where all of it runs here, as the launch file says.
 
         :raises GiveUpError: when the deployment file is wrong
         :raises UserError: when there is no such machine
@@ -151,26 +155,44 @@ class LaunchContext:
         options, found = self.options, None
         if options.on is None and options.deploy is None:
             return None
-        from colcon_yamllaunch.remote.deployment import deployment_file
+        from colcon_yamllaunch.deployment import (
+            deployment_file,
+            machine_settings,
+        )
 
         if options.deploy is not None:
             path = str(self.cwd / options.deploy)
             try:
-                found = deployment_file.read_deployment(path)
+                found = deployment_file.read_deployment(path, options.profile)
             except LaunchError as e:
                 self.fail(e.diagnostics)
         if options.on is not None:
-            found = deployment_file.deployed_on(options.on, found)
+            found = machine_settings.deployed_on(options.on, found)
         return found
 
     @cached_property
     def machines(self) -> 'Machines | None':
         """The machines of parts of the launch, as far as connected."""
-        if self.deployment is None:
+        if self.deployment is None or not self.deployment.machines:
             return None
         from colcon_yamllaunch.verb.machines import Machines
 
         return Machines(self, self.deployment)
+
+    def placed(self, plan: 'Plan') -> 'PlacedPlan | None':
+        """
+        Return a plan with what the deployment says; None without one.
+
+        :raises GiveUpError: when the deployment does not fit the plan
+        """
+        if self.deployment is None:
+            return None
+        from colcon_yamllaunch.deployment.placement import place
+
+        try:
+            return place(plan, self.deployment)
+        except LaunchError as e:
+            self.fail(e.diagnostics)
 
     @cached_property
     def builds(self) -> 'Builds':
@@ -248,13 +270,20 @@ class LaunchContext:
             target.path,
             packages=self.packages,
             environment=environment,
-            arguments=self.options.arguments,
+            arguments=self._arguments(),
             cwd=str(self.cwd),
             log_folder=self.log_dir,
             exposed=lambda: locator.exposed,
             open_worker=lambda: self.worker(environment),
             trees=self.trees,
         )
+
+    def _arguments(self) -> Mapping[str, str]:
+        """Return the launch arguments; those of the command line win."""
+        deployment = self.deployment
+        if deployment is None:
+            return self.options.arguments
+        return {**deployment.arguments, **self.options.arguments}
 
     @property
     def remote_only(self) -> frozenset[str]:

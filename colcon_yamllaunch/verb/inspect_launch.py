@@ -47,7 +47,7 @@ from colcon_yamllaunch.workspace.packages.launch_files import (
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.remote.deployment.placement import PlacedPlan
+    from colcon_yamllaunch.deployment.placement import PlacedPlan
 
 #: The format of a plan that can be run without colcon.
 SCRIPT = 'sh'
@@ -137,10 +137,12 @@ def _place(
     deployment = context.deployment
     if deployment is not None:
         # most launches run here
-        from colcon_yamllaunch.remote.deployment import placement
+        from colcon_yamllaunch.deployment import placement
 
-        placed = placement.place(evaluation.plan, deployment)
-        text = placement.placement_to_text(placed, deployment)
+        placed = context.placed(evaluation.plan)
+        assert placed is not None
+        if deployment.machines:
+            text = placement.placement_to_text(placed, deployment)
         problems += placement.rules_in_vain(evaluation.plan, deployment)
         local = placed.local
     problems += missing_programs(

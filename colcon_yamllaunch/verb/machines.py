@@ -18,21 +18,21 @@ import threading
 from typing import Generic, TypeVar
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.language.policies.evaluate import Evaluation
-from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.remote.connection.machine_connection import MachineFacts
-from colcon_yamllaunch.remote.deployment.deployment import Deployment
-from colcon_yamllaunch.remote.deployment.placement import (
+from colcon_yamllaunch.deployment.deployment import Deployment
+from colcon_yamllaunch.deployment.placement import (
     PlacedPlan,
     Placer,
     rules_in_vain,
 )
-from colcon_yamllaunch.remote.deployment.plan_references import (
-    files_of,
-    packages_of,
-)
+from colcon_yamllaunch.engine.readiness import needs_readiness
+from colcon_yamllaunch.language.policies.evaluate import Evaluation
+from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.start_order import dependencies_of
+from colcon_yamllaunch.remote.connection.machine_connection import MachineFacts
 from colcon_yamllaunch.remote.launch_machine import Launcher, LaunchMachine
 from colcon_yamllaunch.remote.part_protocol import PartSettings
+from colcon_yamllaunch.remote.plan_references import files_of, packages_of
 from colcon_yamllaunch.remote.remote_parts import RemoteParts
 from colcon_yamllaunch.remote.sync.code_sync import Code, Synced
 from colcon_yamllaunch.verb.context import LaunchContext
@@ -146,9 +146,16 @@ class Machines:
         self.records: Products = {}
 
     def place(self, plan: Plan) -> PlacedPlan:
-        """Cut a plan, and forget what was placed before."""
+        """
+        Cut a plan, and forget what was placed before.
+
+        :raises GiveUpError: when the deployment does not fit the plan
+        """
         self._placer = Placer(self._deployment)
-        return self._placer.place(plan)
+        try:
+            return self._placer.place(plan)
+        except LaunchError as e:
+            self._context.fail(e.diagnostics)
 
     def connect_early(self) -> None:
         """
@@ -258,6 +265,9 @@ class Machines:
         names = list(self._machines if is_growing else placed.parts)
         machines = {name: self._machines[name] for name in names}
         settings = self._settings()
+        if needs_readiness(placed.whole):
+            after = dependencies_of(placed.whole.members())
+            settings = replace(settings, after=after)
         starting = Tasks(
             machines.values(),
             lambda m: m.start(placed.part(m.name), settings),

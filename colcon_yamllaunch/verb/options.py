@@ -674,9 +674,15 @@ class _Machines(Options):
         excludes=_ONE_COMPUTER,
     )
     deploy = value(
-        'Run processes on the machines that a file names for them',
+        'Read from a file which machines run which processes, what processes '
+        'wait for, when they are restarted, and what they may use',
         _FILE,
         excludes=_ONE_COMPUTER,
+    )
+    profile = value(
+        'The profile of the --deploy file to use',
+        OptionValue('NAME', read_text),
+        needs=('--deploy',),
     )
 
 

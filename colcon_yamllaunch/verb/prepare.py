@@ -69,6 +69,8 @@ def prepare(context: LaunchContext) -> tuple[Plan, Mapping[str, str]]:
                     named = context.workspace.package_names
                 _stop_at_unknown_executables(context, evaluation)
                 machines.begin_sync(evaluation.plan, evaluation, named)
+            else:
+                context.placed(evaluation.plan)
         if is_final or any(not e.may_pass_after_build for e in errors):
             break
         _stop_at_foreign_plugins(context, evaluation)
@@ -94,6 +96,8 @@ def prepare(context: LaunchContext) -> tuple[Plan, Mapping[str, str]]:
     plan = evaluation.plan
     if machines is not None:
         plan = machines.finish_sync(plan)
+    elif (placed := context.placed(plan)) is not None:
+        plan = placed.whole
     warn_of_missing_programs(context, plan, request.environment)
     return plan, request.environment
 

@@ -111,6 +111,16 @@ def _run(
         growing = context.evaluation and context.evaluation.growing
         plan, parts = context.machines.start(plan, is_growing=bool(growing))
         participants.append(parts)
+    if context.deployment is not None:
+        from colcon_yamllaunch.engine.readiness import (
+            needs_readiness,
+            Readiness,
+        )
+        from colcon_yamllaunch.plan.start_order import dependencies_of
+
+        if needs_readiness(whole):
+            after = dependencies_of(whole.members())
+            participants.append(Readiness(after))
     # from here on the launch itself counts its time
     signal.setitimer(signal.ITIMER_REAL, 0)
     signal.signal(signal.SIGALRM, signal.SIG_DFL)

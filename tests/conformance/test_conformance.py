@@ -9,11 +9,11 @@ import re
 import shutil
 from typing import Any
 
+from colcon_yamllaunch.deployment.machine_settings import deployed_on
+from colcon_yamllaunch.deployment.placement import place
 from colcon_yamllaunch.language.policies.evaluate import evaluate
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan_json import plan_to_json
-from colcon_yamllaunch.remote.deployment.deployment_file import deployed_on
-from colcon_yamllaunch.remote.deployment.placement import place
 import pytest
 from support.forks import Forks
 

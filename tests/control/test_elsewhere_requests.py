@@ -11,12 +11,12 @@ from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.control.journal import Journal
 from colcon_yamllaunch.control.service import Service
+from colcon_yamllaunch.deployment.placement import PlacedPlan
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.dispatcher import Dispatcher
 from colcon_yamllaunch.engine.state import from_json
 from colcon_yamllaunch.engine.supervisor import ProcessTask
 from colcon_yamllaunch.plan.plan import Plan
-from colcon_yamllaunch.remote.deployment.placement import PlacedPlan
 from colcon_yamllaunch.remote.remote_parts import RemoteParts
 import pytest
 from support.played_machine import PlayedLaunch, PlayedLink, process

@@ -9,10 +9,11 @@ from functools import cache
 from itertools import count, repeat
 import json
 import subprocess
-from typing import Any, get_args, get_origin, get_type_hints
+from typing import Any, get_args, get_origin, get_type_hints, Literal
 
 from colcon_yamllaunch.language.policies.evaluate import evaluate
 from colcon_yamllaunch.plan.plan import (
+    AfterReady,
     Block,
     ChangeState,
     Component,
@@ -98,6 +99,8 @@ def values(hint: Any) -> st.SearchStrategy[Any]:
     arguments = get_args(hint)
     if hint in SIMPLE:
         return SIMPLE[hint]
+    if get_origin(hint) is Literal:
+        return st.sampled_from(arguments)
     if get_origin(hint) is tuple:
         inner = st.deferred(lambda: values(arguments[0]))
         return st.lists(inner, max_size=2).map(tuple)
@@ -109,7 +112,7 @@ def values(hint: Any) -> st.SearchStrategy[Any]:
 
 def numbered(entry: Entry, numbers: Iterator[int]) -> Entry:
     """Return an entry with a label of its own."""
-    if isinstance(entry, Timer):
+    if isinstance(entry, Timer | AfterReady):
         inner = tuple(numbered(e, numbers) for e in entry.entries)
         return replace(entry, entries=inner)
     if isinstance(entry, Process | Component):

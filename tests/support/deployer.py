@@ -66,6 +66,7 @@ class Deployer(User):
         processes: Mapping[str, tuple[str, Words]],
         machines: Mapping[str, Mapping[str, Any]] | None = None,
         timeouts: float = 1,
+        rules: Sequence[Mapping[str, Any]] = (),
         **settings: Any,
     ) -> None:
         """
@@ -76,6 +77,7 @@ class Deployer(User):
             not told
         :param timeouts: Seconds after which each signal is followed by the
             next one
+        :param rules: What else holds for processes
         :param settings: What holds for all machines
         """
         known = {
@@ -96,14 +98,14 @@ class Deployer(User):
             }
             for name, (_, words) in processes.items()
         ]
-        rules = [
+        placing = [
             {'match': name, 'machine': machine}
             for name, (machine, _) in processes.items()
             if machine != HERE
         ]
         # JSON is YAML, too
         self.write('plain.yaml', json.dumps({'launch': actions}))
-        deployment = {'machines': known, 'processes': rules}
+        deployment = {'machines': known, 'processes': [*placing, *rules]}
         self.write('robot.yaml', json.dumps(deployment))
 
     def deploys(self, *options: str) -> Launch:

@@ -10,11 +10,13 @@ from colcon_yamllaunch.common.escalation import Orphan
 from colcon_yamllaunch.engine.composition import Composition
 from colcon_yamllaunch.engine.events import MemberChanged, Started
 from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.engine.readiness import needs_readiness, Readiness
 from colcon_yamllaunch.engine.spawn import StartError
 from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.supervisor import Supervisor
 from colcon_yamllaunch.plan.plan import Component, Plan
 from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.plan.start_order import dependencies_of
 from support.launch_states import ABOUT
 from support.test_loop import TestLoop
 
@@ -43,6 +45,8 @@ class FakeHost:
         self.waits = False
         self.signalled = []
         self.calls = []
+        self.commands = []
+        self.listeners = []
 
     def start(self, number, process):
         if process.label in self.refused:
@@ -85,6 +89,12 @@ class FakeHost:
         # which is neither shown nor recorded
         if not isinstance(event, MemberChanged):
             self.events.append(event)
+        for listener in self.listeners:
+            listener(event)
+
+    def run_command(self, argv, process, ended):
+        self.commands.append((argv, process.label, ended))
+        return next(self.pids)
 
 
 class History:
@@ -104,8 +114,13 @@ class History:
             self.loop,
             self.composition if plan.needs_ros else None,
         )
+        self.host.loop, self.host.supervisor = self.loop, self.supervisor
+        self.readiness = Readiness(dependencies_of(plan.members()))
+        if needs_readiness(plan):
+            self.readiness.join(self.host)
+            self.host.listeners.append(self.readiness.handle)
         self.loop.is_over = lambda: self.supervisor.done
-        self.loop.end_turn = self.supervisor.end_turn
+        self.loop.end_turn = self.end_turn
 
     @property
     def now(self):
@@ -123,6 +138,10 @@ class History:
     def extend(self, *entries):
         self.supervisor.extend(Plan(entries))
         self.turn()
+
+    def end_turn(self):
+        self.readiness.end_turn()
+        self.supervisor.end_turn()
 
     def turn(self, turns=20):
         self.loop.turn(turns)

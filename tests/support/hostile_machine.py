@@ -15,8 +15,8 @@ from typing import Any
 
 from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.control.protocol import MessageReader
+from colcon_yamllaunch.deployment.deployment import Machine
 from colcon_yamllaunch.remote.connection import bootstrap
-from colcon_yamllaunch.remote.deployment.deployment import Machine
 
 #: What it may do: say nothing more after the first word or after it has
 #: answered what it is like or been asked to start; leave out what it has

@@ -18,6 +18,7 @@ from colcon_yamllaunch.common.process_scan import (
     running_processes,
 )
 from colcon_yamllaunch.control.command_codec import request_of
+from colcon_yamllaunch.deployment.deployment import Machine
 from colcon_yamllaunch.engine.commands import Command, Shutdown
 from colcon_yamllaunch.engine.launch_scan import launcher_of
 from colcon_yamllaunch.engine.loop import Loop
@@ -27,7 +28,6 @@ from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.remote.connection.machine_connection import (
     MachineConnection,
 )
-from colcon_yamllaunch.remote.deployment.deployment import Machine
 from colcon_yamllaunch.remote.machine_link import MachineLink
 from colcon_yamllaunch.remote.part_protocol import Finish, PartSettings
 from support.marked_processes import command_of, kill, marked, wait_until_none

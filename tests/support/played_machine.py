@@ -8,6 +8,7 @@ import os
 from types import SimpleNamespace
 from typing import Any
 
+from colcon_yamllaunch.deployment.deployment import Machine
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.engine import EventTime
 from colcon_yamllaunch.engine.loop import Loop
@@ -15,7 +16,6 @@ from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.plan.plan import Block, Plan, Process
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.remote.deployment.deployment import Machine
 from colcon_yamllaunch.remote.remote_parts import RemoteParts
 from support.launch_states import ABOUT
 from support.test_loop import TestLoop

@@ -105,6 +105,7 @@ class Part(Participant):
         dispatcher.add(part_protocol.Finish, self._finish)
         dispatcher.add(part_protocol.Measure, self._measure)
         dispatcher.add(part_protocol.Show, self._show)
+        dispatcher.add(part_protocol.NoteElsewhere, self._note_elsewhere)
 
     def begin(self) -> None:
         """
@@ -222,6 +223,7 @@ class Part(Participant):
         """Stop the part, unless it is to be kept or has been stopped."""
         if self._is_lost or self._is_finished or self._is_over:
             return
+        self._engine.state.running_elsewhere = frozenset()
         # nobody else can show it now
         self._engine.show_to_others()
         if not self._keeps:
@@ -261,6 +263,12 @@ class Part(Participant):
             )
 
         self._loop.call_later(resource_usage.INTERVAL, measured)
+
+    def _note_elsewhere(
+        self, command: part_protocol.NoteElsewhere, _: Reply
+    ) -> commands.Done:
+        self._engine.state.note_elsewhere(command.ready, command.running)
+        return commands.DONE
 
     def _show(self, command: part_protocol.Show, _: Reply) -> commands.Done:
         label = command.member
@@ -413,7 +421,7 @@ def _run(
                 log_store=store,
                 tty=settings.tty,
                 identity=identity,
-                participants=(part,),
+                participants=_participants(part, settings),
                 is_hidden=True,
                 about=About(title, None, '', where),
             )
@@ -426,6 +434,16 @@ def _run(
             server.close()
             sockets.remove(identity)
             launcher.remove_program()
+
+
+def _participants(
+    part: Part, settings: PartSettings
+) -> tuple[Participant, ...]:
+    if settings.after is None:
+        return (part,)
+    from colcon_yamllaunch.engine.readiness import Readiness
+
+    return (part, Readiness(settings.after))
 
 
 def environment_of(

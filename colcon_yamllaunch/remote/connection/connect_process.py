@@ -23,7 +23,7 @@ import signal
 import time
 from typing import Any
 
-from colcon_yamllaunch.remote.deployment.deployment import Machine
+from colcon_yamllaunch.deployment.deployment import Machine
 
 #: How many bytes of its standard error are stored.
 _MESSAGES = 8192

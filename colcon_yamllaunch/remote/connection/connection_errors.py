@@ -9,12 +9,12 @@ import shlex
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.printable import one_line
+from colcon_yamllaunch.deployment.deployment import Machine
 from colcon_yamllaunch.remote.connection.bootstrap import (
     Bootstrap,
     Failure,
     OLDEST_PYTHON,
 )
-from colcon_yamllaunch.remote.deployment.deployment import Machine
 
 #: How many lines of a command's output are shown.
 _SHOWN_LINES = 4

@@ -31,6 +31,7 @@ from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import one_line, printable
 from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.control.protocol import MessageReader, ProtocolError
+from colcon_yamllaunch.deployment.deployment import Machine
 from colcon_yamllaunch.engine.loop import do_nothing
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan_json import plan_to_json
@@ -47,7 +48,6 @@ from colcon_yamllaunch.remote.connection.connect_process import (
     has_terminal,
 )
 from colcon_yamllaunch.remote.connection.connection_errors import ConnectError
-from colcon_yamllaunch.remote.deployment.deployment import Machine
 from colcon_yamllaunch.remote.part_protocol import PartSettings
 
 #: How long a machine may take to answer at first (seconds). There is no limit

@@ -66,7 +66,7 @@ import os, sys, time
 sys.path[:0] = {path!r}
 from pathlib import Path
 from support.linked_part import *
-from colcon_yamllaunch.remote.deployment.deployment import Machine
+from colcon_yamllaunch.deployment.deployment import Machine
 machine = Machine('arm', 'connect', {words!r})
 contact = MachineConnection(machine)
 SLOW = {slow!r}

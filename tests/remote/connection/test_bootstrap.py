@@ -10,6 +10,7 @@ import subprocess
 import tempfile
 
 from colcon_yamllaunch.common.process_scan import variable_of
+from colcon_yamllaunch.deployment.deployment import Machine
 from colcon_yamllaunch.remote.connection import bootstrap
 from colcon_yamllaunch.remote.connection.bootstrap import (
     Bootstrap,
@@ -20,7 +21,6 @@ from colcon_yamllaunch.remote.connection.connection_errors import ConnectError
 from colcon_yamllaunch.remote.connection.machine_connection import (
     MachineConnection,
 )
-from colcon_yamllaunch.remote.deployment.deployment import Machine
 import pytest
 from support.hostile import with_mounts
 from support.linked_part import LinkedPart, PlainMachine, process

@@ -9,12 +9,12 @@ import threading
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.control.protocol import ProtocolError
+from colcon_yamllaunch.deployment.deployment import Machine
 from colcon_yamllaunch.remote.connection import machine_connection
 from colcon_yamllaunch.remote.connection.connection_errors import ConnectError
 from colcon_yamllaunch.remote.connection.machine_connection import (
     MachineConnection,
 )
-from colcon_yamllaunch.remote.deployment.deployment import Machine
 import pytest
 from support.linked_part import PlainMachine
 from support.sshd import Sshd

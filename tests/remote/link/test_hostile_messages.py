@@ -9,6 +9,7 @@ from typing import Any
 import zlib
 
 from colcon_yamllaunch.control import protocol
+from colcon_yamllaunch.deployment.deployment import Machine
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.commands import Describe
 from colcon_yamllaunch.engine.event_codec import FROM_MACHINES
@@ -19,7 +20,6 @@ from colcon_yamllaunch.remote.connection.machine_connection import (
     read_message,
     StartedPart,
 )
-from colcon_yamllaunch.remote.deployment.deployment import Machine
 from colcon_yamllaunch.remote.machine_link import MachineLink
 from colcon_yamllaunch.remote.part_protocol import PartSettings
 from colcon_yamllaunch.remote.remote_part import RemotePart

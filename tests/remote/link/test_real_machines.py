@@ -9,10 +9,10 @@ import subprocess
 import time
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.deployment.deployment import Machine
 from colcon_yamllaunch.remote.connection.machine_connection import (
     MachineConnection,
 )
-from colcon_yamllaunch.remote.deployment.deployment import Machine
 import pytest
 from support.linked_part import DEADLINE, LinkedPart, process
 from support.namespaces import NamespaceMachine

@@ -6,12 +6,12 @@ import signal
 import termios
 
 from colcon_yamllaunch.common.errors import RefusedError
+from colcon_yamllaunch.deployment.placement import PlacedPlan
 from colcon_yamllaunch.engine import commands, events
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.state import from_json, to_json
 from colcon_yamllaunch.plan.plan import Component, Plan, Timer
 from colcon_yamllaunch.plan.plan_json import plan_from_json
-from colcon_yamllaunch.remote.deployment.placement import PlacedPlan
 from colcon_yamllaunch.remote.part_protocol import LINK_LOST
 from colcon_yamllaunch.remote.remote_part import END_TIMEOUT
 from colcon_yamllaunch.remote.remote_parts import MEASURING, RemoteParts

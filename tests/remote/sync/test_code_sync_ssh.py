@@ -14,10 +14,10 @@ import threading
 import time
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.deployment.deployment import Machine
 from colcon_yamllaunch.remote.connection.machine_connection import (
     MachineConnection,
 )
-from colcon_yamllaunch.remote.deployment.deployment import Machine
 from colcon_yamllaunch.remote.sync.code_sync import Synced
 import pytest
 from support.developer import Developer
@@ -188,7 +188,7 @@ sys.path[:0] = {path!r}
 from colcon_yamllaunch.remote.connection.machine_connection import (
     MachineConnection,
 )
-from colcon_yamllaunch.remote.deployment.deployment import Machine
+from colcon_yamllaunch.deployment.deployment import Machine
 from support.developer import Developer
 developer = Developer(Path({folder!r}))
 developer.add('a', 'src/a', 'cmake')

@@ -11,14 +11,14 @@ from typing import ClassVar
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.messages import GiveUpError
+from colcon_yamllaunch.deployment.deployment import (
+    Deployment,
+    Machine,
+    ProcessRule,
+)
 from colcon_yamllaunch.plan.plan import Plan, Process, WorkerCall
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.remote import launch_machine
-from colcon_yamllaunch.remote.deployment.deployment import (
-    Deployment,
-    Machine,
-    PlacementRule,
-)
 from colcon_yamllaunch.verb.machines import Machines
 from colcon_yamllaunch.verb.options import LaunchOptions
 import pytest
@@ -106,7 +106,7 @@ class Context(SimpleNamespace):
             ),
             reported=[],
         )
-        rules = tuple(PlacementRule(name, AT, name) for name in MACHINES)
+        rules = tuple(ProcessRule(AT, name, name=name) for name in MACHINES)
         self.plan = plan
         self.is_growing = is_growing
         self.machines = Machines(self, Deployment(MACHINES, rules))

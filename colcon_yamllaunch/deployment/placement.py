@@ -9,9 +9,12 @@ import shlex
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import one_line
+from colcon_yamllaunch.deployment.applied_settings import AppliedSettings
+from colcon_yamllaunch.deployment.deployment import Deployment, ProcessRule
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.plan.labels import MACHINE_SEPARATOR
 from colcon_yamllaunch.plan.plan import (
+    AfterReady,
     changed_entries,
     ChangeState,
     Component,
@@ -21,10 +24,6 @@ from colcon_yamllaunch.plan.plan import (
     Process,
     SignalProcess,
     Timer,
-)
-from colcon_yamllaunch.remote.deployment.deployment import (
-    Deployment,
-    PlacementRule,
 )
 
 
@@ -65,6 +64,7 @@ class Placer:
 
     def __init__(self, deployment: Deployment) -> None:
         self._deployment = deployment
+        self._settings = AppliedSettings(deployment)
         self._processes: dict[str, Process] = {}
         # the machines by the ROS name of a process, and by the name of a node
         self._by_process: dict[str, str | None] = {}
@@ -81,7 +81,7 @@ class Placer:
         """
         self._learn(plan)
         entries = changed_entries(plan.entries, self._labelled)
-        whole = replace(plan, entries=entries)
+        whole = self._settings.apply(replace(plan, entries=entries))
         cut: dict[str | None, list[Entry]] = {}
         for entry in whole.entries:
             for machine, part in self._cut(entry).items():
@@ -153,7 +153,7 @@ class Placer:
 
     def _cut(self, entry: Entry) -> Mapping[str | None, Entry]:
         """Return the parts of an entry by their machines."""
-        if not isinstance(entry, Timer):
+        if not isinstance(entry, Timer | AfterReady):
             return {self.machine_of(entry): entry}
         cut: dict[str | None, list[Entry]] = {}
         for inner in entry.entries:
@@ -200,7 +200,7 @@ def rules_in_vain(plan: Plan, deployment: Deployment) -> Iterator[Diagnostic]:
 
 
 def _fix_for(
-    rule: PlacementRule,
+    rule: ProcessRule,
     processes: Sequence[Process],
     components: Sequence[Component],
 ) -> str:

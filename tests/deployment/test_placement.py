@@ -3,6 +3,12 @@
 
 """What of a plan runs where."""
 
+from colcon_yamllaunch.deployment.deployment import (
+    Deployment,
+    Machine,
+    ProcessRule,
+)
+from colcon_yamllaunch.deployment.placement import place, Placer, rules_in_vain
 from colcon_yamllaunch.plan.plan import (
     Block,
     ChangeState,
@@ -16,16 +22,6 @@ from colcon_yamllaunch.plan.plan import (
     WorkerCall,
 )
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.remote.deployment.deployment import (
-    Deployment,
-    Machine,
-    PlacementRule,
-)
-from colcon_yamllaunch.remote.deployment.placement import (
-    place,
-    Placer,
-    rules_in_vain,
-)
 import pytest
 
 AT = Position('a.yaml', 1, 1)
@@ -48,7 +44,7 @@ def deployment(*rules, **fields):
 
 
 def to(machine, name=None, **match):
-    return PlacementRule(machine, AT, name, **match)
+    return ProcessRule(AT, machine, name=name, **match)
 
 
 def on(machine):

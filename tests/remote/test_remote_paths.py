@@ -14,7 +14,7 @@ from colcon_yamllaunch.plan.plan import (
     Timer,
 )
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.remote.deployment.remote_paths import (
+from colcon_yamllaunch.remote.remote_paths import (
     is_of_system,
     paths_in,
     RemotePaths,

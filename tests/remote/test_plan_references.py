@@ -13,7 +13,7 @@ from colcon_yamllaunch.plan.plan import (
     SetParameter,
 )
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.remote.deployment.plan_references import packages_of
+from colcon_yamllaunch.remote.plan_references import packages_of
 from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 import pytest

@@ -1,16 +1,17 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""The machines of a launch, and the rules for its processes."""
+"""A deployment: the machines of a launch, and rules for its processes."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import field
 from fnmatch import fnmatchcase
 import os.path
-from typing import Literal
+from typing import Any, Literal
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.control.process_names import meant_by, ProcessNames
-from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import Member, Process
 from colcon_yamllaunch.plan.position import Position
 
 #: How a machine is reached.
@@ -66,14 +67,30 @@ class Machine:
 
 
 @dataclass(frozen=True, slots=True)
-class PlacementRule:
+class Setting:
     """
-    Which processes run on a machine.
+    What a rule sets, and where its key stands.
+
+    :param value: See `process_settings.SETTINGS`
+    :param length: How many characters the key has
+    """
+
+    value: Any
+    position: Position
+    length: int
+
+
+@dataclass(frozen=True, slots=True)
+class ProcessRule:
+    """
+    Where processes run, and what else holds for them.
 
     It matches a process if all its conditions do.
 
-    :param machine: The name of the machine, or :data:`HERE`
     :param position: Where it is in the deployment file
+    :param machine: The name of the machine, :data:`HERE`, or None if it says
+      nothing about that
+    :param settings: What it sets, by key
     :param name: The process, by a name or glob as `--stop` takes them, or
       None
     :param package: The package of its program, by a name or glob, or None
@@ -81,25 +98,26 @@ class PlacementRule:
     :param length: How many characters the condition has in the file
     """
 
-    machine: str
     position: Position
+    machine: str | None = None
+    settings: Mapping[str, Setting] = field(default_factory=dict)
     name: str | None = None
     package: str | None = None
     executable: str | None = None
     length: int = 1
 
-    def selected(self, processes: Sequence[Process]) -> set[int]:
-        """Return the indices of the processes that this rule selects."""
-        known = [ProcessNames.of_plan(process) for process in processes]
-        meant = set(range(len(processes)))
+    def selected(self, members: Sequence[Member]) -> set[int]:
+        """Return the indices of what this rule selects."""
+        known = [ProcessNames.of_plan(member) for member in members]
+        meant = set(range(len(members)))
         if self.name is not None:
             meant = set(meant_by(self.name, known))
-        return {i for i in meant if self._fits(processes[i], known[i])}
+        return {i for i in meant if self._fits(members[i], known[i])}
 
-    def _fits(self, process: Process, names: ProcessNames) -> bool:
+    def _fits(self, member: Member, names: ProcessNames) -> bool:
         package, executable = self.package, self.executable
         if package is not None and not fnmatchcase(
-            process.package or '', package
+            member.package or '', package
         ):
             return False
         # with a prefix such as gdb, only its ROS name has the program
@@ -127,21 +145,25 @@ class Deployment:
     The machines of a launch, and the rules for its processes.
 
     :param machines: The machines by their names
-    :param rules: The first one that matches a process decides; a process
-      without one runs on this computer
+    :param rules: For each setting, and for the machine, the first one that
+      matches a process and says it decides; a process without a machine runs
+      on this computer
     :param everything_on: The name of the machine that everything runs on, as
-      if the launch had been started there; then there are no rules
+      if the launch had been started there; then no rule says where
+    :param arguments: Launch arguments, which the command line overrides
     """
 
     machines: Mapping[str, Machine]
-    rules: tuple[PlacementRule, ...] = ()
+    rules: tuple[ProcessRule, ...] = ()
     everything_on: str | None = None
+    arguments: Mapping[str, str] = field(default_factory=dict)
 
     def machines_of(self, processes: Sequence[Process]) -> list[str | None]:
         """Return the names of the machines of processes, None for here."""
         machines = [self.everything_on] * len(processes)
         # the first rule decides
-        for rule in reversed(self.rules):
+        placing = [rule for rule in self.rules if rule.machine is not None]
+        for rule in reversed(placing):
             name = None if rule.machine == HERE else rule.machine
             for index in rule.selected(processes):
                 machines[index] = name

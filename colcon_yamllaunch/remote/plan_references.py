@@ -16,10 +16,7 @@ from colcon_yamllaunch.plan.plan import (
     Plan,
     Process,
 )
-from colcon_yamllaunch.remote.deployment.remote_paths import (
-    is_of_system,
-    paths_in,
-)
+from colcon_yamllaunch.remote.remote_paths import is_of_system, paths_in
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 #: What no path of a package has, and what stands around paths has.

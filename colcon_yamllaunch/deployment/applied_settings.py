@@ -1,0 +1,240 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Gives the processes and components of a plan their settings."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+import os.path
+from typing import Any
+
+from colcon_yamllaunch.common.suggestions import did_you_mean
+from colcon_yamllaunch.control.process_names import meant_by, ProcessNames
+from colcon_yamllaunch.deployment.deployment import Deployment, Setting
+from colcon_yamllaunch.deployment.process_settings import (
+    COMPONENT_SETTINGS,
+    LIMITS,
+    Pattern,
+)
+from colcon_yamllaunch.language.syntax.diagnostics import (
+    Diagnostic,
+    LaunchError,
+)
+from colcon_yamllaunch.plan.plan import (
+    AfterReady,
+    changed_entries,
+    Component,
+    Entry,
+    Member,
+    Plan,
+    Process,
+    Timer,
+)
+from colcon_yamllaunch.plan.settings import ResourceLimits, Settings
+from colcon_yamllaunch.plan.start_order import cycle_in, dependencies_of
+
+
+class AppliedSettings:
+    """
+    Applies the settings of a deployment to a plan, and to what is added later.
+
+    :param deployment: Its rules set something
+    """
+
+    def __init__(self, deployment: Deployment) -> None:
+        self._rules = [rule for rule in deployment.rules if rule.settings]
+        # all processes and components so far, with their settings
+        self._known: dict[str, Member] = {}
+
+    def apply(self, plan: Plan) -> Plan:
+        """
+        Return a plan with the settings.
+
+        :param plan: It has the names of machines in its labels
+        :raises LaunchError: when processes would wait for what is not there,
+          or for one another
+        """
+        if not self._rules:
+            return plan
+        members: list[Member] = [*plan.processes(), *plan.components()]
+        self._known |= {member.label: member for member in members}
+        settled = _Settled(
+            self._settings_of(members),
+            list(self._known.values()),
+            may_grow=plan.worker_position is not None,
+        )
+        found = {member.label: settled.member(member) for member in members}
+        self._known |= found
+        if settled.problems:
+            raise LaunchError(*settled.problems)
+        self._check_cycles()
+        entries = changed_entries(
+            plan.entries,
+            lambda entry: (
+                found[entry.label] if isinstance(entry, Member) else entry
+            ),
+        )
+        return replace(plan, entries=tuple(_in_start_order(entries)))
+
+    def _settings_of(
+        self, members: Sequence[Member]
+    ) -> dict[str, dict[str, Setting]]:
+        """Return what the first rule that says it sets for each label."""
+        found: dict[str, dict[str, Setting]] = {p.label: {} for p in members}
+        for rule in self._rules:
+            for index in rule.selected(members):
+                given = found[members[index].label]
+                for key, setting in rule.settings.items():
+                    given.setdefault(key, setting)
+        return found
+
+    def _check_cycles(self) -> None:
+        cycle = cycle_in(dependencies_of(self._known.values()))
+        if not cycle:
+            return
+        settings = self._known[cycle[0]].settings
+        raise LaunchError(
+            Diagnostic(
+                'error',
+                f'these wait for one another: {" → ".join(cycle)}',
+                None if settings is None else settings.position,
+                "remove one of these names from its 'after'",
+                len('after'),
+            )
+        )
+
+
+class _Settled:
+    """
+    The members of a plan with their settings, and what is wrong with these.
+
+    :param given: The settings by label and key
+    :param known: What names in settings may refer to
+    :param may_grow: Whether more processes may come later
+    """
+
+    def __init__(
+        self,
+        given: Mapping[str, Mapping[str, Setting]],
+        known: Sequence[Member],
+        *,
+        may_grow: bool,
+    ) -> None:
+        self._given = given
+        self._labels = [member.label for member in known]
+        self._names = [ProcessNames.of_plan(member) for member in known]
+        self._may_grow = may_grow
+        self._problems: dict[Pattern, Diagnostic] = {}
+
+    @property
+    def problems(self) -> Iterable[Diagnostic]:
+        """What is wrong, each problem once."""
+        return self._problems.values()
+
+    def member(self, member: Member) -> Member:
+        """Return a process or component with its settings."""
+        given = self._given[member.label]
+        if isinstance(member, Component):
+            given = {k: s for k, s in given.items() if k in COMPONENT_SETTINGS}
+        if not given:
+            return member
+        fields = {key: setting.value for key, setting in given.items()}
+        if isinstance(member, Process):
+            member = _changed_process(member, fields)
+        return replace(
+            member, settings=self._settings(member.label, given, fields)
+        )
+
+    def _settings(
+        self,
+        label: str,
+        given: Mapping[str, Setting],
+        fields: dict[str, Any],
+    ) -> Settings:
+        at = given.get('after') or next(iter(given.values()))
+        if 'after' in fields:
+            fields['after'] = self._labels_of(label, fields['after'])
+        if 'restart' in fields:
+            restart, together = fields['restart']
+            others = self._labels_of(label, together)
+            fields['restart'] = replace(restart, together=others)
+        limits = {key: fields.pop(key) for key in LIMITS if key in fields}
+        return Settings(
+            at.position,
+            limits=ResourceLimits(**limits) if limits else None,
+            **fields,
+        )
+
+    def _labels_of(
+        self, label: str, patterns: Iterable[Pattern]
+    ) -> tuple[str, ...]:
+        """Return the labels that names in the settings of a label mean."""
+        found: dict[str, None] = {}
+        for pattern in patterns:
+            labels = [
+                self._labels[i] for i in meant_by(pattern.text, self._names)
+            ]
+            if label in labels:
+                others = (
+                    ', '.join(n for n in labels if n != label) or 'nothing'
+                )
+                self._fail(
+                    pattern,
+                    f"'{pattern.text}' includes {label} itself",
+                    f'name the others: {others}',
+                )
+            if not labels and not self._may_grow:
+                self._fail(
+                    pattern,
+                    f'no process or component of the launch is called '
+                    f"'{pattern.text}'",
+                    did_you_mean(pattern.text, self._labels)
+                    or 'the names of all are shown by --plan',
+                )
+            found |= dict.fromkeys(labels)
+        return tuple(found)
+
+    def _fail(self, pattern: Pattern, message: str, hint: str) -> None:
+        self._problems[pattern] = Diagnostic(
+            'error', message, pattern.position, hint, pattern.length
+        )
+
+
+def _changed_process(process: Process, fields: dict[str, Any]) -> Process:
+    """Return a process with what is no field of its settings."""
+    environment = dict(process.environment) | dict(fields.pop('env', ()))
+    directory = fields.pop('directory', process.cwd)
+    return replace(
+        process,
+        environment=tuple(sorted(environment.items())),
+        cwd=os.path.expanduser(directory),
+        output=fields.pop('output', process.output),
+    )
+
+
+def _in_start_order(entries: Iterable[Entry]) -> Iterator[Entry]:
+    """
+    Put what waits for others behind that.
+
+    A timer of the launch file starts to count when those are ready, so what
+    waits leaves its timer, and takes the time along.
+    """
+    for entry in entries:
+        if isinstance(entry, Timer):
+            rest = []
+            for inner in _in_start_order(entry.entries):
+                if isinstance(inner, AfterReady):
+                    delayed = replace(entry, entries=inner.entries)
+                    yield replace(inner, entries=(delayed,))
+                else:
+                    rest.append(inner)
+            if rest or not entry.entries:
+                yield replace(entry, entries=tuple(rest))
+        elif (
+            isinstance(entry, Member)
+            and entry.settings is not None
+            and entry.settings.after
+        ):
+            yield AfterReady(entry.settings.after, (entry,))
+        else:
+            yield entry

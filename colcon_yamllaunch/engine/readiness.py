@@ -1,0 +1,202 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+Finds out which processes and components are ready.
+
+Only launches whose plan has settings for that import this. The conditions of
+a member are checked on its machine, see :mod:`.ready_checks`; what waits for
+it is held back by the supervisor (`Supervisor._hold`).
+"""
+
+from collections.abc import Mapping
+from functools import partial
+
+from colcon_yamllaunch.common.frozen import mutable
+from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine.engine import Engine
+from colcon_yamllaunch.engine.loop import TimerHandle
+from colcon_yamllaunch.engine.participants import Participant
+from colcon_yamllaunch.engine.ready_checks import CHECKS, ReadyCheck
+from colcon_yamllaunch.plan.plan import Member, Plan
+from colcon_yamllaunch.plan.settings import READY_TIMEOUT, ReadyCondition
+
+# what a member without conditions of its own must meet
+_DEFAULT = ReadyCondition('running')
+
+
+def needs_readiness(plan: Plan) -> bool:
+    """Return whether it matters for a plan which members are ready."""
+    return any(
+        member.settings is not None
+        and (member.settings.ready or member.settings.after)
+        for member in plan.members()
+    )
+
+
+@mutable
+class _Start:
+    """
+    A start of a member that is not ready yet.
+
+    :param time: When it was, by the clock of the loop
+    :param checks: The checks of conditions that do not hold yet
+    :param timer: Reports that the member is not ready in time
+    """
+
+    member: Member
+    time: float
+    checks: list[ReadyCheck]
+    timer: TimerHandle
+
+
+class Readiness(Participant):
+    """
+    Emits `Ready` and `NotReady` for the members of a launch.
+
+    :param after: For each member the labels that it waits for
+    """
+
+    _engine: Engine
+
+    def __init__(self, after: Mapping[str, tuple[str, ...]]) -> None:
+        self._after = after
+        # the starts whose conditions hold, with the time of that
+        self._ready: list[tuple[_Start, float]] = []
+        self._starts: dict[str, _Start] = {}
+
+    def join(self, engine: Engine) -> None:
+        """Note that the launch knows what is ready."""
+        self._engine = engine
+        engine.state.after = dict(self._after)
+
+    def handle(self, event: events.Event) -> None:
+        """Begin to check a member that starts, and end with one that ends."""
+        match event:
+            case events.Started(process=process):
+                self._begin(process)
+            case events.Loaded(component=component):
+                self._begin(component)
+            case events.StateChanged(member=member):
+                self._pass_on(member, event)
+            case events.Exited() | events.StartFailed():
+                process = event.process
+                again = event.respawn_delay is not None
+                if not isinstance(event, events.Exited) or event.failed:
+                    # one that has done its work is ready all the same
+                    self._ready = [
+                        (start, seconds)
+                        for start, seconds in self._ready
+                        if start.member.label != process.label
+                    ]
+                self._end(process, is_final=not again)
+            case events.LoadFailed(component=component, again=again):
+                self._end(component, is_final=not again)
+            case events.Unloaded(component=component):
+                self._end(component, is_final=False)
+            case events.ShuttingDown():
+                self.close()
+            case _:
+                pass
+
+    def handle_output(self, event: events.Output) -> None:
+        """Pass output on to what searches it."""
+        self._pass_on(event.process, event)
+
+    def end_turn(self) -> None:
+        """Report what is ready, after all other events of the turn."""
+        ready, self._ready = self._ready, []
+        for start, seconds in ready:
+            self._engine.emit(events.Ready(start.member, seconds))
+
+    def close(self) -> None:
+        """End all checks."""
+        for label in list(self._starts):
+            self._cancel(label)
+
+    def _begin(self, member: Member) -> None:
+        self._cancel(member.label)
+        loop, settings = self._engine.loop, member.settings
+        if self._engine.state.machine_of(member.label) is not None:
+            # that machine finds it out
+            return
+        conditions: tuple[ReadyCondition, ...] = ()
+        timeout = READY_TIMEOUT
+        if settings is not None:
+            conditions, timeout = settings.ready, settings.ready_timeout
+        start = _Start(
+            member,
+            loop.time(),
+            [],
+            loop.call_later(timeout, self._late, member.label),
+        )
+        self._starts[member.label] = start
+        start.checks = [
+            CHECKS[condition.kind](
+                self._engine, member, condition, partial(self._met, start)
+            )
+            for condition in conditions or (_DEFAULT,)
+        ]
+        for check in tuple(start.checks):
+            check.begin()
+
+    def _met(self, start: _Start, check: ReadyCheck) -> None:
+        if check not in start.checks:
+            return
+        start.checks.remove(check)
+        check.cancel()
+        if not start.checks:
+            self._cancel(start.member.label)
+            now = self._engine.loop.time()
+            self._ready.append((start, now - start.time))
+            self._engine.loop.wake()
+
+    def _pass_on(self, member: Member, event: events.Event) -> None:
+        start = self._starts.get(member.label)
+        for check in () if start is None else tuple(start.checks):
+            check.handle(event)
+
+    def _late(self, label: str) -> None:
+        start = self._starts[label]
+        conditions = (str(check.condition) for check in start.checks)
+        self._report(start, tuple(conditions))
+
+    def _end(self, member: Member, *, is_final: bool) -> None:
+        """
+        Handle the end of a member.
+
+        :param is_final: Whether it does not start again by itself
+        """
+        start = self._starts.get(member.label)
+        self._cancel(member.label)
+        if start is not None and is_final and self._waiting_for(member):
+            self._report(start, ())
+
+    def _report(self, start: _Start, conditions: tuple[str, ...]) -> None:
+        engine, member = self._engine, start.member
+        settings = member.settings
+        action = 'warn' if settings is None else settings.on_timeout
+        seconds = engine.loop.time() - start.time
+        waiting = self._waiting_for(member)
+        engine.emit(
+            events.NotReady(
+                member, conditions, action, seconds, waiting=waiting
+            )
+        )
+        if action == 'fail':
+            engine.supervisor.stop(f'{member.label} is not ready')
+
+    def _waiting_for(self, member: Member) -> tuple[str, ...]:
+        """Return the labels of what waits for a member."""
+        return tuple(
+            other.label
+            for other in self._engine.state.members()
+            if member.label in other.waits_for
+        )
+
+    def _cancel(self, label: str) -> None:
+        start = self._starts.pop(label, None)
+        if start is not None:
+            start.timer.cancel()
+            for check in start.checks:
+                check.cancel()
