@@ -137,12 +137,13 @@ def run(
         close_on_exec_all()
         launch = _Launch(plan, context, observers, stack)
         engine = launch.engine
-        engine.start_client()
         for text in launch.troubles:
             engine.emit(events.Warned(text))
         with ExitStack() as control:
             launch.connect(control)
             try:
+                engine.prepare()
+                engine.start_client()
                 engine.run(signals)
             except Exception as error:
                 for participant in context.participants:

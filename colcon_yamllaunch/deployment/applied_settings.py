@@ -65,8 +65,9 @@ class AppliedSettings:
         )
         found = {member.label: settled.member(member) for member in members}
         self._known |= found
-        if settled.problems:
-            raise LaunchError(*settled.problems)
+        problems = [*self._misplaced(), *settled.problems]
+        if problems:
+            raise LaunchError(*problems)
         self._check_cycles()
         entries = changed_entries(
             plan.entries,
@@ -87,6 +88,26 @@ class AppliedSettings:
                 for key, setting in rule.settings.items():
                     given.setdefault(key, setting)
         return found
+
+    def _misplaced(self) -> Iterator[Diagnostic]:
+        """Find what rules set for components that only a process has."""
+        known = list(self._known.values())
+        for rule in self._rules:
+            selected = [known[index] for index in rule.selected(known)]
+            components = [m for m in selected if isinstance(m, Component)]
+            if not components or len(components) < len(selected):
+                continue
+            for key, setting in rule.settings.items():
+                if key not in COMPONENT_SETTINGS:
+                    yield Diagnostic(
+                        'error',
+                        f"'{key}' is a setting of a process, and '{rule}' "
+                        'matches only components',
+                        setting.position,
+                        'set it for their container, which all of its '
+                        f'components share: {components[0].container}',
+                        setting.length,
+                    )
 
     def _check_cycles(self) -> None:
         cycle = cycle_in(dependencies_of(self._known.values()))
@@ -162,6 +183,11 @@ class _Settled:
         return Settings(
             at.position,
             limits=ResourceLimits(**limits) if limits else None,
+            places=tuple(
+                (key, given[key].position)
+                for key in (*LIMITS, 'user')
+                if key in given
+            ),
             **fields,
         )
 
@@ -204,6 +230,9 @@ def _changed_process(process: Process, fields: dict[str, Any]) -> Process:
     """Return a process with what is no field of its settings."""
     environment = dict(process.environment) | dict(fields.pop('env', ()))
     directory = fields.pop('directory', process.cwd)
+    if directory.startswith('~'):
+        # that of its user
+        directory = f'~{fields.get("user", "")}{directory[1:]}'
     return replace(
         process,
         environment=tuple(sorted(environment.items())),

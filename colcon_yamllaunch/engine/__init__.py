@@ -37,6 +37,9 @@ The system:
   in its process group, :mod:`.cgroup` in the control group of the launch,
   :mod:`.line_buffering` so that lines show at once. :mod:`.own_files` has
   their parameter files.
+- :mod:`.resource_limits` finds out which limits of a deployment file this
+  machine can set, :mod:`.limit_groups` has those of control groups, and
+  :mod:`.limited_spawn` starts processes with limits or as another user.
 - :mod:`.channels` makes their pipes and terminals, :mod:`.relay` reads what
   they write and cuts it into :mod:`.lines`, :mod:`.terminals` types at them,
   and :mod:`.writer` writes to the screen without waiting for it.

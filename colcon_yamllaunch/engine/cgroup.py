@@ -13,11 +13,17 @@ killed at once. The launcher and its guard stay in their group.
 The groups of other programs are not changed. If the folder cannot be made,
 the launch silently runs without a control group.
 
+Where processes have limits, :meth:`LaunchCgroup.use` enables controllers.
+Linux enables none in a group that has processes, so whatever is in the group
+of the launcher may have to move to one inside it meanwhile, `NAME.launcher`.
+:mod:`.limit_groups` finds out where that is possible.
+
 This module is part of the guard and imports little.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+import errno
 import fcntl
 from functools import cached_property
 import os
@@ -35,6 +41,9 @@ CGROUP_VARIABLE = 'COLCON_LAUNCH_CGROUP'
 
 _PREFIX = 'colcon_launch-'
 _NAME = re.compile(rf'{_PREFIX}[0-9a-f]{{16}}')
+# the group of a launcher that had to leave its own one
+_LAUNCHER = '.launcher'
+_STALE = re.compile(rf'{_NAME.pattern}({re.escape(_LAUNCHER)})?')
 # in the last launch of those that are nested
 _OF_PROCESS = re.compile(rf'.*/{_NAME.pattern}/\d+(?=/|$)')
 # With any other controller, what is in a group of its own gets another share
@@ -68,6 +77,10 @@ class LaunchCgroup:
         self._wanted = wanted
         self._lock = -1
         self._is_inside = self._stays_inside = False
+        # those that its processes may be limited by, and those of them that
+        # the group around it did not have before
+        self._controllers: frozenset[str] = frozenset()
+        self._enabled: frozenset[str] = frozenset()
 
     @classmethod
     def of_members(cls, identity: str, pids: Iterable[int]) -> 'LaunchCgroup':
@@ -130,6 +143,61 @@ class LaunchCgroup:
             with suppress(OSError):
                 _move_to(str(self._folder))
 
+    def use(self, base: str, controllers: Iterable[str]) -> None:
+        """
+        Make the group where its processes can have limits.
+
+        To be called before anything is started.
+
+        :param base: The folder of the group around it; see `limit_groups`
+        :param controllers: What limits them, such as `memory`
+        :raises OSError: when that is not possible
+        """
+        _end_early_move()
+        wanted = frozenset(controllers)
+        self._folder = f'{base}/{self._name}'
+        before = _read(f'{base}/cgroup.subtree_control').split()
+        self._enabled = wanted.difference(before)
+        if not self._enabled or is_root(base) or not _members(base):
+            _enable(base, self._enabled)
+        else:
+            self._clear(base)
+        self._controllers = wanted
+        # may have been found out before
+        vars(self).pop('_can_use_folder', None)
+        if not self._can_use_folder:
+            raise OSError(errno.EACCES, os.strerror(errno.EACCES))
+        _enable(self._folder, wanted)
+
+    @property
+    def folder(self) -> str:
+        """The folder of the group, empty for none."""
+        return (self._folder or '') if self._can_use_folder else ''
+
+    def prepare(self, number: int, limits: Mapping[str, str]) -> str | None:
+        """
+        Make the group of a process with limits, and return its folder.
+
+        What it counted for an earlier run is forgotten. We do not enter it,
+        as the limits would hold for us. None is returned where there can be
+        no groups.
+
+        :param limits: The contents of its files
+        :raises OSError: when it does not take a limit
+        """
+        _end_early_move()
+        self.leave()
+        if not self._can_use_folder:
+            return None
+        folder = f'{self._folder}/{number}'
+        with suppress(OSError):
+            os.rmdir(folder)
+        with suppress(FileExistsError):
+            os.mkdir(folder)
+        for name, value in limits.items():
+            _write(f'{folder}/{name}', value.encode())
+        return folder
+
     def kill(self, number: int) -> None:
         """Kill all that is in the group of a process, in one step."""
         self.leave()
@@ -143,6 +211,7 @@ class LaunchCgroup:
             while not _remove(self._folder) and time.monotonic() < deadline:
                 self._kill(self._folder)
                 time.sleep(_INTERVAL)
+            self._restore(os.path.dirname(self._folder))
         if self._lock != -1:
             os.close(self._lock)
             self._lock = -1
@@ -161,17 +230,24 @@ class LaunchCgroup:
 
     @cached_property
     def _folder(self) -> str | None:
-        return None if self._home is None else f'{self._home}/{self._name}'
+        if self._home is None:
+            return None
+        # the group of a launcher that left its own one is beside it
+        beside = f'{os.path.dirname(self._home)}/{self._name}'
+        if os.path.isdir(beside):
+            return beside
+        return f'{self._home}/{self._name}'
 
     @cached_property
     def _can_use_folder(self) -> bool:
         """Whether the folder could be made, which is tried at first use."""
         if not self._wanted or self._home is None or self._folder is None:
             return False
-        controllers = _read(f'{self._home}/cgroup.subtree_control').split()
-        if not _HARMLESS.issuperset(controllers):
+        base = os.path.dirname(self._folder)
+        controllers = _read(f'{base}/cgroup.subtree_control').split()
+        if not (self._controllers or _HARMLESS.issuperset(controllers)):
             return False
-        _remove_stale(self._home)
+        _remove_stale(base)
         try:
             for _ in range(_TRIES):
                 with suppress(FileExistsError):
@@ -184,9 +260,44 @@ class LaunchCgroup:
             pass
         return False
 
+    def _clear(self, base: str) -> None:
+        """
+        Move what is in a group to one inside it, and enable its controllers.
+
+        :raises OSError: when it is not to be moved
+        """
+        inner = f'{self._folder}{_LAUNCHER}'
+        os.mkdir(inner)
+        for attempt in range(_TRIES):
+            _move_all(base, inner)
+            try:
+                _enable(base, self._enabled)
+                break
+            except OSError:
+                # something may have been started there meanwhile
+                if attempt == _TRIES - 1:
+                    self._restore(base)
+                    raise
+        self._home, self._path = inner, cgroup_of('self')
+
+    def _restore(self, base: str) -> None:
+        """Undo what :meth:`use` did to the group around that of the launch."""
+        inner = f'{self._folder}{_LAUNCHER}'
+        enabled: Iterable[str] = self._enabled
+        is_moved = os.path.isdir(inner)
+        if is_moved:
+            # before it had processes, and so none of them
+            enabled = _read(f'{base}/cgroup.subtree_control').split()
+        # they stay while another launch uses them
+        with suppress(OSError):
+            _enable(base, enabled, '-')
+            if is_moved:
+                _move_all(inner, base)
+                os.rmdir(inner)
+                vars(self).pop('_home', None)
+
     def _enter(self, number: int) -> bool:
-        if _early_move is not None:
-            _early_move.join()
+        _end_early_move()
         # if the launcher was moved to another group, its processes follow
         if not self._is_inside and cgroup_of('self') != self._path:
             return False
@@ -229,6 +340,11 @@ def make_ready() -> None:
     _early_move.start()
 
 
+def _end_early_move() -> None:
+    if _early_move is not None:
+        _early_move.join()
+
+
 def expect_moves(count: int | None = None) -> bool:
     """
     Keep the kernel ready for moves for a moment; they then take no time.
@@ -251,6 +367,21 @@ def expect_moves(count: int | None = None) -> bool:
             _move_to(folder)
         return True
     return False
+
+
+def own_folder() -> str | None:
+    """Return the folder of the group that we are in, if it is seen here."""
+    return LaunchCgroup('')._home
+
+
+def is_root(folder: str) -> bool:
+    """Return whether a group is that of the whole machine."""
+    return not os.path.exists(f'{folder}/cgroup.events')
+
+
+def is_of_launch(folder: str) -> bool:
+    """Return whether a group belongs to a launch."""
+    return any(map(_NAME.fullmatch, folder.split('/')))
 
 
 def number_of(pid: int, identity: str) -> int | None:
@@ -299,8 +430,24 @@ def members(folder: str) -> set[int]:
     }
 
 
+def own_members(folder: str) -> set[int]:
+    """Return the processes of a group, but not of those in it."""
+    return set(map(int, _members(folder)))
+
+
+def words_in(path: str) -> list[str]:
+    """Return the words of a file of a group, none if there is no such file."""
+    return _read(path).split()
+
+
+def number_in(path: str) -> int | None:
+    """Return the number in a file of a group, if there is one."""
+    text = _read(path).strip()
+    return int(text) if text.isdecimal() else None
+
+
 def _members(folder: str) -> list[str]:
-    return _read(f'{folder}/cgroup.procs').split()
+    return words_in(f'{folder}/cgroup.procs')
 
 
 def _mounted(path: str) -> str | None:
@@ -352,7 +499,7 @@ def _remove_stale(home: str) -> None:
     for name in names:
         folder = f'{home}/{name}'
         is_empty = 'populated 0' in _read(f'{folder}/cgroup.events')
-        if not (_NAME.fullmatch(name) and is_empty):
+        if not (_STALE.fullmatch(name) and is_empty):
             continue
         with suppress(OSError):
             if os.stat(folder).st_uid != os.geteuid():
@@ -373,6 +520,21 @@ def _remove(folder: str) -> bool:
 
 def _move_to(folder: str) -> None:
     _write(f'{folder}/cgroup.procs', b'0')
+
+
+def _move_all(source: str, target: str) -> None:
+    """Move all processes of a group to another one."""
+    for pid in _members(source):
+        # it may have ended
+        with suppress(ProcessLookupError):
+            _write(f'{target}/cgroup.procs', pid.encode())
+
+
+def _enable(folder: str, controllers: Iterable[str], sign: str = '+') -> None:
+    """Enable controllers for the groups inside one, or disable them (`-`)."""
+    text = ' '.join(f'{sign}{name}' for name in sorted(controllers))
+    if text:
+        _write(f'{folder}/cgroup.subtree_control', text.encode())
 
 
 def _write(path: str, data: bytes) -> None:

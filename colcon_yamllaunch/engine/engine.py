@@ -34,7 +34,6 @@ from colcon_yamllaunch.engine.loop import (
     suspend_ourselves,
     suspended_children,
 )
-from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.own_files import ParameterFiles
 from colcon_yamllaunch.engine.participants import overridden, Participant
 from colcon_yamllaunch.engine.process_starter import ProcessStarter
@@ -367,6 +366,16 @@ class Engine:
     def release_group(self, group: int) -> None:
         """Handle the end of the last process of a group."""
         self._guard.ended(group)
+
+    def prepare(self) -> None:
+        """
+        Prepare for the limits of processes, before anything starts.
+
+        :raises UserError: when one cannot be set
+        """
+        tasks = self.supervisor.tasks
+        for text in self.starter.prepare((t.number, t.process) for t in tasks):
+            self.emit(events.Warned(text))
 
     def start_client(self) -> None:
         """Start the ROS client if one is needed; it comes up meanwhile."""
@@ -759,7 +768,7 @@ class Engine:
                 self._relay.drain(pid)
                 # the last line of a process counts before its exit code
                 self.check_conditions()
-                self.supervisor.exited(pid, Outcome.from_status(status))
+                self.supervisor.exited(pid, self.starter.ended(pid, status))
 
     def _expect_guard(self) -> None:
         if self._guard.pid:

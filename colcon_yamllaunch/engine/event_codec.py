@@ -146,7 +146,8 @@ def _fields(name: str, record: dict[str, Any]) -> dict[str, Any]:
         fields['members'] = record.get('labels')
     if name == 'exited':
         fields['outcome'] = [
-            fields.get(key) for key in ('exit_code', 'signal', 'core_dumped')
+            fields.get(key)
+            for key in ('exit_code', 'signal', 'core_dumped', 'limit')
         ]
     return fields
 
@@ -168,13 +169,16 @@ def _member_reader(member_of: MemberOf, kinds: Any) -> Callable[[Any], Member]:
 
 
 def _read_outcome(data: Any) -> Outcome:
-    match data:
+    *how, limit = data
+    # a machine with an earlier version says nothing of it
+    text = printable(only(str, limit or ''))
+    match how:
         case [int(code), None, False] if type(code) is int and (
             0 <= code <= _LARGEST_CODE
         ):
-            return Outcome(code)
+            return Outcome(code, limit=text)
         case [None, int(number), bool(core_dumped)]:
-            return Outcome(None, number, core_dumped)
+            return Outcome(None, number, core_dumped, limit=text)
     raise CodecError('is no outcome')
 
 

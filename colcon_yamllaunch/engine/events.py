@@ -1240,6 +1240,7 @@ def _recorded(name: str, value: Any) -> dict[str, Any]:
                 'exit_code': value.code,
                 'signal': value.signal and signal_name(value.signal),
                 'core_dumped': value.core_dumped,
+                **({'limit': value.limit} if value.limit else {}),
             }
         case tuple() if name == 'members':
             return {'labels': [member.label for member in value]}

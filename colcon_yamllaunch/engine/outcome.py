@@ -27,12 +27,15 @@ class Outcome:
     :param core_dumped: Whether the system wrote a core dump
     :param lost: The machine that it was lost with, if its end is not known;
       else empty
+    :param limit: The limit that it exceeded, as a part of a sentence; else
+      empty
     """
 
     code: int | None = None
     signal: int | None = None
     core_dumped: bool = False
     lost: str = ''
+    limit: str = ''
 
     @staticmethod
     def from_status(status: int) -> 'Outcome':
@@ -46,12 +49,16 @@ class Outcome:
     def __str__(self) -> str:
         if self.lost:
             return f'lost with {self.lost}'
+        if self.limit and self.signal == signal.SIGKILL:
+            return f'killed: {self.limit}'
+        reason = f' ({self.limit})' if self.limit else ''
         if self.signal is None:
-            return f'exited with code {self.code}'
+            return f'exited with code {self.code}{reason}'
         text = f'died by {signal_name(self.signal)}'
         meaning = signal.strsignal(self.signal)
         if meaning:
             text += f' ({meaning.lower()})'
+        text += reason
         return f'{text}, core dumped' if self.core_dumped else text
 
 

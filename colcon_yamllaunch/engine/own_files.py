@@ -13,7 +13,7 @@ are removed; anything else stays.
 This module is part of the guard and imports little.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 import os
 import re
@@ -75,7 +75,7 @@ def remove_parameter_files(folder: OwnFile) -> None:
             if (
                 not name.startswith(FOLDER_PREFIX)
                 or not folder.is_at(status)
-                or stat.S_IMODE(status.st_mode) & 0o077
+                or stat.S_IMODE(status.st_mode) & 0o066
             ):
                 return
             for entry in os.listdir(descriptor):
@@ -137,6 +137,21 @@ class ParameterFiles:
             else self._path(number, index, process.label, argument)
             for index, argument in enumerate(process.argv)
         ]
+
+    def give(self, argv: Iterable[str], user: int) -> None:
+        """
+        Let another user read those of the files that a command line names.
+
+        :param user: The number of the user
+        :raises OSError: when that is not possible
+        """
+        folder = '' if self._folder is None else self._folder.path
+        for argument in argv:
+            if folder and os.path.dirname(argument) == folder:
+                # nobody else can list it, or read files in it
+                os.chmod(folder, 0o711)
+                os.chmod(argument, 0o600)
+                os.chown(argument, user, -1)
 
     def remove(self) -> None:
         """Remove the folder, if there is one."""

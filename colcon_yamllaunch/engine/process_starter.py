@@ -3,7 +3,8 @@
 
 """Starting processes of a plan, with their channels, variables and marks."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
 import errno
 import os
 from typing import TYPE_CHECKING
@@ -12,6 +13,7 @@ from colcon_yamllaunch.engine.cgroup import is_wanted, LaunchCgroup
 from colcon_yamllaunch.engine.channels import Channel, open_terminal
 from colcon_yamllaunch.engine.guard_link import GuardLink
 from colcon_yamllaunch.engine.launch_scan import LAUNCH_ID_VARIABLE
+from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.own_files import ParameterFiles
 from colcon_yamllaunch.engine.relay import Relay
 from colcon_yamllaunch.engine.spawn import (
@@ -25,6 +27,7 @@ from colcon_yamllaunch.plan.plan import Process
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.engine.engine import EngineSettings
+    from colcon_yamllaunch.engine.resource_limits import ProcessLimits
 
 _STREAMS = ('stdout', 'stderr')
 
@@ -60,7 +63,36 @@ class ProcessStarter:
         self.descriptors = DescriptorLimit(processes)
         #: The variables of processes that say nothing else.
         self.variables: Mapping[str, str] = settings.environment
+        self._limits: ProcessLimits | None = None
         relay.closing = terminals.closing = guard.closed
+
+    def prepare(self, processes: Iterable[tuple[int, Process]]) -> list[str]:
+        """
+        Prepare for processes with limits; return warnings about these.
+
+        To be called before anything starts.
+
+        :param processes: All of them, with their numbers in the plan
+        :raises UserError: when a limit cannot be set
+        """
+        limited = {
+            number: process
+            for number, process in processes
+            if _is_restricted(process)
+        }
+        return self.limits.prepare(limited) if limited else []
+
+    @property
+    def limits(self) -> 'ProcessLimits':
+        """The limits of processes."""
+        if self._limits is None:
+            # few launches have any
+            from colcon_yamllaunch.engine.resource_limits import ProcessLimits
+
+            self._limits = ProcessLimits(
+                self.cgroup, self._settings.environment
+            )
+        return self._limits
 
     def start(
         self, number: int, process: Process, size: os.terminal_size | None
@@ -83,12 +115,9 @@ class ProcessStarter:
                 environment |= self._settings.buffering.variables(
                     process, argv, environment
                 )
-                group = self.start_helper(
-                    number,
-                    argv,
-                    environment,
-                    process.cwd,
-                    (stdin, stdout.writer, stderr.writer),
+                streams = stdin, stdout.writer, stderr.writer
+                group = self._start(
+                    number, process, argv, environment, streams
                 )
         except BaseException:
             for channel in channels:
@@ -106,6 +135,46 @@ class ProcessStarter:
             self._guard.output(number, process, None, keyboard)
         return group
 
+    def ended(self, group: int, status: int) -> Outcome:
+        """
+        Return how a process has ended.
+
+        :param status: What :func:`os.waitpid` returned
+        """
+        outcome = Outcome.from_status(status)
+        if self._limits is None:
+            return outcome
+        return self._limits.explained(group, outcome)
+
+    def _start(
+        self,
+        number: int,
+        process: Process,
+        argv: list[str],
+        environment: dict[str, str],
+        streams: tuple[int, int, int],
+    ) -> int:
+        if not _is_restricted(process):
+            return self.start_helper(
+                number, argv, environment, process.cwd, streams
+            )
+        self._mark(number, environment)
+        spawn = self.limits.spawn_of(number, process)
+        spawn.complete(environment, process.environment)
+        if (user := spawn.user) is not None:
+            with suppress(OSError):
+                self._files.give(argv, user.pw_uid)
+        group = spawn_process(
+            argv,
+            environment,
+            # that of its user, if only this machine has him
+            os.path.expanduser(process.cwd),
+            streams,
+            self.descriptors.wrapped(spawn),
+        )
+        self.limits.started(number, group, process)
+        return group
+
     def start_helper(
         self,
         number: int,
@@ -115,7 +184,7 @@ class ProcessStarter:
         streams: tuple[int, int, int],
     ) -> int:
         """Start a program that belongs to a number of the plan."""
-        environment[LAUNCH_ID_VARIABLE] = f'{self._settings.identity}.{number}'
+        self._mark(number, environment)
         with self.cgroup.entered(number):
             return spawn_process(
                 argv,
@@ -124,6 +193,9 @@ class ProcessStarter:
                 streams,
                 self.descriptors.wrapped(self._settings.spawn),
             )
+
+    def _mark(self, number: int, environment: dict[str, str]) -> None:
+        environment[LAUNCH_ID_VARIABLE] = f'{self._settings.identity}.{number}'
 
     def command_line(self, number: int, process: Process) -> list[str]:
         """
@@ -148,6 +220,10 @@ class ProcessStarter:
             else:
                 environment[name] = value
         return environment
+
+
+def _is_restricted(process: Process) -> bool:
+    return process.settings is not None and process.settings.is_restricted
 
 
 def _open_channel(size: os.terminal_size | None) -> Channel:

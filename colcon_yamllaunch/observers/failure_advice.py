@@ -12,6 +12,7 @@ import sys
 
 from colcon_yamllaunch.common.files import split_path
 from colcon_yamllaunch.common.suggestions import did_you_mean, is_slip
+from colcon_yamllaunch.common.table import size
 from colcon_yamllaunch.engine import events, limits
 from colcon_yamllaunch.engine.events import Exited
 from colcon_yamllaunch.engine.line_buffering import LINE_BUFFERED_VARIABLE
@@ -80,6 +81,9 @@ class Advisor:
         """
         process = event.process
         program = _program_of(process)
+        limit = limit_advice(event, tail)
+        if limit is not None:
+            return limit
         for line in tail:
             # before the signal, as rclcpp dies by SIGABRT in this case
             advice = parameter_advice(line, self._parameters_of(process))
@@ -217,6 +221,34 @@ class Advisor:
         """Return the folders in which an interpreter finds packages."""
         given = split_path(self._environment.get('PYTHONPATH', ''))
         return [*map(Path, given), *_libraries(interpreter)]
+
+
+# what Python, the C++ library and the C library report without memory
+_NO_MEMORY = re.compile(
+    r'\bMemoryError\b|\bstd::bad_alloc\b|Cannot allocate memory'
+)
+
+
+def limit_advice(event: Exited, tail: Sequence[str]) -> str | None:
+    """Return which limit of its deployment file a process needs raised."""
+    settings, outcome = event.process.settings, event.outcome
+    limits = None if settings is None else settings.limits
+    if settings is None or limits is None:
+        return None
+    if limits.memory is not None:
+        place = _place(settings.place('memory'))
+        if outcome.limit and outcome.signal == signal.SIGKILL:
+            return f"raise 'memory' at {place}, or let it need less"
+        # without a control group, no more memory is given
+        if any(map(_NO_MEMORY.search, tail)):
+            limit = size(limits.memory).replace('.0 ', ' ')
+            return (
+                f"its limit is {limit}: raise 'memory' at {place}, or let it "
+                'need less'
+            )
+    if outcome.limit and limits.tasks is not None:
+        return f"raise 'tasks' at {_place(settings.place('tasks'))}"
+    return None
 
 
 def _program_of(process: Process) -> str:

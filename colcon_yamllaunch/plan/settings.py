@@ -212,6 +212,7 @@ class Settings:
     :param limits: What it may use
     :param user: The user that it runs as; empty for that of the launch
     :param position: Where the deployment file says so
+    :param places: Where it says what the limits and the user are, by key
     """
 
     position: Position
@@ -224,3 +225,13 @@ class Settings:
     optional: bool = False
     limits: ResourceLimits | None = None
     user: str = ''
+    places: tuple[tuple[str, Position], ...] = ()
+
+    @property
+    def is_restricted(self) -> bool:
+        """Whether the process starts with limits, or as another user."""
+        return self.limits is not None or bool(self.user)
+
+    def place(self, key: str) -> Position:
+        """Return where a limit or the user is set."""
+        return dict(self.places).get(key, self.position)

@@ -34,6 +34,8 @@ CLOCKS = 0.1
 UNSEEN = 1000
 #: What is asked of the machine.
 LOOK = 'inspection.find_missing'
+#: Finds limits that a machine cannot set.
+FIND_LIMIT_PROBLEMS = 'inspection.find_limit_problems'
 
 
 @dataclass(frozen=True, slots=True)
@@ -249,7 +251,9 @@ class LaunchMachine:
 
     def check(self, part: Plan) -> list[Diagnostic]:
         """
-        Find files that processes are given and that the machine lacks.
+        Find what processes are given and that the machine does not have.
+
+        Those are files, limits and users.
 
         :param part: The part of the machine, with paths of this computer
         :raises UserError: when the machine cannot be asked
@@ -269,11 +273,39 @@ class LaunchMachine:
         self._cwd = next(there, self._home)
         self._has_setup = setup not in missing
         return [
-            problem
-            for path, process in named.items()
-            if text(path) in missing
-            for problem in self._missing(path, process)
+            *(
+                problem
+                for path, process in named.items()
+                if text(path) in missing
+                for problem in self._missing(path, process)
+            ),
+            *self._limit_problems(part),
         ]
+
+    def _limit_problems(self, part: Plan) -> Iterator[Diagnostic]:
+        """Find limits that the machine cannot set; see `resource_limits`."""
+        limited = {
+            process.label: process
+            for process in part.processes()
+            if process.settings is not None and process.settings.is_restricted
+        }
+        if not limited:
+            return
+        # few launches have limits
+        from colcon_yamllaunch.plan.plan_json import plan_to_json
+
+        text = plan_to_json(Plan(tuple(limited.values())))
+        answer = self.connection.ask(FIND_LIMIT_PROBLEMS, {'plan': text})
+        for label, key, problem, hint in answer['problems']:
+            settings = limited[label].settings
+            assert settings is not None
+            yield Diagnostic(
+                'error',
+                f'{label} runs on {self.name}, and there {problem}',
+                settings.place(key),
+                hint,
+                len(key),
+            )
 
     def _missing(self, path: str, process: Process) -> Iterator[Diagnostic]:
         """Report a missing path, if that is a problem."""

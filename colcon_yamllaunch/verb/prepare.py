@@ -69,8 +69,8 @@ def prepare(context: LaunchContext) -> tuple[Plan, Mapping[str, str]]:
                     named = context.workspace.package_names
                 _stop_at_unknown_executables(context, evaluation)
                 machines.begin_sync(evaluation.plan, evaluation, named)
-            else:
-                context.placed(evaluation.plan)
+            elif (placed := context.placed(evaluation.plan)) is not None:
+                check_limits(context, placed.whole)
         if is_final or any(not e.may_pass_after_build for e in errors):
             break
         _stop_at_foreign_plugins(context, evaluation)
@@ -137,6 +137,39 @@ def warn_of_missing_programs(
     uses = {} if context.evaluation is None else context.evaluation.programs
     context.report(
         missing_programs(plan.processes(), uses, context.locator, environment)
+    )
+
+
+def check_limits(context: LaunchContext, plan: Plan) -> None:
+    """
+    Check that the processes that run here can have their limits and users.
+
+    :param plan: All of the plan, with the settings of the deployment
+    :raises GiveUpError: when some cannot
+    """
+    limited = [
+        process
+        for process in plan.processes()
+        if process.settings is not None and process.settings.is_restricted
+    ]
+    if limited and context.machines is not None:
+        here = {
+            p.label for p in context.machines.place(plan).local.processes()
+        }
+        limited = [process for process in limited if process.label in here]
+    if not limited:
+        return
+    from colcon_yamllaunch.engine.resource_limits import problems_of
+
+    context.report_or_fail(
+        Diagnostic(
+            'error',
+            found.problem,
+            found.position,
+            found.hint,
+            len(found.key),
+        )
+        for found in problems_of(limited, context.process_environment())
     )
 
 

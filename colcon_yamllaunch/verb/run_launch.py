@@ -21,6 +21,7 @@ from colcon_yamllaunch.verb.context import LaunchContext
 from colcon_yamllaunch.verb.log_folders import locked, log_store_of
 from colcon_yamllaunch.verb.options import WATCH_WITH_BELL
 from colcon_yamllaunch.verb.prepare import (
+    check_limits,
     prepare,
     warn_of_doubled_nodes,
     warn_of_missing_programs,
@@ -92,6 +93,7 @@ def _run(
     context: LaunchContext, plan: Plan, environment: Mapping[str, str]
 ) -> 'tuple[int, ChangeLoop | None]':
     """Run a plan that is prepared."""
+    check_limits(context, plan)
     # an error of the launch file needs nothing of this
     if is_wanted(environment):
         make_ready()

@@ -60,6 +60,30 @@ def find_missing(arguments: Mapping[str, Any], _say: Say) -> dict[str, Any]:
     return {'missing': [path for path in exists if not exists[path]]}
 
 
+def find_limit_problems(
+    arguments: Mapping[str, Any], _say: Say
+) -> dict[str, Any]:
+    """
+    Return which limits of processes cannot be set here, as `problems`.
+
+    Each has the label of a process, the key of the limit, the problem and the
+    hint or null.
+
+    :param arguments: `plan`, a plan with these processes as JSON
+    """
+    # few launches have limits
+    from colcon_yamllaunch.engine.resource_limits import problems_of
+    from colcon_yamllaunch.plan.plan_json import plan_from_json
+
+    plan = plan_from_json(arguments['plan'])
+    return {
+        'problems': [
+            [found.label, found.key, found.problem, found.hint]
+            for found in problems_of(plan.processes(), os.environ)
+        ]
+    }
+
+
 def find_packages(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:
     """
     Find packages in the environment of the workspace.
