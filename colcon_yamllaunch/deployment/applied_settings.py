@@ -30,7 +30,7 @@ from colcon_yamllaunch.plan.plan import (
     Process,
     Timer,
 )
-from colcon_yamllaunch.plan.settings import ResourceLimits, Settings
+from colcon_yamllaunch.plan.settings import Place, ResourceLimits, Settings
 from colcon_yamllaunch.plan.start_order import cycle_in, dependencies_of
 
 
@@ -184,7 +184,7 @@ class _Settled:
             at.position,
             limits=ResourceLimits(**limits) if limits else None,
             places=tuple(
-                (key, given[key].position)
+                Place(key, given[key].position)
                 for key in (*LIMITS, 'user')
                 if key in given
             ),

@@ -193,6 +193,14 @@ class ResourceLimits:
 
 
 @dataclass(frozen=True, slots=True)
+class Place:
+    """Where the deployment file has a key."""
+
+    key: str
+    position: Position
+
+
+@dataclass(frozen=True, slots=True)
 class Settings:
     """
     The settings of a process or component.
@@ -212,7 +220,7 @@ class Settings:
     :param limits: What it may use
     :param user: The user that it runs as; empty for that of the launch
     :param position: Where the deployment file says so
-    :param places: Where it says what the limits and the user are, by key
+    :param places: Where it says what the limits and the user are
     """
 
     position: Position
@@ -225,7 +233,7 @@ class Settings:
     optional: bool = False
     limits: ResourceLimits | None = None
     user: str = ''
-    places: tuple[tuple[str, Position], ...] = ()
+    places: tuple[Place, ...] = ()
 
     @property
     def is_restricted(self) -> bool:
@@ -234,4 +242,5 @@ class Settings:
 
     def place(self, key: str) -> Position:
         """Return where a limit or the user is set."""
-        return dict(self.places).get(key, self.position)
+        found = (p.position for p in self.places if p.key == key)
+        return next(found, self.position)
