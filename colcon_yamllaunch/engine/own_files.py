@@ -198,7 +198,12 @@ def _make_folder(file: str, content: str) -> OwnFile:
     raise problem
 
 
+def _open_private(path: str, flags: int) -> int:
+    return os.open(path, flags, 0o600)
+
+
 def _write(folder: str, file: str, content: str) -> None:
     path = os.path.join(folder, file)
-    with open(path, 'w', encoding='utf-8') as stream:
+    # other users may enter the folder, see `ParameterFiles.give`
+    with open(path, 'w', encoding='utf-8', opener=_open_private) as stream:
         stream.write(content)

@@ -77,7 +77,7 @@ def test_node_that_takes_too_much_memory_dies_alone(robot: User) -> None:
     output = launch(robot, EATS, rule, code=1)
     assert 'ate all of it' not in output
     assert 'goes on' in output
-    assert "raise 'memory' at robot.yaml:2:22" in output
+    assert "raise 'memory' at robot.yaml:2:21" in output
     if 'memory' in CONTROLLERS:
         assert 'first-1: killed: over its 200 MiB limit, peak 200' in output
     else:
