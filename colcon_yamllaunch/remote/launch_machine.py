@@ -301,7 +301,7 @@ class LaunchMachine:
             assert settings is not None
             yield Diagnostic(
                 'error',
-                f'{label} runs on {self.name}, and there {problem}',
+                f'{label} runs on {self.name}: {problem}',
                 settings.place(key),
                 hint,
                 len(key),

@@ -25,6 +25,7 @@ _TEXTS = st.text(st.characters(min_codepoint=0x20, max_codepoint=0x7E))
 _OUTCOMES = st.one_of(
     st.builds(Outcome, st.integers(0, 255)),
     st.builds(Outcome, st.none(), st.integers(1, 64), st.booleans()),
+    st.builds(Outcome, st.integers(1, 255), limit=_TEXTS),
 )
 _SCALARS = st.none() | st.booleans() | st.integers() | st.floats() | st.text()
 _JSON = st.recursive(

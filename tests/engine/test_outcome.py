@@ -41,3 +41,17 @@ def test_an_outcome_names_code_or_signal(outcome, text):
 )
 def test_a_failure_is_what_nobody_asked_for(outcome, asked, failed):
     assert is_failure(outcome, asked) is failed
+
+
+def test_an_outcome_names_the_limit_that_it_exceeded():
+    limit = 'over its 2 GiB limit, peak 2.1 GiB'
+    assert str(Outcome(signal=signal.SIGKILL, limit=limit)) == (
+        'killed: over its 2 GiB limit, peak 2.1 GiB'
+    )
+    limit = 'at its limit of 5 tasks'
+    assert str(Outcome(code=1, limit=limit)) == (
+        'exited with code 1 (at its limit of 5 tasks)'
+    )
+    assert str(Outcome(signal=signal.SIGABRT, limit=limit)) == (
+        'died by SIGABRT (aborted) (at its limit of 5 tasks)'
+    )

@@ -10,6 +10,7 @@ from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.observers.failure_advice import Advisor
 from colcon_yamllaunch.plan.plan import SetParameter
 from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.plan.settings import Place, ResourceLimits, Settings
 import pytest
 
 MISSING = "ModuleNotFoundError: No module named 'mission.plan'"
@@ -140,3 +141,49 @@ def test_refused_parameter_comes_before_the_crash(advice):
         signal=int(signal.SIGABRT),
     )
     assert text.endswith('give it 1.0 instead of 1, at /ws/a.yaml:7:9')
+
+
+@pytest.mark.parametrize(
+    ('outcome', 'line', 'advice'),
+    [
+        (
+            Outcome(signal=signal.SIGKILL, limit='over its 1 MiB limit'),
+            '',
+            "raise 'memory' at /ws/robot.yaml:3:5, or let it need less",
+        ),
+        (
+            Outcome(code=1),
+            'MemoryError',
+            "its limit is 1 MiB: raise 'memory' at /ws/robot.yaml:3:5, or let "
+            'it need less',
+        ),
+        (
+            Outcome(signal=signal.SIGABRT),
+            "terminate called after throwing an instance of 'std::bad_alloc'",
+            "its limit is 1 MiB: raise 'memory' at /ws/robot.yaml:3:5, or let "
+            'it need less',
+        ),
+        (
+            Outcome(code=1, limit='at its limit of 5 tasks'),
+            'fork failed',
+            "raise 'tasks' at /ws/robot.yaml:4:5",
+        ),
+        (Outcome(code=1), 'ValueError', None),
+        (Outcome(signal=signal.SIGKILL), '', None),
+    ],
+)
+def test_an_exceeded_limit_is_named_with_its_place(
+    process, outcome, line, advice
+):
+    settings = Settings(
+        Position('/ws/robot.yaml', 2, 5),
+        limits=ResourceLimits(memory=1 << 20, tasks=5),
+        places=(
+            Place('memory', Position('/ws/robot.yaml', 3, 5)),
+            Place('tasks', Position('/ws/robot.yaml', 4, 5)),
+        ),
+    )
+    limited = process('node', 'node', settings=settings)
+    ended = Exited(limited, 9, outcome, 1.0, False, True)
+    advisor = Advisor({}, lambda _module, _user: None)
+    assert advisor.advise(ended, [line]) == advice

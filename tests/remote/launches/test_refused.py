@@ -79,6 +79,42 @@ def test_the_python_is_too_old(deployer: Deployer, sshd: Sshd) -> None:
     assert 'its Python is 3.8.18, but 3.10' in output
 
 
+def test_limits_that_the_machine_cannot_set_are_errors(
+    deployer: Deployer, sshd: Sshd
+) -> None:
+    marker = deployer.root / 'started'
+    deployer.places(
+        {
+            'there': ('arm', deployer.talker),
+            'here': (HERE, ('touch', str(marker))),
+        },
+        sync='none',
+        rules=[
+            {'match': 'there', 'cpus': '1000', 'user': 'nobdy'},
+        ],
+    )
+    launch = deployer.deploys()
+    assert launch.end() == 1, launch.output
+    text = 'runs on arm: the launch has no processor 1000'
+    assert f'arm│there-1 {text}' in launch.output
+    assert "runs on arm: there is no user 'nobdy'" in launch.output
+    assert 'robot.yaml:1:' in launch.output
+    assert not marker.exists()
+
+
+def test_a_process_there_has_its_priority(
+    deployer: Deployer, sshd: Sshd
+) -> None:
+    deployer.places(
+        {'there': ('arm', ('nice',))},
+        sync='none',
+        rules=[{'match': 'there', 'nice': 8}],
+    )
+    launch = deployer.deploys()
+    assert launch.end() == 0, launch.output
+    assert '] 8\n' in launch.output
+
+
 def test_a_passphrase_is_asked_for_before_the_launch(
     deployer: Deployer, sshd: Sshd
 ) -> None:
