@@ -10,6 +10,7 @@ process, that has the name of the key.
 """
 
 from collections.abc import Callable, Mapping
+import json
 import math
 import re
 from typing import Any, get_args
@@ -128,10 +129,9 @@ def _parameter(value: Value) -> dict[str, Any]:
     if not isinstance(wanted, Scalar):
         message = "'equals' is not a text, number or boolean"
         raise wrong_value(message, wanted, hint)
-    text = wanted.text if wanted.kind != 'str' else repr(wanted.text)
     return {
         'name': values.text(pairs['name'][1], "'name'", hint),
-        'value': text,
+        'value': json.dumps(wanted.value),
     }
 
 

@@ -182,6 +182,11 @@ class Composition:
         return list(self._by_label.values())
 
     @property
+    def requests(self) -> Requests:
+        """The requests to the client."""
+        return self._requests
+
+    @property
     def has_client(self) -> bool:
         """Whether the client is ready for requests."""
         return self._requests.is_ready
@@ -494,7 +499,7 @@ class Composition:
             case {'id': int()}:
                 self._requests.handle(message)
             case {'event': 'ready'}:
-                self._requests.is_ready = True
+                self._requests.client_is_ready()
                 for container in self._containers.values():
                     if container.must_list:
                         self._list(container)

@@ -224,6 +224,7 @@ class Engine:
         #: Returns the parameters of a process.
         self.parameters_of = parameters_of
         self._dispatcher: Dispatcher | None = None
+        self._may_start_client = False
         self._expect_guard()
         for participant in participants:
             participant.join(self)
@@ -379,8 +380,18 @@ class Engine:
 
     def start_client(self) -> None:
         """Start the ROS client if one is needed; it comes up meanwhile."""
+        self._may_start_client = True
         if self._ros is not None:
             self._ros.start()
+
+    def use_ros(self) -> None:
+        """Have a ROS client from now on, if the environment has ROS."""
+        if self._ros is not None:
+            return
+        known = Plan(tuple(t.process for t in self.supervisor.tasks))
+        ros = self._ros_link(known)
+        if ros.is_found:
+            self._use_ros(ros)
 
     def run(self, signals: int) -> None:
         """
@@ -546,10 +557,15 @@ class Engine:
             self._ros.expect(more)
         elif more.needs_ros:
             known = Plan(tuple(t.process for t in self.supervisor.tasks))
-            self._ros = self._ros_link(known)
-            self._ros.expect(more)
-            self.supervisor.compose(self._ros.composition)
-            self._ros.start()
+            ros = self._ros_link(known)
+            ros.expect(more)
+            self._use_ros(ros)
+
+    def _use_ros(self, ros: 'RosLink') -> None:
+        self._ros = ros
+        self.supervisor.compose(ros.composition)
+        if self._may_start_client:
+            ros.start()
 
     def _ros_link(self, plan: Plan) -> 'RosLink':
         # few launches need it

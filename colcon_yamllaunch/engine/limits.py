@@ -160,6 +160,9 @@ READY_POLL_DELAY = 0.1
 #: its next start.
 READY_COMMAND_DELAY = 1.0
 
+#: Seconds that a report of what is not ready waits for what there is instead.
+EXPLANATION_TIMEOUT = 1.0
+
 #: Bytes of the latest events, and of the latest output, that are kept in
 #: memory for clients of the control socket, and pieces of output at most.
 EVENT_BACKLOG_BYTES = 512 * 1024

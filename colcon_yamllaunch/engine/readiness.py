@@ -9,20 +9,25 @@ a member are checked on its machine, see :mod:`.ready_checks`; what waits for
 it is held back by the supervisor (`Supervisor._hold`).
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import partial
 
 from colcon_yamllaunch.common.frozen import mutable
-from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine import events, limits
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.loop import TimerHandle
 from colcon_yamllaunch.engine.participants import Participant
 from colcon_yamllaunch.engine.ready_checks import CHECKS, ReadyCheck
-from colcon_yamllaunch.plan.plan import Member, Plan
-from colcon_yamllaunch.plan.settings import READY_TIMEOUT, ReadyCondition
+from colcon_yamllaunch.plan.plan import Member, Plan, Process
+from colcon_yamllaunch.plan.settings import (
+    READY_TIMEOUT,
+    ReadyCondition,
+    ROS_KINDS,
+)
 
 # what a member without conditions of its own must meet
 _DEFAULT = ReadyCondition('running')
+_ACTIVE = ReadyCondition('lifecycle', 'active')
 
 
 def needs_readiness(plan: Plan) -> bool:
@@ -42,12 +47,15 @@ class _Start:
     :param time: When it was, by the clock of the loop
     :param checks: The checks of conditions that do not hold yet
     :param timer: Reports that the member is not ready in time
+    :param found: What there is instead, by check, while a report waits for
+      that
     """
 
     member: Member
     time: float
     checks: list[ReadyCheck]
     timer: TimerHandle
+    found: dict[ReadyCheck, str] | None = None
 
 
 class Readiness(Participant):
@@ -64,15 +72,20 @@ class Readiness(Participant):
         # the starts whose conditions hold, with the time of that
         self._ready: list[tuple[_Start, float]] = []
         self._starts: dict[str, _Start] = {}
+        # the labels of members that the ROS client has checked
+        self._seen_in_ros: set[str] = set()
 
     def join(self, engine: Engine) -> None:
         """Note that the launch knows what is ready."""
         self._engine = engine
         engine.state.after = dict(self._after)
+        self._expect(engine.planned_processes())
 
     def handle(self, event: events.Event) -> None:
         """Begin to check a member that starts, and end with one that ends."""
         match event:
+            case events.Planned(members=members):
+                self._expect(members)
             case events.Started(process=process):
                 self._begin(process)
             case events.Loaded(component=component):
@@ -90,10 +103,12 @@ class Readiness(Participant):
                         if start.member.label != process.label
                     ]
                 self._end(process, is_final=not again)
+                self._forget(process)
             case events.LoadFailed(component=component, again=again):
                 self._end(component, is_final=not again)
             case events.Unloaded(component=component):
                 self._end(component, is_final=False)
+                self._forget(component)
             case events.ShuttingDown():
                 self.close()
             case _:
@@ -120,10 +135,9 @@ class Readiness(Participant):
         if self._engine.state.machine_of(member.label) is not None:
             # that machine finds it out
             return
-        conditions: tuple[ReadyCondition, ...] = ()
         timeout = READY_TIMEOUT
         if settings is not None:
-            conditions, timeout = settings.ready, settings.ready_timeout
+            timeout = settings.ready_timeout
         start = _Start(
             member,
             loop.time(),
@@ -132,13 +146,65 @@ class Readiness(Participant):
         )
         self._starts[member.label] = start
         start.checks = [
-            CHECKS[condition.kind](
+            self._check_class(member, condition)(
                 self._engine, member, condition, partial(self._met, start)
             )
-            for condition in conditions or (_DEFAULT,)
+            for condition in self._conditions_of(member)
         ]
         for check in tuple(start.checks):
             check.begin()
+
+    def _expect(self, members: Iterable[Member]) -> None:
+        """
+        Have a ROS client if members are nodes that something waits for.
+
+        Without ROS in the environment, they are ready when they run.
+        """
+        machine_of = self._engine.state.machine_of
+        if any(
+            self._is_default_node(member) and machine_of(member.label) is None
+            for member in members
+        ):
+            self._engine.use_ros()
+
+    def _is_default_node(self, member: Member) -> bool:
+        """Return whether a member is ready when its node is in the graph."""
+        if member.node_name is None or not isinstance(member, Process):
+            return False
+        if member.settings is not None:
+            return not (member.settings.ready or member.autostart)
+        return not member.autostart and any(
+            member.label in labels
+            for labels in self._engine.state.after.values()
+        )
+
+    def _conditions_of(self, member: Member) -> tuple[ReadyCondition, ...]:
+        if member.settings is not None and member.settings.ready:
+            return member.settings.ready
+        if member.autostart:
+            return (_ACTIVE,)
+        has_ros = self._engine.composition is not None
+        if has_ros and self._is_default_node(member):
+            from colcon_yamllaunch.engine import ros_ready_checks
+
+            return (ros_ready_checks.node_condition(member),)
+        return (_DEFAULT,)
+
+    def _check_class(
+        self, member: Member, condition: ReadyCondition
+    ) -> type[ReadyCheck]:
+        if condition.kind not in ROS_KINDS:
+            return CHECKS[condition.kind]
+        from colcon_yamllaunch.engine import ros_ready_checks
+
+        self._seen_in_ros.add(member.label)
+        return ros_ready_checks.check_of(member, condition)
+
+    def _forget(self, member: Member) -> None:
+        """Let nothing count that is still visible of a member that ended."""
+        composition = self._engine.composition
+        if composition is not None and member.label in self._seen_in_ros:
+            composition.requests.gone(member=member.label)
 
     def _met(self, start: _Start, check: ReadyCheck) -> None:
         if check not in start.checks:
@@ -158,8 +224,29 @@ class Readiness(Participant):
 
     def _late(self, label: str) -> None:
         start = self._starts[label]
-        conditions = (str(check.condition) for check in start.checks)
-        self._report(start, tuple(conditions))
+        start.found = {}
+        start.timer = self._engine.loop.call_later(
+            limits.EXPLANATION_TIMEOUT, self._report_late, start
+        )
+        for check in tuple(start.checks):
+            check.explain(partial(self._explained, start, check))
+
+    def _explained(self, start: _Start, check: ReadyCheck, text: str) -> None:
+        """Handle what there is instead of what a check waits for."""
+        if start.found is None:
+            return
+        start.found[check] = text
+        if all(other in start.found for other in start.checks):
+            self._report_late(start)
+
+    def _report_late(self, start: _Start) -> None:
+        found, start.found = start.found, None
+        if found is None or self._starts.get(start.member.label) is not start:
+            return
+        start.timer.cancel()
+        conditions = tuple(str(check.condition) for check in start.checks)
+        texts = dict.fromkeys(found.get(check, '') for check in start.checks)
+        self._report(start, conditions, '; '.join(filter(None, texts)))
 
     def _end(self, member: Member, *, is_final: bool) -> None:
         """
@@ -172,7 +259,9 @@ class Readiness(Participant):
         if start is not None and is_final and self._waiting_for(member):
             self._report(start, ())
 
-    def _report(self, start: _Start, conditions: tuple[str, ...]) -> None:
+    def _report(
+        self, start: _Start, conditions: tuple[str, ...], found: str = ''
+    ) -> None:
         engine, member = self._engine, start.member
         settings = member.settings
         action = 'warn' if settings is None else settings.on_timeout
@@ -180,7 +269,7 @@ class Readiness(Participant):
         waiting = self._waiting_for(member)
         engine.emit(
             events.NotReady(
-                member, conditions, action, seconds, waiting=waiting
+                member, conditions, action, seconds, found, waiting
             )
         )
         if action == 'fail':

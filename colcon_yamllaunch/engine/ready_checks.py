@@ -61,6 +61,15 @@ class ReadyCheck:
     def handle(self, event: events.Event) -> None:
         """Receive an event about the member, or its output."""
 
+    def explain(self, explained: Callable[[str], object]) -> None:
+        """
+        Find out what there is instead of what the condition is about.
+
+        :param explained: Is called with that as a part of a sentence, or
+          with an empty text; maybe later
+        """
+        explained('')
+
     def cancel(self) -> None:
         """End the check."""
         if self._timer is not None:

@@ -55,6 +55,10 @@ that is false:
         crashed is noticed when the middleware gives it up, which takes Fast
         DDS 20 s, or when another one comes in its place.
 
+The requests "await" and "explain", and "gone" with a "member", are about what
+must hold until something is ready; see `ros_conditions`, which is imported for
+them.
+
 The middleware may lose the response to a call: rmw_fastrtps drops it if the
 server has not found the client within 0.1 s (ros2/rmw_fastrtps#392).
 Without a response, the outcome of a load, an unload or a change follows from
@@ -117,6 +121,8 @@ STATES = {'unconfigured', 'inactive', 'active', 'finalized'}
 SOME_SERVER = b'?'
 
 if TYPE_CHECKING:
+    from colcon_yamllaunch.engine.ros_conditions import Conditions
+
     # as code, this needs 3.9
     Json = dict[str, Any]
     Servers = frozenset[bytes]
@@ -593,6 +599,8 @@ class LifecycleNode(Peer):
         self._refresh_at = 0.0
         #: The number of reported transitions, to recognize old states.
         self._transitions = 0
+        #: Called when the node has another state.
+        self.listeners: list[Callable[[], object]] = []
 
     @property
     def is_unsettled(self) -> bool:
@@ -614,6 +622,11 @@ class LifecycleNode(Peer):
 
     def follow(self, request: Json) -> None:
         """Report the states from now on."""
+        self.subscribe()
+        self._ros.answer(request['id'], ok=True)
+
+    def subscribe(self) -> None:
+        """Follow the states from now on."""
         if self._subscription is None:
             messages = importlib.import_module('lifecycle_msgs.msg')
             self._subscription = self._ros.node.create_subscription(
@@ -623,7 +636,6 @@ class LifecycleNode(Peer):
                 10,
             )
             self._refresh()
-        self._ros.answer(request['id'], ok=True)
 
     def change_state(self, request: Json) -> None:
         """Change the state, after the changes before."""
@@ -723,6 +735,37 @@ class LifecycleNode(Peer):
         # `from` is a word of Python
         fields = {'node': self.name, 'state': state, 'from': before}
         self._ros.output.write(event='state', **fields)
+        for listener in self.listeners:
+            listener()
+
+
+class ParameterNode(Peer):
+    """A node with parameters."""
+
+    def __init__(self, ros: Ros, name: str) -> None:
+        self._kinds = importlib.import_module('rcl_interfaces.srv')
+        services = {
+            'get_parameters': self._kinds.GetParameters,
+            'list_parameters': self._kinds.ListParameters,
+        }
+        super().__init__(ros, name, 'node', services)
+        #: Called when the node comes or goes.
+        self.listeners: list[Callable[[], object]] = []
+
+    def on_presence(self) -> None:
+        """Report that the node came or went."""
+        for listener in self.listeners:
+            listener()
+
+    def get(self, parameter: str, answered: Callable[[Any], None]) -> None:
+        """Ask for the value of a parameter."""
+        message = self._kinds.GetParameters.Request(names=[parameter])
+        self.call(Call(None, 'get_parameters', message, answered, _nothing))
+
+    def list_names(self, answered: Callable[[Any], None]) -> None:
+        """Ask for the names of all parameters."""
+        message = self._kinds.ListParameters.Request()
+        self.call(Call(None, 'list_parameters', message, answered, _nothing))
 
 
 class Clock:
@@ -783,6 +826,7 @@ class Ros:
         self._executor.add_node(self.node)
         self._peers: dict[tuple[type, str], Any] = {}
         self._clock: Clock | None = None
+        self._conditions: Conditions | None = None
         self._next_look: float | None = None
         self._pause = FIRST_LOOK
         self._is_notified = _watch_graph(self.node, self.look_soon)
@@ -837,9 +881,13 @@ class Ros:
             self.answer(number, ok=False, reason=reason)
 
     def _cancel(self, request: Json) -> None:
-        any(p.cancel(request['request']) for p in self._peers.values())
+        number = request['request']
+        if self._conditions is None or not self._conditions.cancel(number):
+            any(peer.cancel(number) for peer in self._peers.values())
 
     def _gone(self, request: Json) -> None:
+        if self._conditions is not None and 'member' in request:
+            self._conditions.lose(request['member'])
         for peer in self._peers.values():
             if peer.name in (request.get('container'), request.get('node')):
                 peer.lose()
@@ -853,8 +901,29 @@ class Ros:
     def _container(self, request: Json) -> Any:
         return self._peer(Container, request['container'])
 
-    def _node(self, request: Json) -> Any:
-        return self._peer(LifecycleNode, request['node'])
+    def lifecycle_node(self, name: str) -> LifecycleNode:
+        """Return a lifecycle node, by its full name."""
+        node: LifecycleNode = self._peer(LifecycleNode, name)
+        return node
+
+    def parameter_node(self, name: str) -> ParameterNode:
+        """Return a node with parameters, by its full name."""
+        node: ParameterNode = self._peer(ParameterNode, name)
+        return node
+
+    @property
+    def conditions(self) -> Conditions:
+        """The conditions of readiness."""
+        if self._conditions is None:
+            # few launches have any
+            path = os.path.join(os.path.dirname(__file__), 'ros_conditions.py')
+            spec = importlib.util.spec_from_file_location('conditions', path)
+            assert spec is not None and spec.loader is not None
+            module = importlib.util.module_from_spec(spec)
+            spec.loader.exec_module(module)
+            self._conditions = module.Conditions(self)
+        conditions: Conditions = self._conditions
+        return conditions
 
     def _peer(self, kind: type, name: str) -> Any:
         if (kind, name) not in self._peers:
@@ -867,6 +936,8 @@ class Ros:
         """Read the graph now, and frequently for a while."""
         self._pause = FIRST_LOOK
         self._next_look = 0.0
+        if self._conditions is not None:
+            self._conditions.look_soon()
 
     def _look(self) -> None:
         """Read the graph if that is due, and after calls."""
@@ -874,6 +945,8 @@ class Ros:
         peers = self._peers.values()
         for peer in peers:
             peer.ask_again(now)
+        if self._conditions is not None:
+            self._conditions.look(now)
         if self._next_look is None or now < self._next_look:
             return
         for peer in peers:
@@ -883,14 +956,19 @@ class Ros:
         if is_unsettled:
             self._next_look = now + self._pause
             self._pause = min(2 * self._pause, LAST_LOOK)
-        if peers and not self._is_notified and self._next_look is None:
+        is_polled = not self._is_notified and self._next_look is None
+        if is_polled and (peers or self._conditions is not None):
             self._next_look = now + POLL_PERIOD
+            if self._conditions is not None:
+                self._conditions.look_soon()
 
     def _seconds_to_wait(self) -> float | None:
         now = time.monotonic()
         moments = [] if self._next_look is None else [self._next_look]
         if self._clock is not None and self._clock.due > now:
             moments.append(self._clock.due)
+        if self._conditions is not None and self._conditions.due is not None:
+            moments.append(self._conditions.due)
         for peer in self._peers.values():
             moments += peer.due
         # zero would be a poll of ROS, less means forever
@@ -901,10 +979,14 @@ _HANDLERS: dict[str, Callable[[Ros, Json], object]] = {
     'load': lambda ros, request: ros._container(request).load(request),
     'unload': lambda ros, request: ros._container(request).unload(request),
     'list': lambda ros, request: ros._container(request).list(request),
-    'follow': lambda ros, request: ros._node(request).follow(request),
-    'change_state': lambda ros, request: ros._node(request).change_state(
+    'follow': lambda ros, request: ros.lifecycle_node(request['node']).follow(
         request
     ),
+    'change_state': lambda ros, request: ros.lifecycle_node(
+        request['node']
+    ).change_state(request),
+    'await': lambda ros, request: ros.conditions.begin(request),
+    'explain': lambda ros, request: ros.conditions.explain(request),
     'cancel': Ros._cancel,
     'clock': Ros._follow_clock,
     'gone': Ros._gone,

@@ -28,10 +28,13 @@ PROGRAM = Path(__file__).with_name('ros_client.py')
 #: The features that need the Python packages; all need rclpy.
 _PURPOSES = {
     'composition_interfaces': 'components',
-    'rcl_interfaces': 'components',
+    'rcl_interfaces': 'parameters',
     'lifecycle_msgs': 'lifecycle nodes',
     'rosgraph_msgs': 'timers on ROS time',
+    'tf2_msgs': 'transforms',
 }
+_READINESS = 'the readiness of processes'
+_ANYTHING = 'what it does in ROS'
 #: Packages on PyPI.
 _WHEELS = ('rclpy', 'rcl-interfaces', 'lifecycle-msgs', 'rosgraph-msgs')
 
@@ -56,6 +59,7 @@ class RosLink:
             settings.client_log,
         )
         self._packages = needed_packages(plan)
+        self._has_conditions = any(True for _ in plan.ros_conditions())
         self._pythons = pythons(self._environment.get('PATH', os.defpath))
         self._python = self._first_found = 0
         #: The components and lifecycle nodes of the launch.
@@ -158,7 +162,10 @@ class RosLink:
         is_last = self._python + 1 == len(self._pythons)
         if is_last and not self._is_sure:
             self.error = missing_packages(
-                self._missing, self._pythons[0], self._environment
+                self._missing,
+                self._pythons[0],
+                self._environment,
+                _READINESS if self._has_conditions else _ANYTHING,
             )
             if self.is_found:
                 # the launch began, as the files looked complete
@@ -168,14 +175,17 @@ class RosLink:
 def needed_packages(plan: Plan) -> list[str]:
     """Return the Python packages of ROS that a launch needs."""
     has_components = any(True for _ in plan.components())
+    conditions = {condition.kind for condition in plan.ros_conditions()}
     needs = {
         'rclpy': True,
         'composition_interfaces': has_components,
-        'rcl_interfaces': has_components,
+        'rcl_interfaces': has_components or 'parameter' in conditions,
         'lifecycle_msgs': any(p.is_lifecycle for p in plan.processes())
         or any(c.is_lifecycle for c in plan.components())
-        or any(True for _ in plan.changes_of_state()),
+        or any(True for _ in plan.changes_of_state())
+        or 'lifecycle' in conditions,
         'rosgraph_msgs': plan.has_ros_timer,
+        'tf2_msgs': 'transform' in conditions,
     }
     return [name for name, is_needed in needs.items() if is_needed]
 
@@ -205,16 +215,20 @@ def are_beside(
 
 
 def missing_packages(
-    missing: Sequence[str], python: str, environment: Mapping[str, str]
+    missing: Sequence[str],
+    python: str,
+    environment: Mapping[str, str],
+    default: str = _ANYTHING,
 ) -> str:
     """
     Return an error about missing packages, with the fix.
 
     :param python: The path of the environment's Python
+    :param default: What needs those that all uses need
     """
     names = ', '.join(f"'{name}'" for name in missing)
     purposes = {_PURPOSES[m]: None for m in missing if m in _PURPOSES}
-    purpose = ' and '.join(purposes) or 'what it does in ROS'
+    purpose = ' and '.join(purposes) or default
     noun = 'packages' if len(missing) > 1 else 'package'
     text = (
         f'for {purpose} this launch needs the Python {noun} {names}, '

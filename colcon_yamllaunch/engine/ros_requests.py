@@ -4,6 +4,7 @@
 """Requests to the ROS client, warnings of long waits, and ROS timers."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from itertools import count
 import math
 from typing import Any
@@ -20,6 +21,20 @@ def has_ended(refusal: str) -> bool:
     return refusal.endswith('has ended')
 
 
+@dataclass(slots=True, eq=False)
+class StandingRequest:
+    """
+    A request that a client gets again if one before it died.
+
+    :param number: Its number, None while no client has it
+    """
+
+    do: str
+    answered: Answered
+    fields: Mapping[str, Any]
+    number: int | None = None
+
+
 class RosRequests:
     """
     The requests that have no answer yet.
@@ -31,6 +46,7 @@ class RosRequests:
         self._send = send
         self._open: dict[int, Answered] = {}
         self._count = count(1)
+        self._standing: list[StandingRequest] = []
         #: Whether there is a client that is ready.
         self.is_ready = False
         #: Why there will be no client any more.
@@ -42,6 +58,28 @@ class RosRequests:
         self._open[number] = answered
         self._send({'id': number, 'do': do, **fields})
         return number
+
+    def ask_any_client(
+        self, do: str, answered: Answered, **fields: Any
+    ) -> StandingRequest:
+        """Send a request to the client, or as soon as there is one."""
+        request = StandingRequest(do, answered, fields)
+        self._standing.append(request)
+        if self.is_ready:
+            self._ask_again(request)
+        return request
+
+    def withdraw(self, request: StandingRequest) -> None:
+        """Cancel a standing request, if it has no answer yet."""
+        if request in self._standing:
+            self._standing.remove(request)
+            self.cancel(request.number)
+
+    def client_is_ready(self) -> None:
+        """Send standing requests to a client that is ready."""
+        self.is_ready = True
+        for request in tuple(self._standing):
+            self._ask_again(request)
 
     def cancel(self, number: int | None) -> None:
         """Cancel a request if it has no answer yet."""
@@ -70,6 +108,14 @@ class RosRequests:
         """Forget the requests to a client that is gone."""
         self.is_ready = False
         self._open.clear()
+
+    def _ask_again(self, request: StandingRequest) -> None:
+        def answered(answer: Mapping[str, Any], refusal: str | None) -> None:
+            if request in self._standing:
+                self._standing.remove(request)
+                request.answered(answer, refusal)
+
+        request.number = self.ask(request.do, answered, **request.fields)
 
 
 class WaitWarnings:

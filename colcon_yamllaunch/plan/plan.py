@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.plan.settings import Settings
+from colcon_yamllaunch.plan.settings import ReadyCondition, ROS_KINDS, Settings
 
 #: Seconds from SIGINT to SIGTERM where a process says nothing else (ROS 2).
 DEFAULT_SIGTERM_TIMEOUT = 5.0
@@ -444,10 +444,24 @@ class Plan:
     @property
     def needs_ros(self) -> bool:
         """Whether more is to be done in ROS than to start processes."""
-        return self.has_ros_timer or any(
-            isinstance(e, Component | ChangeState)
-            or (isinstance(e, Process) and e.is_lifecycle)
-            for e in self.walk()
+        return (
+            self.has_ros_timer
+            or any(
+                isinstance(e, Component | ChangeState)
+                or (isinstance(e, Process) and e.is_lifecycle)
+                for e in self.walk()
+            )
+            or any(True for _ in self.ros_conditions())
+        )
+
+    def ros_conditions(self) -> Iterator[ReadyCondition]:
+        """Iterate over the readiness conditions that a ROS client checks."""
+        return (
+            condition
+            for member in self.members()
+            if member.settings is not None
+            for condition in member.settings.ready
+            if condition.kind in ROS_KINDS
         )
 
     @property

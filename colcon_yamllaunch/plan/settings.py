@@ -23,7 +23,7 @@ from colcon_yamllaunch.plan.position import Position
 #: - `service`, `action`: a server of `name` exists
 #: - `node`: the node `name` is in the graph
 #: - `lifecycle`: the lifecycle node of the process is in the state `name`
-#: - `parameter`: the parameter `name` of its node equals `value` (YAML)
+#: - `parameter`: the parameter `name` of its node equals `value` (JSON)
 #: - `transform`: there is a transform from the frame `name` to `value`
 #: - `log`: a line of its output matches the regular expression `name`
 #: - `port`: something listens on the TCP port `name`, which is a number, or
@@ -83,7 +83,7 @@ class ReadyCondition:
 
     :param kind: What it is about; see :data:`ReadyKind`
     :param name: The topic, service, node, state, expression, path, …
-    :param value: The value of a parameter as YAML, or the second frame of a
+    :param value: The value of a parameter as JSON, or the second frame of a
       transform
     :param message: Whether a message must have arrived on the topic
     :param seconds: How long the process must have been running

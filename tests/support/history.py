@@ -47,6 +47,13 @@ class FakeHost:
         self.calls = []
         self.commands = []
         self.listeners = []
+        self.composition = None
+
+    def use_ros(self):
+        """Find no ROS."""
+
+    def planned_processes(self):
+        return [task.process for task in self.supervisor.tasks]
 
     def start(self, number, process):
         if process.label in self.refused:
@@ -115,6 +122,8 @@ class History:
             self.composition if plan.needs_ros else None,
         )
         self.host.loop, self.host.supervisor = self.loop, self.supervisor
+        if plan.needs_ros:
+            self.host.composition = self.composition
         self.readiness = Readiness(dependencies_of(plan.members()))
         if needs_readiness(plan):
             self.readiness.join(self.host)
