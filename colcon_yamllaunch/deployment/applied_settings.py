@@ -30,7 +30,13 @@ from colcon_yamllaunch.plan.plan import (
     Process,
     Timer,
 )
-from colcon_yamllaunch.plan.settings import Place, ResourceLimits, Settings
+from colcon_yamllaunch.plan.ros_names import names_of, needs_node_name
+from colcon_yamllaunch.plan.settings import (
+    Place,
+    ResourceLimits,
+    ROS_KINDS,
+    Settings,
+)
 from colcon_yamllaunch.plan.start_order import cycle_in, dependencies_of
 
 
@@ -145,7 +151,7 @@ class _Settled:
         self._labels = [member.label for member in known]
         self._names = [ProcessNames.of_plan(member) for member in known]
         self._may_grow = may_grow
-        self._problems: dict[Pattern, Diagnostic] = {}
+        self._problems: dict[Pattern | str, Diagnostic] = {}
 
     @property
     def problems(self) -> Iterable[Diagnostic]:
@@ -162,9 +168,28 @@ class _Settled:
         fields = {key: setting.value for key, setting in given.items()}
         if isinstance(member, Process):
             member = _changed_process(member, fields)
+        if 'ready' in given:
+            self._check_names(member, given['ready'])
         return replace(
             member, settings=self._settings(member.label, given, fields)
         )
+
+    def _check_names(self, member: Member, ready: Setting) -> None:
+        """Report conditions about a node whose name is not known."""
+        if isinstance(member, Component) or names_of(member).node:
+            return
+        for condition in ready.value:
+            if condition.kind in ('lifecycle', 'parameter') or (
+                condition.kind in ROS_KINDS and needs_node_name(condition.name)
+            ):
+                self._problems[member.label] = Diagnostic(
+                    'error',
+                    f'{member.label} cannot be checked for {condition}, as '
+                    'the launch file does not name its node',
+                    ready.position,
+                    "give the node a 'name' in the launch file",
+                    len('ready'),
+                )
 
     def _settings(
         self,

@@ -4,10 +4,11 @@
 """
 An underlay with component containers, as no wheels of ROS 2 have them.
 
-`composition_interfaces` is built by colcon with the real generators of
-messages. A container (`rclcpp_components/component_container`) and components
-to load into it (`composition`) are in Python, so they are just copied. What
-they can do wrong stands in their files, in `ros_parts/prefix/lib`.
+`composition_interfaces` and `tf2_msgs` are built by colcon with the real
+generators of messages. A container (`rclcpp_components/component_container`)
+and components to load into it (`composition`) are in Python, so they are just
+copied. What they can do wrong stands in their files, in
+`ros_parts/prefix/lib`.
 """
 
 import fcntl
@@ -79,8 +80,8 @@ def source_for(user: User, install: Path, domain_id: int) -> None:
 
 
 def _build(root: Path) -> None:
-    package = root / 'src/composition_interfaces'
-    shutil.copytree(PARTS / package.name, package)
+    for name in ('composition_interfaces', 'tf2_msgs'):
+        shutil.copytree(PARTS / name, root / 'src' / name)
     # the generators look each other up in the index of the wheels
     environment = plain_environment() | {'AMENT_PREFIX_PATH': sys.prefix}
     built = subprocess.run(
