@@ -3,6 +3,8 @@
 
 """What launches need of the ROS environment."""
 
+from dataclasses import replace
+
 from colcon_yamllaunch.engine.ros_link import (
     are_beside,
     missing_packages,
@@ -10,6 +12,8 @@ from colcon_yamllaunch.engine.ros_link import (
 )
 from colcon_yamllaunch.plan.plan import ChangeState, Component, Plan, Timer
 from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.plan.settings import ReadyCondition, Settings
+import pytest
 
 COMPONENT = Component('a', 'p', 'P', '/box', Position('/ws/demo.yaml', 1, 1))
 
@@ -31,6 +35,27 @@ def test_only_used_packages_are_needed(process):
             needed = needed_packages(plan)
             assert needed[:2] == ['rclpy', name]
             assert set(needed[2:]) <= {'rcl_interfaces'}
+
+
+@pytest.mark.parametrize(
+    ('kind', 'packages'),
+    [
+        ('topic', ['rclpy']),
+        ('node', ['rclpy']),
+        ('lifecycle', ['rclpy', 'lifecycle_msgs']),
+        ('parameter', ['rclpy', 'rcl_interfaces']),
+        ('transform', ['rclpy', 'tf2_msgs']),
+    ],
+)
+def test_readiness_conditions_need_packages(process, kind, packages):
+    node = process('plain')
+    settings = Settings(node.position, ready=(ReadyCondition(kind, 'a'),))
+    for entry in (node, COMPONENT):
+        plan = Plan((replace(entry, settings=settings),))
+        assert plan.needs_ros
+        assert {*packages} <= {*needed_packages(plan)}
+    settings = Settings(node.position, ready=(ReadyCondition('log', 'a'),))
+    assert not Plan((replace(node, settings=settings),)).needs_ros
 
 
 def test_fix_for_missing_packages_fits_the_installation():
