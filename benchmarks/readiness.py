@@ -277,7 +277,8 @@ def main() -> None:
         environment=os.environ
         | {
             'PATH': f'{programs}:{os.environ["PATH"]}',
-            'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
+            # more than 32 nodes do not find each other by LOCALHOST alone
+            'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET',
             'ROS_DOMAIN_ID': str(random.randint(1, 101)),
         },
         runs=arguments.runs,
