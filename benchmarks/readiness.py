@@ -40,20 +40,23 @@ PATIENCE = 300.0
 STAGES = 5
 #: Conditions that hold, and as many that never do, in the row about rest.
 PENDING = 5
-#: Publishes a topic after some time, and writes when it did.
+#: Fast DDS has at most 100 processes in a domain.
+NODES_PER_PROCESS = 4
+#: Has nodes with the names in its arguments. After a number of seconds, the
+#: first of these, it publishes a topic, and writes when it did.
 NODE = """\
 import sys, time
 import rclpy
 from rclpy.node import Node
 from std_msgs.msg import String
+_, seconds, *names = sys.argv
 with rclpy.init():
-    node = Node('node')
-    if sys.argv[1][0] != '-':
-        time.sleep(float(sys.argv[1]))
-        with open('published_at', 'w') as file:
-            file.write(str(time.time()))
-        node.create_publisher(String, 'scan', 1)
-    rclpy.spin(node)
+    nodes = [Node(name) for name in names]
+    time.sleep(float(seconds))
+    with open('published_at', 'w') as file:
+        file.write(str(time.time()))
+    nodes[0].create_publisher(String, 'scan', 1)
+    rclpy.spin(nodes[0])
 """
 
 
@@ -159,11 +162,16 @@ def launched(
             launch.wait()
 
 
-def node(name: str, argument: str = '') -> dict[str, Any]:
-    """Return the attributes of a process that is a node."""
-    command = f'{sys.executable} node.py {argument}'
+def node(name: str, seconds: float, *others: str) -> dict[str, Any]:
+    """
+    Return the attributes of a process that is a node.
+
+    :param seconds: When it publishes a topic
+    :param others: The names of further nodes in the process
+    """
+    command = f'{sys.executable} node.py {seconds}'
     return {
-        'cmd': f'{command} --ros-args -r __node:={name}',
+        'cmd': ' '.join((command, name, *others)),
         'name': name,
         'sigterm_timeout': '1',
     }
@@ -175,7 +183,7 @@ def latency(options: Options) -> str:
     for number in range(options.runs):
         # so that it is not in step with anything
         processes = [
-            node('lidar', str(3 + 0.37 * number)),
+            node('lidar', 3 + 0.37 * number),
             {'cmd': 'sleep 1000', 'name': 'planner'},
         ]
         rules = [
@@ -199,7 +207,7 @@ def stages(options: Options) -> str:
 def rest(options: Options) -> str:
     """Compare launches with and without readiness while nothing happens."""
     names = [f'n{number}' for number in range(2 * PENDING)]
-    processes = [node(name, '0') for name in names]
+    processes = [node(name, 0) for name in names]
     rules = [
         {
             'match': {'executable': f'{name}*'},
@@ -230,18 +238,26 @@ def _seconds_to_ready(options: Options, number: int) -> float:
 
     :param number: The number of stages
     """
-    names = [f's{i % number}n{i}' for i in range(options.nodes)]
+    count = options.nodes // NODES_PER_PROCESS
+    groups = [
+        [f's{i % number}p{i}n{n}' for n in range(NODES_PER_PROCESS)]
+        for i in range(count)
+    ]
     rules: list[dict[str, Any]] = [
-        {'match': {'executable': f'{name}'}, 'ready': {'node': f'/{name}'}}
-        for name in names
+        {
+            'match': {'executable': names[0]},
+            'ready': [{'node': f'/{name}'} for name in names],
+        }
+        for names in groups
     ]
     rules += [
-        {'match': {'executable': f's{stage}n*'}, 'after': f's{stage - 1}n*'}
+        {'match': {'executable': f's{stage}p*'}, 'after': f's{stage - 1}p*'}
         for stage in range(1, number)
     ]
+    processes = [node(first, 0, *rest) for first, *rest in groups]
     begin = time.time()
-    with launched(options, [node(name) for name in names], rules) as launch:
-        return launch.wait_for('ready', len(names)) - begin
+    with launched(options, processes, rules) as launch:
+        return launch.wait_for('ready', count) - begin
 
 
 def _clients_of(pid: int) -> list[int]:
@@ -277,15 +293,15 @@ def main() -> None:
         environment=os.environ
         | {
             'PATH': f'{programs}:{os.environ["PATH"]}',
-            # more than 32 nodes do not find each other by LOCALHOST alone
-            'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET',
+            'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
             'ROS_DOMAIN_ID': str(random.randint(1, 101)),
         },
         runs=arguments.runs,
         nodes=arguments.nodes,
     )
     print(f'load of the machine: {os.getloadavg()[0]:.1f}')
-    print(f'nodes in stages: {arguments.nodes}')
+    processes = arguments.nodes // NODES_PER_PROCESS
+    print(f'{arguments.nodes} nodes in {processes} processes')
     print(_columns('what', 'figure', 'to reach'))
     for row in ROWS:
         words = arguments.words

@@ -79,7 +79,10 @@ class Readiness(Participant):
         """Note that the launch knows what is ready."""
         self._engine = engine
         engine.state.after = dict(self._after)
-        self._expect(engine.planned_processes())
+
+    def begin(self) -> None:
+        """Have a ROS client if one is of use."""
+        self._expect(self._engine.planned_processes())
 
     def handle(self, event: events.Event) -> None:
         """Begin to check a member that starts, and end with one that ends."""

@@ -85,6 +85,7 @@ class RosLink:
         """
         needed = dict.fromkeys([*self._packages, *needed_packages(more)])
         self._packages = list(needed)
+        self._has_conditions |= any(True for _ in more.ros_conditions())
         self.is_found = True
 
     def start(self) -> None:

@@ -127,6 +127,7 @@ class History:
         self.readiness = Readiness(dependencies_of(plan.members()))
         if needs_readiness(plan):
             self.readiness.join(self.host)
+            self.readiness.begin()
             self.host.listeners.append(self.readiness.handle)
         self.loop.is_over = lambda: self.supervisor.done
         self.loop.end_turn = self.end_turn

@@ -8,6 +8,7 @@ import os
 from pathlib import Path
 import re
 import signal
+import sys
 
 import pytest
 from support.ros_parts import source_for
@@ -76,6 +77,41 @@ def test_processes_start_when_nodes_are_ready(second: User) -> None:
     os.kill(pid_of(second, 'lidar'), signal.SIGKILL)
     launch.wait_for(r'(?s)lidar.*: ready after.*lidar.*: ready after')
     assert launch.interrupt() == 0, launch.output
+
+
+@pytest.mark.parametrize('has_ros', [True, False])
+def test_a_node_is_ready_in_the_graph_if_there_is_ros(
+    second: User, has_ros: bool
+) -> None:
+    second.write(
+        'robot.launch.yaml',
+        'launch:\n'
+        '  - node: {pkg: composition, exec: offering, name: plain}\n'
+        "  - executable: {cmd: 'echo planning', name: planner}\n",
+    )
+    second.write('robot.yaml', 'processes: [{match: planner, after: plain}]\n')
+    if not has_ros:
+        # nothing beside it shows that it finds rclpy
+        script = f'#!/bin/sh\nexec {sys.executable} "$@"\n'
+        program = second.write('other/bin/python3', script, 0o755)
+        path = f'{program.parent}:{second.environment["PATH"]}'
+        second.environment['PATH'] = path
+    launch = start(second)
+    launch.wait_for('planning')
+    assert launch.interrupt() == 0, launch.output
+    (log,) = {
+        path.parent.resolve()
+        for path in second.root.parent.rglob('events.jsonl')
+    }
+    assert (log / 'ros_client.log').exists() == has_ros
+    lines = (log / 'events.jsonl').read_text().splitlines()
+    ready = next(
+        event
+        for event in map(json.loads, lines)
+        if (event['event'], event['label']) == ('ready', 'plain')
+    )
+    # a node takes a while to appear
+    assert (ready['seconds'] > 0.05) == has_ros
 
 
 def test_what_a_node_offers_instead_is_reported(second: User) -> None:
