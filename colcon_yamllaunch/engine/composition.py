@@ -182,7 +182,7 @@ class Composition:
         return list(self._by_label.values())
 
     @property
-    def requests(self) -> Requests:
+    def requests(self) -> RosRequests:
         """The requests to the client."""
         return self._requests
 

@@ -14,7 +14,7 @@ from typing import Any
 
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.ready_checks import LifecycleCheck, ReadyCheck
-from colcon_yamllaunch.engine.ros_requests import Requests, StandingRequest
+from colcon_yamllaunch.engine.ros_requests import RosRequests, StandingRequest
 from colcon_yamllaunch.plan.plan import Member, Process
 from colcon_yamllaunch.plan.ros_names import names_of, NodeNames
 from colcon_yamllaunch.plan.settings import ReadyCondition
@@ -49,7 +49,7 @@ class RosCheck(ReadyCheck):
         self._requests.ask('explain', answered, **self._fields())
 
     @property
-    def _requests(self) -> Requests:
+    def _requests(self) -> RosRequests:
         composition = self._engine.composition
         assert composition is not None
         return composition.requests
