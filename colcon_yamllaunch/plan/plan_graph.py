@@ -7,9 +7,10 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.plan.plan import Block, Plan
+from colcon_yamllaunch.plan.plan import Block, Member, Plan
 from colcon_yamllaunch.plan.plan_text import when
 from colcon_yamllaunch.plan.position import shown_path
+from colcon_yamllaunch.plan.start_order import dependencies_of
 
 
 def plan_to_mermaid(plan: Plan, cwd: str) -> str:
@@ -44,6 +45,8 @@ class _Language(NamedTuple):
       with another one
     :param handled: An arrow from the process with a number to what is done
       when something happens to it, with another one
+    :param awaited: An arrow from what has a name in the drawing to what waits
+      for it, with that name and a text
     :param line_end: What separates the lines of a text
     :param escaped: Makes a text one that means nothing to the language
     """
@@ -55,6 +58,7 @@ class _Language(NamedTuple):
     handler: str
     loaded: str
     handled: str
+    awaited: str
     line_end: str
     escaped: Callable[[str], str]
 
@@ -105,6 +109,30 @@ def _drawn(plan: Plan, cwd: str, language: _Language) -> Iterator[str]:
         for name in handler.processes:
             if name in names:
                 yield '  ' + language.handled.format(names[name], number)
+    yield from _dependencies(plan, language)
+
+
+def _dependencies(plan: Plan, language: _Language) -> Iterator[str]:
+    """Draw which processes and components wait for which, and for what."""
+    ids = {p.label: f'process{n}' for n, p in enumerate(plan.processes())}
+    for number, component in enumerate(plan.components()):
+        ids[component.label] = f'component{number}'
+    members = {member.label: member for member in plan.members()}
+    for label, labels in dependencies_of(members.values()).items():
+        for other in labels:
+            if other in members:
+                text = language.lines(*_conditions_of(members[other]))
+                yield '  ' + language.awaited.format(
+                    ids[other], ids[label], text
+                )
+
+
+def _conditions_of(member: Member) -> Iterator[str]:
+    settings = member.settings
+    if settings is None or not settings.ready:
+        yield 'ready'
+    else:
+        yield from map(str, settings.ready)
 
 
 def _title(block: Block, cwd: str) -> str:
@@ -130,6 +158,7 @@ _MERMAID = _Language(
     'handler{}>"{}"]',
     'process{} --> component{}',
     'process{} -.-> handler{}',
+    '{0} ==>|"{2}"| {1}',
     '<br/>',
     _escaped,
 )
@@ -141,6 +170,7 @@ _DOT = _Language(
     'handler{} [shape=note, label="{}"];',
     'process{} -> component{};',
     'process{} -> handler{} [style=dashed];',
+    '{} -> {} [style=bold, label="{}"];',
     '\\n',
     _quoted,
 )

@@ -27,6 +27,13 @@ from colcon_yamllaunch.plan.plan import (
     WorkerCall,
 )
 from colcon_yamllaunch.plan.position import shown_position
+from colcon_yamllaunch.plan.settings import Settings
+from colcon_yamllaunch.plan.settings_text import settings_as_text
+from colcon_yamllaunch.plan.start_order import (
+    cycle_in,
+    dependencies_of,
+    stages_of,
+)
 
 _INDENT = '    '
 #: Who does what when an event handler acts, by the event.
@@ -101,6 +108,7 @@ def plan_to_text(
             '',
             *lines,
         ]
+    lines += map(one_line, _stages_as_text(plan))
     if plan.conditions:
         lines += ['', 'conditions:']
     for condition in plan.conditions:
@@ -109,6 +117,17 @@ def plan_to_text(
         text = one_line(condition.text)
         lines.append(f'{_INDENT}{text}  {taken}  ({place})')
     return '\n'.join(lines)
+
+
+def _stages_as_text(plan: Plan) -> Iterator[str]:
+    """Describe what starts together, if some wait for others."""
+    after = dependencies_of(plan.members())
+    if not any(after.values()) or cycle_in(after):
+        return
+    yield ''
+    yield 'stages:'
+    for number, labels in enumerate(stages_of(after), 1):
+        yield f'{_INDENT}{number}: {", ".join(labels)}'
 
 
 def command(process: Process) -> str:
@@ -242,6 +261,7 @@ def process_as_text(
     yield f'{_INDENT}{command(process)}'
     for text in _behaviour(process):
         yield f'{_INDENT}{text}'
+    yield from _deployed(process.settings)
     yield from _settings('parameters', parameters_of(process), cwd)
 
 
@@ -261,6 +281,7 @@ def _component_as_text(component: Component, cwd: str) -> Iterator[str]:
     yield f'{_INDENT}{load_command(component)}'
     if component.is_lifecycle:
         yield _INDENT + _lifecycle(autostart=component.autostart)
+    yield from _deployed(component.settings)
     yield from _settings('parameters', component.parameters, cwd)
     arguments = component.extra_arguments
     yield from _settings('extra arguments', arguments, cwd)
@@ -288,6 +309,12 @@ def _lifecycle(*, autostart: bool) -> str:
     return 'its node stays unconfigured until somebody changes its state'
 
 
+def _deployed(settings: Settings | None) -> Iterator[str]:
+    """Describe what a deployment file sets."""
+    if settings is not None:
+        yield from (_INDENT + text for text in settings_as_text(settings))
+
+
 def _settings(
     title: str, parameters: Iterable[SetParameter], cwd: str
 ) -> Iterator[str]:
@@ -309,7 +336,8 @@ def _behaviour(process: Process) -> Iterator[str]:
         yield f'output: {process.output}'
     if process.emulate_tty:
         yield 'its output is a terminal'
-    if process.respawn:
+    is_replaced = process.settings is not None and process.settings.restart
+    if process.respawn and not is_replaced:
         often = (
             'without end'
             if process.respawn_max_retries == UNLIMITED_RETRIES

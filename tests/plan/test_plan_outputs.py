@@ -39,6 +39,13 @@ from colcon_yamllaunch.plan.plan_json import (
 )
 from colcon_yamllaunch.plan.plan_text import command, plan_to_text
 from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.plan.settings import (
+    ReadyCondition,
+    ResourceLimits,
+    Restart,
+    Scheduling,
+    Settings,
+)
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
@@ -292,6 +299,79 @@ ENTRIES = (
     SignalProcess('usb_driver-1', 99, PYTHON),
     Timer(2.0, (WorkerCall(3, 'call spawn (a.launch.py:3)', PYTHON),)),
 )
+
+
+DRIVER_SETTINGS = Settings(
+    HERE,
+    ready=(
+        ReadyCondition('topic', 'scan', message=True),
+        ReadyCondition('port', '7447'),
+    ),
+    restart=Restart('failure', 5, 60.0, 0.5, 30.0, 'leave', ('nav',), ('x',)),
+    critical=True,
+    limits=ResourceLimits(
+        2 << 30, 1 << 30, 1.5, (2, 3), 50, 9, -5, Scheduling('fifo', 7), 1000
+    ),
+    user='robot',
+)
+NAV = replace(
+    NODE,
+    label='nav',
+    name='nav-2',
+    respawn=False,
+    parameters=(),
+    settings=Settings(
+        HERE,
+        after=('driver',),
+        ready_timeout=30.0,
+        on_timeout='fail',
+        optional=True,
+    ),
+)
+DEPLOYED = Plan(
+    (
+        replace(NODE, settings=DRIVER_SETTINGS, parameters=()),
+        AfterReady(('driver',), (NAV,)),
+    ),
+    PLAN.blocks,
+)
+
+
+def test_text_of_settings() -> None:
+    lines = plan_to_text(DEPLOYED, '/ws').splitlines()
+    # the command is above them
+    assert [line for line in lines if '&&' not in line] == [
+        'driver, process usb_driver-1, node /left/driver, package drivers  '
+        '(demo.yaml:14:9)',
+        '    ready: a message on scan and the port 7447',
+        '    restart: when it fails, after 0.5 s, doubled up to 30 s, at most '
+        '5 times in 60 s, else it stays down, once this succeeds: x, together '
+        'with nav',
+        '    critical: the launch ends when it fails',
+        '    limits: memory 2.0 GiB, memory_high 1.0 GiB, cpu 150%, cpus 2 3, '
+        'io 50, tasks 9, nice -5, scheduling fifo 7, oom 1000',
+        '    user: robot',
+        'once driver is ready:',
+        '    nav, process nav-2, node /left/driver, package drivers  '
+        '(demo.yaml:14:9)',
+        '        after: driver',
+        '        not ready after 30 s: the launch ends',
+        '        optional: its failure does not count',
+        '',
+        'stages:',
+        '    1: driver',
+        '    2: nav',
+    ]
+
+
+def test_drawings_of_the_start_order() -> None:
+    arrow = '  process0 ==>|"a message on scan<br/>the port 7447"| process1'
+    assert arrow in plan_to_mermaid(DEPLOYED, '/ws').splitlines()
+    arrow = (
+        '  process0 -> process1 [style=bold, label="a message on scan\\n'
+        'the port 7447"];'
+    )
+    assert arrow in plan_to_dot(DEPLOYED, '/ws').splitlines()
 
 
 def test_text_of_what_happens_when() -> None:
