@@ -15,6 +15,7 @@ from colcon_yamllaunch.deployment.process_settings import (
     COMPONENT_SETTINGS,
     LIMITS,
     Pattern,
+    PROCESS_CONDITIONS,
 )
 from colcon_yamllaunch.language.syntax.diagnostics import (
     Diagnostic,
@@ -30,6 +31,7 @@ from colcon_yamllaunch.plan.plan import (
     Process,
     Timer,
 )
+from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.plan.ros_names import names_of, needs_node_name
 from colcon_yamllaunch.plan.settings import (
     Place,
@@ -151,7 +153,7 @@ class _Settled:
         self._labels = [member.label for member in known]
         self._names = [ProcessNames.of_plan(member) for member in known]
         self._may_grow = may_grow
-        self._problems: dict[Pattern | str, Diagnostic] = {}
+        self._problems: dict[Pattern | Position | str, Diagnostic] = {}
 
     @property
     def problems(self) -> Iterable[Diagnostic]:
@@ -168,27 +170,43 @@ class _Settled:
         fields = {key: setting.value for key, setting in given.items()}
         if isinstance(member, Process):
             member = _changed_process(member, fields)
-        if 'ready' in given:
+        if 'ready' in given and isinstance(member, Process):
             self._check_names(member, given['ready'])
+        elif 'ready' in given and isinstance(member, Component):
+            self._check_component(member, given['ready'])
         return replace(
             member, settings=self._settings(member.label, given, fields)
         )
 
-    def _check_names(self, member: Member, ready: Setting) -> None:
+    def _check_names(self, process: Process, ready: Setting) -> None:
         """Report conditions about a node whose name is not known."""
-        if isinstance(member, Component) or names_of(member).node:
+        if names_of(process).node:
             return
         for condition in ready.value:
             if condition.kind in ('lifecycle', 'parameter') or (
                 condition.kind in ROS_KINDS and needs_node_name(condition.name)
             ):
-                self._problems[member.label] = Diagnostic(
+                self._problems[process.label] = Diagnostic(
                     'error',
-                    f'{member.label} cannot be checked for {condition}, as '
+                    f'{process.label} cannot be checked for {condition}, as '
                     'the launch file does not name its node',
                     ready.position,
                     "give the node a 'name' in the launch file",
-                    len('ready'),
+                    ready.length,
+                )
+
+    def _check_component(self, component: Component, ready: Setting) -> None:
+        """Report conditions that only a process can meet."""
+        for condition in ready.value:
+            if condition.kind in PROCESS_CONDITIONS:
+                self._problems[ready.position] = Diagnostic(
+                    'error',
+                    f"{component.label} is a component: '{condition.kind}' "
+                    'is a condition of processes',
+                    ready.position,
+                    'set it for the container of the component, '
+                    f'{component.container}',
+                    ready.length,
                 )
 
     def _settings(

@@ -182,28 +182,46 @@ class Placer:
 
 
 def rules_in_vain(plan: Plan, deployment: Deployment) -> Iterator[Diagnostic]:
-    """Return warnings about rules that match no process of a plan."""
+    """
+    Return warnings about rules that match nothing of a plan.
+
+    A rule that sets something for processes may also match components, which
+    run where their containers do.
+
+    :param plan: The whole plan; labels may have the names of machines
+    """
     if plan.worker_position is not None:
         # they may match a process that is added later
         return
     processes = list(plan.processes())
     components = list(plan.components())
     for rule in deployment.rules:
-        if not rule.selected(processes):
+        has_settings = bool(rule.settings)
+        members: list[Member] = [*processes]
+        if has_settings:
+            members += components
+        if not rule.selected(members):
+            what = 'process or component' if has_settings else 'process'
             yield Diagnostic(
                 'warning',
-                f"no process of the launch is meant by '{rule}'",
+                f"no {what} of the launch is meant by '{rule}'",
                 rule.position,
-                _fix_for(rule, processes, components),
+                _fix_for(rule, members, () if has_settings else components),
                 rule.length,
             )
 
 
 def _fix_for(
     rule: ProcessRule,
-    processes: Sequence[Process],
+    members: Sequence[Member],
     components: Sequence[Component],
 ) -> str:
+    """
+    Return what may be wrong with a rule that matches nothing.
+
+    :param members: What it could match
+    :param components: What it cannot match
+    """
     from colcon_yamllaunch.common.suggestions import did_you_mean
 
     for component in components:
@@ -218,12 +236,12 @@ def _fix_for(
                 f'{component.label} is a component: it runs where its '
                 f'container {component.container} does'
             )
-    names = {process.label for process in processes}
-    names |= {p.node_name for p in processes if p.node_name is not None}
+    names = {member.label for member in members}
+    names |= {m.node_name for m in members if m.node_name is not None}
     if rule.package is not None:
-        names = {p.package for p in processes if p.package is not None}
+        names = {m.package for m in members if m.package is not None}
     meant = did_you_mean(str(rule.name or rule.package), names)
-    return meant or 'the names of all processes are shown by --plan'
+    return meant or 'the names of all are shown by --plan'
 
 
 def placement_to_text(placed: PlacedPlan, deployment: Deployment) -> str:

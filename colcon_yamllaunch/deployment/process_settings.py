@@ -385,6 +385,9 @@ SETTINGS: Mapping[str, Callable[[Value], Any]] = {
 }
 #: Those that a component has, too; all others belong to its container.
 COMPONENT_SETTINGS = ('ready', 'after', 'ready_timeout', 'on_timeout')
+#: The readiness conditions that a component cannot have, as its output and
+#: environment are those of its container.
+PROCESS_CONDITIONS: tuple[ReadyKind, ...] = ('log', 'command')
 #: Those that are fields of `ResourceLimits`.
 LIMITS = (
     'memory',

@@ -143,7 +143,7 @@ def _place(
         assert placed is not None
         if deployment.machines:
             text = placement.placement_to_text(placed, deployment)
-        problems += placement.rules_in_vain(evaluation.plan, deployment)
+        problems += placement.rules_in_vain(placed.whole, deployment)
         local = placed.local
     problems += missing_programs(
         local.processes(),

@@ -224,8 +224,8 @@ class Machines:
         :raises UserError: when code could not be sent
         """
         context = self._context
-        context.report(rules_in_vain(plan, self._deployment))
         placed = self.place(plan)
+        context.report(rules_in_vain(placed.whole, self._deployment))
         self._wait_for_sync()
         late, self._late = self._late, {}
         self._start_sync(late)
@@ -244,10 +244,14 @@ class Machines:
 
     @property
     def digest(self) -> str:
-        """A hash of the deployment, but for where it is written."""
+        """A hash of what the deployment says about machines."""
         known = self._deployment
         machines = [replace(m, position=None) for m in known.machines.values()]
-        rules = [(str(rule), rule.machine) for rule in known.rules]
+        rules = [
+            (str(rule), rule.machine)
+            for rule in known.rules
+            if rule.machine is not None
+        ]
         text = repr((machines, rules, known.everything_on))
         return hashlib.sha256(text.encode()).hexdigest()
 

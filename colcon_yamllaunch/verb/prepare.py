@@ -96,10 +96,25 @@ def prepare(context: LaunchContext) -> tuple[Plan, Mapping[str, str]]:
     plan = evaluation.plan
     if machines is not None:
         plan = machines.finish_sync(plan)
-    elif (placed := context.placed(plan)) is not None:
-        plan = placed.whole
+    elif context.deployment is not None:
+        plan = _deployed(context, plan)
     warn_of_missing_programs(context, plan, request.environment)
     return plan, request.environment
+
+
+def _deployed(context: LaunchContext, plan: Plan) -> Plan:
+    """
+    Return a plan with the settings of a deployment without machines.
+
+    :raises GiveUpError: when they do not fit the plan
+    """
+    from colcon_yamllaunch.deployment.placement import rules_in_vain
+
+    placed = context.placed(plan)
+    assert placed is not None
+    assert context.deployment is not None
+    context.report(rules_in_vain(placed.whole, context.deployment))
+    return placed.whole
 
 
 def explain(

@@ -129,9 +129,9 @@ def _described(
         environment,
         None if machines is None else machines.dependencies,
     )
-    if context.options.deploy is not None:
-        file = os.path.realpath(context.cwd / context.options.deploy)
-        plan_files = dependencies.plan_files | {file}
+    if context.deployment is not None:
+        files = map(os.path.realpath, context.deployment.files)
+        plan_files = dependencies.plan_files | {*files}
         dependencies = replace(dependencies, plan_files=plan_files)
     built: dict[str, Any] = {}
     if workspace.root is not None:

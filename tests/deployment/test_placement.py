@@ -7,8 +7,10 @@ from colcon_yamllaunch.deployment.deployment import (
     Deployment,
     Machine,
     ProcessRule,
+    Setting,
 )
 from colcon_yamllaunch.deployment.placement import place, Placer, rules_in_vain
+from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.plan.plan import (
     Block,
     ChangeState,
@@ -22,6 +24,7 @@ from colcon_yamllaunch.plan.plan import (
     WorkerCall,
 )
 from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.plan.settings import ReadyCondition
 import pytest
 
 AT = Position('a.yaml', 1, 1)
@@ -230,6 +233,29 @@ def test_rule_without_match_is_a_warning():
     ]
 
 
+def test_rule_with_settings_may_match_components():
+    plan = Plan((DRIVER, BOX, FILTER))
+    settings = {'nice': Setting(5, AT, 4)}
+    assert warnings(plan, ProcessRule(AT, settings=settings, name='filter')) == []
+    assert warnings(plan, ProcessRule(AT, settings=settings, name='fitler')) == [
+        "warning: no process or component of the launch is meant by 'fitler': "
+        "did you mean 'filter'?"
+    ]
+
+
 def test_rule_may_match_a_later_process():
     plan = Plan((WorkerCall(1, 'call', AT),))
     assert warnings(plan, to('arm', 'late')) == []
+
+
+@pytest.mark.parametrize('kind', ['log', 'command'])
+def test_component_has_no_output_and_no_command(kind):
+    ready = Setting((ReadyCondition(kind, 'x'),), AT, 5)
+    rule = ProcessRule(AT, settings={'ready': ready}, name='filter')
+    with pytest.raises(LaunchError) as caught:
+        place(Plan((BOX, FILTER)), deployment(rule))
+    (problem,) = caught.value.diagnostics
+    assert problem.message == (
+        f"filter is a component: '{kind}' is a condition of processes"
+    )
+    assert '/perception/box' in str(problem.hint)
