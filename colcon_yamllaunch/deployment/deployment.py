@@ -151,12 +151,16 @@ class Deployment:
     :param everything_on: The name of the machine that everything runs on, as
       if the launch had been started there; then no rule says where
     :param arguments: Launch arguments, which the command line overrides
+    :param profiles: The names of its profiles
+    :param files: The paths of the file and of those that it includes
     """
 
     machines: Mapping[str, Machine]
     rules: tuple[ProcessRule, ...] = ()
     everything_on: str | None = None
     arguments: Mapping[str, str] = field(default_factory=dict)
+    profiles: tuple[str, ...] = ()
+    files: tuple[str, ...] = ()
 
     def machines_of(self, processes: Sequence[Process]) -> list[str | None]:
         """Return the names of the machines of processes, None for here."""

@@ -81,6 +81,7 @@ class _Reader:
     def __init__(self, profile: str | None) -> None:
         self._profile = profile
         self._profiles: dict[str, None] = {}
+        self._files: list[str] = []
         self._is_profile_found = False
         self._found: list[Diagnostic] = []
 
@@ -104,7 +105,13 @@ class _Reader:
                 arguments = {**_arguments(layer), **arguments}
         if self._found:
             raise LaunchError(*self._found)
-        return Deployment(machines, tuple(rules), arguments=arguments)
+        return Deployment(
+            machines,
+            tuple(rules),
+            arguments=arguments,
+            profiles=tuple(self._profiles),
+            files=tuple(self._files),
+        )
 
     @contextmanager
     def _collected(self) -> Iterator[None]:
@@ -118,6 +125,7 @@ class _Reader:
         self, source: Source, including: Sequence[str]
     ) -> Iterator[Pairs]:
         """Iterate over the layers of a file, the uppermost first."""
+        self._files.append(source.path)
         document = yaml_reader.read_yaml(source)
         if document is None:
             raise error(

@@ -55,7 +55,9 @@ def deployed_on(word: str, deployment: Deployment | None = None) -> Deployment:
                 f"--on: there is no machine '{word}' in the deployment file: "
                 f'{hint}'
             )
-        return Deployment(deployment.machines, everything_on=word)
+        return Deployment(
+            deployment.machines, everything_on=word, files=deployment.files
+        )
     if word == SLURM.rstrip(':') or word.startswith(SLURM):
         options = word.removeprefix(SLURM).removeprefix('slurm').split(',')
         words = tuple(f'--{o.lstrip("-")}' for o in options if o)

@@ -219,6 +219,7 @@ class Dispatcher:
         member = command.member
         if isinstance(member, Component):
             self._composition_of(member.label).revise(member)
+            self._supervisor.hold_again(member)
         else:
             for process in self._engine.planned((member,)).processes():
                 self._supervisor.revise(process, at_once=command.at_once)

@@ -89,6 +89,7 @@ class Readiness(Participant):
         match event:
             case events.Planned(members=members):
                 self._expect(members)
+                self._revise(members)
             case events.Started(process=process):
                 self._begin(process)
             case events.Loaded(component=component):
@@ -132,7 +133,19 @@ class Readiness(Participant):
         for label in list(self._starts):
             self._cancel(label)
 
-    def _begin(self, member: Member) -> None:
+    def _revise(self, members: Iterable[Member]) -> None:
+        """Check the conditions that members have now, unless they are met."""
+        for member in members:
+            start = self._starts.get(member.label)
+            if start is not None and start.member != member:
+                self._begin(member, start.time)
+
+    def _begin(self, member: Member, begun: float | None = None) -> None:
+        """
+        Begin to check a member.
+
+        :param begun: When it started, by default now
+        """
         self._cancel(member.label)
         loop, settings = self._engine.loop, member.settings
         if self._engine.state.machine_of(member.label) is not None:
@@ -143,7 +156,7 @@ class Readiness(Participant):
             timeout = settings.ready_timeout
         start = _Start(
             member,
-            loop.time(),
+            loop.time() if begun is None else begun,
             [],
             loop.call_later(timeout, self._late, member.label),
         )

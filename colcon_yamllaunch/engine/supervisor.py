@@ -55,7 +55,7 @@ from colcon_yamllaunch.plan.plan import (
     Timer,
     WorkerCall,
 )
-from colcon_yamllaunch.plan.settings import Restart
+from colcon_yamllaunch.plan.settings import is_same_settings, Restart
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.engine.composition import Composition
@@ -477,9 +477,26 @@ class Supervisor:
         task = self.task(process.label)
         is_same = process == task.process
         task.successor = None if is_same else process
+        before = task.process
         if at_once:
             # the event follows when it starts
             task.process = process
+            if not is_same_settings(before.settings, process.settings):
+                self._engine.emit(events.Planned((process,)))
+        self.hold_again(process)
+
+    def hold_again(self, member: Member) -> None:
+        """Let a member that waits for others wait for those that it names."""
+        settings = member.settings
+        after = () if settings is None else settings.after
+        held, self._held = self._held, []
+        for entry in held:
+            labels = {m.label for m in Plan(entry.entries).members()}
+            if member.label in labels and entry.labels != after:
+                self._hold(replace(entry, labels=after))
+            else:
+                self._held.append(entry)
+        self._loop.wake()
 
     def restart_changed(self, labels: Collection[str]) -> tuple[str, ...]:
         """
@@ -915,7 +932,7 @@ class Supervisor:
 
     def _start_again(self, task: ProcessTask) -> None:
         """Start a process once what it waits for is ready again."""
-        settings = task.process.settings
+        settings = (task.successor or task.process).settings
         after = () if settings is None else settings.after
         if self._engine.state.missing_of(after):
             self._hold(AfterReady(after, (task.process,)))

@@ -38,6 +38,7 @@ from colcon_yamllaunch.plan.plan import (
     Timer,
     WorkerCall,
 )
+from colcon_yamllaunch.plan.settings import is_same_settings, Settings
 
 #: Tells what something is known by; None for what is not to be known by that.
 _Key = Callable[[Any], Hashable]
@@ -58,6 +59,8 @@ class PlanDifference:
     :param differs: The labels of those that are started or loaded otherwise,
       in order
     :param same: The labels of all others
+    :param revised: Those of `same` that wait for others, are ready or restart
+      otherwise
     """
 
     plan: Plan
@@ -66,11 +69,18 @@ class PlanDifference:
     dropped: tuple[Entry, ...] = ()
     differs: tuple[str, ...] = ()
     same: tuple[str, ...] = ()
+    revised: tuple[str, ...] = ()
 
     @property
     def is_empty(self) -> bool:
         """Whether nothing changes."""
-        return not (self.gone or self.new or self.dropped or self.differs)
+        return not (
+            self.gone
+            or self.new
+            or self.dropped
+            or self.differs
+            or self.revised
+        )
 
 
 def plan_difference(
@@ -94,10 +104,16 @@ def plan_difference(
     by_label = {entry.label: entry for entry in before}
     differs: list[str] = []
     same: list[str] = []
+    revised: list[str] = []
     for entry in plan.walk():
         if isinstance(entry, Member) and entry.label in by_label:
-            is_same = _content(by_label[entry.label]) == _content(entry)
+            earlier = by_label[entry.label]
+            is_same = _content(earlier) == _content(entry)
             (same if is_same else differs).append(entry.label)
+            if is_same and not is_same_settings(
+                earlier.settings, entry.settings
+            ):
+                revised.append(entry.label)
     stays = {*differs, *same}
     old_others = list(_others(old.entries))
     others = Counter(key for key, _ in old_others)
@@ -115,6 +131,7 @@ def plan_difference(
         tuple(reversed(dropped)),
         tuple(differs),
         tuple(same),
+        tuple(revised),
     )
 
 
@@ -161,10 +178,13 @@ def _relabelled(
     names: dict[str, str] = {}
     labels: dict[str, str] = {}
     fresh = set()
+    # what settings name
+    final: dict[str, str] = {}
     for entry in new.members():
         key = entry.ros_name
         if key in kept:
             names[key], labels[key] = kept[key].ros_name, kept[key].label
+            final[entry.label] = labels[key]
             continue
         name = _free(key, used) if isinstance(entry, Process) else key
         machine = machine_of(entry.label)
@@ -177,6 +197,7 @@ def _relabelled(
             name = label
         used |= {name, label}
         names[key], labels[key] = name, label
+        final[entry.label] = label
         fresh.add(label)
 
     def with_name(entry: Entry) -> Entry:
@@ -184,11 +205,19 @@ def _relabelled(
             case Process():
                 key = entry.ros_name
                 name = None if entry.name is None else names[key]
-                if (entry.label, entry.name) == (labels[key], name):
+                settings = _with_labels(entry.settings, final)
+                final_names = labels[key], name, settings
+                if (entry.label, entry.name, entry.settings) == final_names:
                     return entry
-                return replace(entry, label=labels[key], name=name)
+                return replace(
+                    entry, label=labels[key], name=name, settings=settings
+                )
             case Component():
-                return replace(entry, label=labels[entry.ros_name])
+                return replace(
+                    entry,
+                    label=labels[entry.ros_name],
+                    settings=_with_labels(entry.settings, final),
+                )
             case SignalProcess():
                 name = names.get(entry.process, entry.process)
                 return replace(entry, process=name)
@@ -202,8 +231,41 @@ def _relabelled(
         )
         for handler in new.handlers
     )
-    entries = changed_entries(new.entries, with_name)
+    entries = _awaiting(changed_entries(new.entries, with_name), final)
     return replace(new, entries=entries, handlers=handlers), fresh
+
+
+def _with_labels(
+    settings: Settings | None, labels: Mapping[str, str]
+) -> Settings | None:
+    """Return settings with other labels of the processes that they name."""
+    if settings is None:
+        return None
+    restart = settings.restart
+    if restart is not None:
+        together = tuple(labels.get(n, n) for n in restart.together)
+        restart = replace(restart, together=together)
+    after = tuple(labels.get(n, n) for n in settings.after)
+    return replace(settings, after=after, restart=restart)
+
+
+def _awaiting(
+    entries: Iterable[Entry], labels: Mapping[str, str]
+) -> tuple[Entry, ...]:
+    """Return entries with other labels of what they wait for."""
+    found: list[Entry] = []
+    for entry in entries:
+        match entry:
+            case Timer():
+                inner = _awaiting(entry.entries, labels)
+                found.append(replace(entry, entries=inner))
+            case AfterReady():
+                inner = _awaiting(entry.entries, labels)
+                names = tuple(labels.get(n, n) for n in entry.labels)
+                found.append(AfterReady(names, inner))
+            case _:
+                found.append(entry)
+    return tuple(found)
 
 
 def _free(name: str, used: Collection[str]) -> str:
@@ -288,8 +350,12 @@ def _process_content(process: Process) -> Hashable:
         ('file', word.content) if isinstance(word, ParameterFile) else word
         for word in process.argv
     )
+    settings = process.settings
+    # the other settings apply to a process that runs
+    limits = settings and (settings.limits, settings.user)
     return (
         *(argv, process.cwd, process.environment, process.emulate_tty),
+        None if limits == (None, '') else limits,
         *(process.package, process.node_name, process.is_container),
         *(process.is_lifecycle, process.autostart),
     )

@@ -10,6 +10,7 @@ may use) comes from the file of `--deploy`, and stands in the plan as these
 settings.
 """
 
+from dataclasses import replace
 from typing import get_args, Literal
 
 from colcon_yamllaunch.common.frozen import dataclass
@@ -244,3 +245,10 @@ class Settings:
         """Return where a limit or the user is set."""
         found = (p.position for p in self.places if p.key == key)
         return next(found, self.position)
+
+
+def is_same_settings(one: Settings | None, other: Settings | None) -> bool:
+    """Return whether settings say the same, wherever they stand."""
+    if one is None or other is None:
+        return one is other
+    return one == replace(other, position=one.position, places=one.places)

@@ -486,6 +486,8 @@ class ChangeLoop(Participant):
             or not prepared.machines <= before.machines
         ):
             why = 'it runs on other machines now'
+        elif not launch.state.has_readiness and _needs_readiness(new.plan):
+            why = 'processes wait for others now'
         if why:
             self._changes.remove(current)
             self._restarts_launch = True
@@ -514,9 +516,11 @@ class ChangeLoop(Participant):
         wanted |= self._worth_retrying(prepared)
         if not new.is_empty:
             started = tuple(member.label for member in Plan(new.new).members())
-            launch.emit(events.Replanned(started, new.gone, new.differs))
+            if started or new.gone or new.differs:
+                launch.emit(events.Replanned(started, new.gone, new.differs))
             current.started = started
             current.stopped = new.gone
+            current.revised = new.revised
         current.pending.update(new.gone)
         for label in new.gone:
             launch.dispatcher.do(commands.Drop(label))
@@ -649,3 +653,13 @@ class ChangeLoop(Participant):
         assert self._watcher is not None
         since = self._current.since_ns
         self._watcher.watch(known.folders(), known.files(), since)
+
+
+def _needs_readiness(plan: Plan) -> bool:
+    """Return whether it matters for a plan which members are ready."""
+    if all(member.settings is None for member in plan.members()):
+        return False
+    # only launches with a deployment need it
+    from colcon_yamllaunch.engine.readiness import needs_readiness
+
+    return needs_readiness(plan)

@@ -38,6 +38,7 @@ class PendingChange:
     :param suspects: Python files that may not compile
     :param broken: The labels that are not restarted because of such files
     :param crashed: The labels that failed after their start
+    :param revised: The labels that have other settings, and run on
     """
 
     since: float
@@ -56,6 +57,7 @@ class PendingChange:
     suspects: tuple[str, ...] = ()
     broken: tuple[str, ...] = ()
     crashed: tuple[str, ...] = ()
+    revised: tuple[str, ...] = ()
 
     @property
     def is_done(self) -> bool:
@@ -104,6 +106,7 @@ class PendingChange:
             'failed once started:': self.crashed,
             'not restarted, as Python code does not compile:': self.broken,
             'not sent to': self.kept,
+            'other settings for': without(self.revised, down),
         }
         parts = [
             f'{what} {events.listed(names)}'

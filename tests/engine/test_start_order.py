@@ -277,6 +277,44 @@ def test_the_failure_of_one_that_is_optional_does_not_count(history, deployed):
     assert not h.launch.has_failed
 
 
+def test_other_conditions_apply_to_one_that_is_not_ready(history, deployed):
+    h = history(deployed('a', ready=NEVER), deployed('b', 'a'))
+    h.after(2.0)
+    _, b = (h.supervisor.task(label).process for label in 'ab')
+    other = ReadyCondition('after', seconds=1.0)
+    settings = Settings(HERE, ready=(other,))
+    a = replace(h.supervisor.task('a').process, settings=settings)
+    h.supervisor.revise(a, at_once=True)
+    h.after(1.0)
+    assert h.started() == ['a', 'b']
+    (event,) = h.happened(events.Ready)[:1]
+    assert event.seconds == pytest.approx(3.0)
+    assert h.launch.after == {'a': (), 'b': ('a',)}
+    # where it stands does not matter
+    count = len(h.happened(events.Planned))
+    moved = replace(b.settings, position=Position('/ws/robot.yaml', 9, 9))
+    h.supervisor.revise(replace(b, settings=moved), at_once=True)
+    assert len(h.happened(events.Planned)) == count
+
+
+@pytest.mark.parametrize('others', [(), ('c',)])
+def test_one_that_waits_may_wait_for_others_instead(history, deployed, others):
+    h = history(
+        deployed('a', ready=NEVER),
+        deployed('b', 'a'),
+        deployed('c', ready=(ReadyCondition('after', seconds=5.0),)),
+    )
+    h.after(1.0)
+    b = h.supervisor.task('b').process
+    b = replace(b, settings=replace(b.settings, after=others))
+    h.supervisor.revise(b, at_once=True)
+    h.turn()
+    assert h.started() == ['a', 'c', 'b'][: 3 - len(others)]
+    assert h.state('b').waits_for == others
+    h.after(5.0)
+    assert h.started() == ['a', 'c', 'b']
+
+
 LABELS = st.sampled_from('abcdef')
 GRAPHS = st.dictionaries(LABELS, st.lists(LABELS, max_size=3), min_size=1)
 

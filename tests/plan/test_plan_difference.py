@@ -9,6 +9,7 @@ from typing import Any
 
 from colcon_yamllaunch.plan.labels import with_labels
 from colcon_yamllaunch.plan.plan import (
+    AfterReady,
     Component,
     Entry,
     EventHandler,
@@ -26,6 +27,7 @@ from colcon_yamllaunch.plan.plan_difference import (
     PlanDifference,
 )
 from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.plan.settings import ResourceLimits, Restart, Settings
 from hypothesis import given, strategies
 from support.random_cases import RANDOM
 
@@ -60,7 +62,7 @@ def plan(*entries: Entry, **more: Any) -> Plan:
 
     def named(entry: Entry) -> Entry:
         nonlocal count
-        if isinstance(entry, Timer):
+        if isinstance(entry, Timer | AfterReady):
             inner = tuple(map(named, entry.entries))
             return replace(entry, entries=inner)
         if isinstance(entry, Process):
@@ -147,6 +149,53 @@ def test_changed_launcher_options_need_no_restart() -> None:
     found = plan_difference(plan(A), plan(new))
     assert found.is_empty
     assert next(found.plan.processes()).respawn
+
+
+def test_other_settings_restart_only_what_must_be() -> None:
+    def deployed(entry: Process, **fields: Any) -> Process:
+        position = fields.pop('position', Position('robot.yaml', 3, 5))
+        return replace(entry, settings=Settings(position, **fields))
+
+    high = ResourceLimits(memory=1 << 30)
+    before = plan(
+        deployed(A, critical=True),
+        deployed(B, after=('a',)),
+        C,
+    )
+    moved = plan(
+        deployed(A, critical=True, position=Position('robot.yaml', 9, 5)),
+        deployed(B, after=('a',)),
+        C,
+    )
+    assert plan_difference(before, moved).is_empty
+    found = plan_difference(
+        before,
+        plan(deployed(A, limits=high), deployed(B), deployed(C, user='me')),
+    )
+    assert found.differs == ('a', 'c.py-3')
+    assert (found.same, found.revised) == (('b',), ('b',))
+    assert not found.is_empty
+
+
+def test_settings_name_others_by_their_labels() -> None:
+    def waiting(for_: str) -> AfterReady:
+        restart = Restart('failure', together=(for_,))
+        position = Position('robot.yaml', 3, 5)
+        settings = Settings(position, after=(for_,), restart=restart)
+        return AfterReady((for_,), (replace(A, settings=settings),))
+
+    old = plan(C, waiting('c.py-1'))
+    found = plan_difference(old, plan(B, C, waiting('c.py-2')))
+    assert labels(found.new) == ['b']
+    assert (found.differs, found.revised) == ((), ())
+    entry = found.plan.entries[-1]
+    assert isinstance(entry, AfterReady)
+    assert entry.labels == ('c.py-1',)
+    settings = entry_of(found, 'a').settings
+    assert settings is not None
+    assert settings.after == ('c.py-1',)
+    assert settings.restart is not None
+    assert settings.restart.together == ('c.py-1',)
 
 
 def test_position_of_a_parameter_does_not_matter() -> None:
