@@ -317,13 +317,7 @@ class NotReady(Event):
     @property
     def text(self) -> str:
         """What is wrong, in one line without the label."""
-        if not self.conditions:
-            return f'ended after {self.seconds:.1f} s, before it was ready'
-        found = f' ({self.found})' if self.found else ''
-        return (
-            f'not ready after {self.seconds:.1f} s: waiting for '
-            f'{" and ".join(self.conditions)}{found}'
-        )
+        return not_ready_text(self.conditions, self.seconds, self.found)
 
     def lines(self) -> tuple[str, ...]:
         if not self.waiting or self.action == 'fail':
@@ -743,12 +737,14 @@ class MemberChanged(Event):
     :param ending: Why a component could not be loaded or unloaded, or how a
       process ended of which no more is known; or empty
     :param lifecycle: The state of its lifecycle node, if that changed
+    :param unmet: The readiness conditions that do not hold, if these changed
     """
 
     member: Member
     phase: Phase | None = None
     ending: str = ''
     lifecycle: str | None = None
+    unmet: tuple[str, ...] | None = None
 
     name = 'member_changed'
     is_internal = True
@@ -1207,6 +1203,19 @@ def _starts_again(delay: float | None) -> str:
     if delay is None:
         return ''
     return ', starts again' + (f' in {delay:g} s' if delay else '')
+
+
+def not_ready_text(
+    conditions: Sequence[str], seconds: float, found: str
+) -> str:
+    """Return why a member is not ready, in one line; see `NotReady`."""
+    if not conditions:
+        return f'ended after {seconds:.1f} s, before it was ready'
+    instead = f' ({found})' if found else ''
+    return (
+        f'not ready after {seconds:.1f} s: waiting for '
+        f'{" and ".join(conditions)}{instead}'
+    )
 
 
 def listed(labels: Sequence[str]) -> str:

@@ -74,6 +74,8 @@ class Readiness(Participant):
         self._starts: dict[str, _Start] = {}
         # the labels of members that the ROS client has checked
         self._seen_in_ros: set[str] = set()
+        # the labels of those of which other conditions are unmet
+        self._changed: set[str] = set()
 
     def join(self, engine: Engine) -> None:
         """Note that the launch knows what is ready."""
@@ -127,6 +129,11 @@ class Readiness(Participant):
         ready, self._ready = self._ready, []
         for start, seconds in ready:
             self._engine.emit(events.Ready(start.member, seconds))
+        changed, self._changed = self._changed, set()
+        for label in changed & self._starts.keys():
+            start = self._starts[label]
+            unmet = tuple(str(check.condition) for check in start.checks)
+            self._engine.emit(events.MemberChanged(start.member, unmet=unmet))
 
     def close(self) -> None:
         """End all checks."""
@@ -167,8 +174,10 @@ class Readiness(Participant):
             )
             for condition in self._conditions_of(member)
         ]
+        self._changed.add(member.label)
         for check in tuple(start.checks):
             check.begin()
+        loop.wake()
 
     def _expect(self, members: Iterable[Member]) -> None:
         """
@@ -227,6 +236,7 @@ class Readiness(Participant):
             return
         start.checks.remove(check)
         check.cancel()
+        self._changed.add(start.member.label)
         if not start.checks:
             self._cancel(start.member.label)
             now = self._engine.loop.time()

@@ -37,7 +37,8 @@ from colcon_yamllaunch.plan.plan import (
 )
 
 #: What views show of a process or component: `waiting` for a timer,
-#: `starting` (also while it is loaded, configured or activated), `running`,
+#: `starting` (also while it is loaded, configured or activated, and until its
+#: readiness conditions hold), `running`,
 #: `stopping`, `held` by a signal such as SIGSTOP, waiting for its `respawn`,
 #: `ended` by itself, `stopped` on request, or `failed`.
 MemberCondition = Literal[
@@ -95,8 +96,9 @@ class CommonState:
 
     :param label: Its name in output and logs
     :param phase: See :data:`.events.Phase`
-    :param seconds: For how long a process has been running or ended, or a
-      component in its phase, when this was read; see `LaunchState.seconds_of`
+    :param seconds: For how long a process has been running or ended, or has
+      waited for others, or a component has been in its phase, when this was
+      read; see `LaunchState.seconds_of`
     :param ending: How a process ended, or why a component could not be
       loaded, as a part of a sentence; empty while it runs
     :param node: The full name of its ROS node as far as it is known
@@ -118,6 +120,8 @@ class CommonState:
     :param is_ready: Whether it is ready, if the launch knows that
     :param waits_for: The labels of what must be ready before it starts; empty
       once it may start
+    :param unmet: The readiness conditions that do not hold yet while it runs,
+      each as a part of a sentence
 
     The other ones are for :meth:`LaunchState.apply` only.
     """
@@ -140,6 +144,7 @@ class CommonState:
     is_kept_stopped: bool = False
     is_ready: bool = False
     waits_for: tuple[str, ...] = ()
+    unmet: tuple[str, ...] = ()
     # when its phase began, by the clock of the state
     since: float = 0.0
     # whether its turn comes without a timer
@@ -410,8 +415,9 @@ class LaunchState:
         )
 
     def seconds_of(self, member: MemberState) -> float:
-        """Return for how long a process runs or has ended; see `seconds`."""
-        if member.phase == 'waiting' and isinstance(member, ProcessState):
+        """Return for how long a process runs, waits or has ended."""
+        is_process = isinstance(member, ProcessState)
+        if member.phase == 'waiting' and is_process and not member.waits_for:
             return 0.0
         return max(0.0, self.clock() - member.since)
 
@@ -725,9 +731,12 @@ class LaunchState:
             case events.MemberChanged():
                 self._change_member(member, event)
             case events.Waiting():
+                if member.phase == 'waiting' and not member.waits_for:
+                    member.since = self.clock()
                 member.waits_for = event.labels
             case events.Ready():
                 member.is_ready, member.is_given_up = True, False
+                member.unmet = ()
                 self.readiness_version += 1
             case events.NotReady():
                 if event.action == 'start':
@@ -786,6 +795,7 @@ class LaunchState:
     def _reset(self, member: MemberState) -> None:
         """Forget what holds only while a member runs as it did before."""
         member.is_held = member.is_signalled = False
+        member.unmet = ()
         if member.lifecycle is not None:
             member.lifecycle = UNKNOWN
         if isinstance(member, ProcessState):
@@ -843,6 +853,8 @@ class LaunchState:
     ) -> None:
         if event.lifecycle is not None:
             member.lifecycle = event.lifecycle
+        if event.unmet is not None:
+            member.unmet = event.unmet
         if event.phase is None:
             return
         if isinstance(member, ComponentState):
@@ -896,7 +908,7 @@ def _condition_of(member: MemberState) -> MemberCondition:
                 return 'stopping'
             if member.is_held:
                 return 'held'
-            if member.lifecycle in BETWEEN_STATES:
+            if member.lifecycle in BETWEEN_STATES or member.unmet:
                 return 'starting'
             return 'running'
         case 'ended' if member.has_failed:
@@ -936,7 +948,7 @@ _FIELDS: Mapping[type, tuple[tuple[str, ...], tuple[str, ...]]] = {
         ),
         (
             *('name', 'lifecycle', 'machine', 'cpu', 'memory'),
-            *('condition', 'failure', 'is_ready', 'waits_for'),
+            *('condition', 'failure', 'is_ready', 'waits_for', 'unmet'),
         ),
     ),
     ComponentState: (
@@ -944,7 +956,7 @@ _FIELDS: Mapping[type, tuple[tuple[str, ...], tuple[str, ...]]] = {
             *('label', 'phase', 'ending', 'plugin', 'node', 'package'),
             *('container', 'process', 'lifecycle'),
         ),
-        ('machine', 'condition', 'failure', 'is_ready', 'waits_for'),
+        ('machine', 'condition', 'failure', 'is_ready', 'waits_for', 'unmet'),
     ),
 }
 

@@ -25,6 +25,7 @@ from colcon_yamllaunch.terminal.status_model import (
     GREEN,
     HEALTHY,
     LOOKS,
+    readiness_text,
     RED,
     REVERSE,
     StatusModel,
@@ -172,6 +173,15 @@ def next_change(state: LaunchState, now: float) -> float | None:
     """Return when the block changes without an event."""
     if state.changed is not None and not state.stopping:
         return now + 1.0 - (now - state.changed) % 1.0
+    if state.has_readiness and not state.stopping:
+        return min(
+            (
+                now + 1.0 - state.seconds_of(member) % 1.0
+                for member in state.by_label.values()
+                if member.waits_for or member.unmet
+            ),
+            default=None,
+        )
     countdown = state.countdown
     if countdown is None or countdown.event.next_signal is None:
         return None
@@ -357,6 +367,8 @@ def _summary(
             if state.changed is not None and now >= state.changed + 1.0:
                 text = f'{math.floor(now - state.changed)} s {text}'
             summary.append(text)
+        if readiness := readiness_text(state):
+            summary.append(_painted(readiness, YELLOW, style))
         if pending:
             summary.append(one_line(pending))
         if watched is not None and watched.is_final:

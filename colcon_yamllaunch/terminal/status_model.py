@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.engine import cgroup
+from colcon_yamllaunch.common.table import duration
+from colcon_yamllaunch.engine import cgroup, events, limits
 from colcon_yamllaunch.engine.state import (
     ComponentState,
     LaunchState,
@@ -202,8 +203,44 @@ class StatusModel:
         self._keys.update(zip(new, free, strict=False))
 
 
+def readiness_text(state: LaunchState) -> str:
+    """Return how much is ready, and what waits; empty once all is ready."""
+    if not state.has_readiness or state.stopping:
+        return ''
+    members = list(state.members())
+    count = sum(member.is_ready for member in members)
+    if count == len(members):
+        return ''
+    waiting = [
+        f'{one_line(member.label)}: {text}'
+        for member in members
+        if (text := waiting_text(state, member))
+    ]
+    if len(waiting) > limits.LISTED_NAMES:
+        more = len(waiting) - limits.LISTED_NAMES
+        waiting[limits.LISTED_NAMES :] = [f'{more} more wait']
+    return ', '.join((f'{count} of {len(members)} ready', *waiting))
+
+
+def waiting_text(state: LaunchState, member: MemberState) -> str:
+    """Return what a member waits for, and for how long; or an empty text."""
+    if state.stopping or not (member.waits_for or member.unmet):
+        return ''
+    seconds = duration(state.seconds_of(member))
+    return f'{waiting_for(member)} ({seconds})'
+
+
+def waiting_for(member: MemberState) -> str:
+    """Return what a member waits for; empty if it does not."""
+    if member.waits_for:
+        return f'waiting for {events.listed(member.waits_for)}'
+    return f'waiting for {" and ".join(member.unmet)}' if member.unmet else ''
+
+
 def state_of(member: MemberState) -> str:
     """Return the state of a process or component, as a word or a sentence."""
+    if waits := waiting_for(member):
+        return one_line(waits)
     if member.phase in ('running', 'loaded') and member.lifecycle is not None:
         return member.lifecycle
     if member.phase == 'respawn':

@@ -23,8 +23,13 @@ from colcon_yamllaunch.engine.state import (
 )
 from colcon_yamllaunch.terminal.status_model import state_of
 
-_HEADS = ('PROCESS', 'STATE', 'PID', 'UP', 'RESTARTS', 'CPU', 'MEMORY')
-_RIGHT = frozenset((2, 3, 4, 5, 6))
+_HEADS = (
+    *('PROCESS', 'STATE', 'READY', 'PID', 'UP', 'RESTARTS', 'CPU', 'MEMORY'),
+    'AFTER',
+)
+_NUMBERS = frozenset(('PID', 'UP', 'RESTARTS', 'CPU', 'MEMORY'))
+# of launches that know what is ready
+_READINESS = frozenset(('READY', 'AFTER'))
 _INDENT = '  '
 _SMALLEST_LABEL = 12
 # the states of connections to machines that are shown
@@ -48,14 +53,23 @@ def table(
     :param orphaned: Whether its launcher was killed
     """
     title = one_line(f'{launch.title}: {_state_of(launch, orphaned)}')
-    rows = [_HEADS, *_rows(launch, usage)]
+    columns = [
+        column
+        for column, head in enumerate(_HEADS)
+        if launch.has_readiness or head not in _READINESS
+    ]
+    rows = [
+        [row[column] for column in columns]
+        for row in (_HEADS, *_rows(launch, usage))
+    ]
     if len(rows) == 1:
         lines = ['no processes']
     else:
         widths = column_widths(rows)
         if width is not None:
             _narrow(widths, width - len(_INDENT))
-        lines = table_lines(rows, widths, without_end, _RIGHT)
+        right = [n for n, head in enumerate(rows[0]) if head in _NUMBERS]
+        lines = table_lines(rows, widths, without_end, right)
     for machine in launch.machines.values():
         if machine.link in _BROKEN:
             what = _BROKEN[machine.link]
@@ -87,40 +101,65 @@ def _rows(
     launch: LaunchState, usage: Mapping[int, Usage]
 ) -> Iterator[tuple[str, ...]]:
     for process in launch.processes:
-        yield _process_row(process, usage)
+        yield _process_row(launch, process, usage)
         for component in launch.components_of(process.label):
-            yield _component_row(component)
+            yield _component_row(launch, component)
     others: dict[str, list[ComponentState]] = {}
     for component in launch.components_of(None):
         others.setdefault(component.container, []).append(component)
     for container, components in others.items():
         nothing = [''] * (len(_HEADS) - 2)
         yield (one_line(container), 'not of this launch', *nothing)
-        yield from map(_component_row, components)
+        for component in components:
+            yield _component_row(launch, component)
 
 
 def _process_row(
-    process: ProcessState, usage: Mapping[int, Usage]
+    launch: LaunchState, process: ProcessState, usage: Mapping[int, Usage]
 ) -> tuple[str, ...]:
     used = use_of(process, usage)
     runs = process.pid is not None
     return (
         one_line(process.label),
         _phase(process),
+        _is_ready(process),
         str(process.pid) if runs else '',
         duration(process.seconds) if runs else '',
         str(process.restarts),
         *((f'{used.cpu:.1%}', size(used.memory)) if used else ('', '')),
+        _after(launch, process),
     )
 
 
-def _component_row(component: ComponentState) -> tuple[str, ...]:
+def _component_row(
+    launch: LaunchState, component: ComponentState
+) -> tuple[str, ...]:
     up = duration(component.seconds) if component.phase == 'loaded' else ''
     label = one_line(component.label)
-    return (_INDENT + label, _phase(component), '', up, '', '', '')
+    return (
+        _INDENT + label,
+        _phase(component),
+        _is_ready(component),
+        *('', up, '', '', ''),
+        _after(launch, component),
+    )
+
+
+def _is_ready(member: MemberState) -> str:
+    return 'yes' if member.is_ready else 'no'
+
+
+def _after(launch: LaunchState, member: MemberState) -> str:
+    """Return what a member waits for before it starts."""
+    return one_line(', '.join(launch.after.get(member.label, ())))
 
 
 def _phase(member: MemberState) -> str:
+    if member.waits_for:
+        return one_line(f'waiting for {", ".join(member.waits_for)}')
+    if member.unmet:
+        conditions = ' and '.join(member.unmet)
+        return one_line(f'{member.phase}, waiting for {conditions}')
     if member.phase in ('running', 'loaded') and member.lifecycle is not None:
         return f'{member.phase}, {member.lifecycle}'
     if member.phase == 'failed':

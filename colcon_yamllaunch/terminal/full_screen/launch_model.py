@@ -65,6 +65,8 @@ SENTENCES: Mapping[str, str] = {
     'attached': 'attached to a terminal',
     'detached': 'detached',
     'left_behind': 'pid {pid} cannot be stopped, not even by SIGKILL',
+    'ready': 'ready after {seconds:.1f} s',
+    'restart_limit': 'not started again, after {restarts} restarts',
     'loaded': 'loaded into {container}',
     'load_failed': 'could not be loaded into {container}: {reason}',
     'unloaded': 'unloaded from {container}: {reason}',
@@ -87,6 +89,7 @@ SENTENCES: Mapping[str, str] = {
     # functions make these sentences
     'exited': '',
     'checked': '',
+    **dict.fromkeys(('waiting', 'not_started', 'not_ready'), ''),
 }
 _FAILURES = frozenset(
     (
@@ -94,7 +97,10 @@ _FAILURES = frozenset(
         'left_behind',
         'load_failed',
         'machine_gone',
+        'not_ready',
+        'not_started',
         'plan_failed',
+        'restart_limit',
         'ros_lost',
         'start_failed',
         'transition_failed',
@@ -432,6 +438,15 @@ def sentence_of(name: str, fields: Mapping[str, Any]) -> str:
             if not fields['passed']:
                 missing = [f"'{t}' was not seen" for t in fields['missing']]
                 text = f'red: {", ".join((*fields["failures"], *missing))}'
+        elif name == 'waiting':
+            text = f'waiting for {events.listed(fields["labels"])}'
+        elif name == 'not_started':
+            labels = events.listed(fields['labels'])
+            text = f'not started, as it waits for {labels}'
+        elif name == 'not_ready':
+            text = events.not_ready_text(
+                fields['conditions'], fields['seconds'], fields['found']
+            )
         else:
             text = SENTENCES.get(name, '').format_map(fields)
     except (KeyError, TypeError, ValueError):
@@ -447,7 +462,8 @@ def level_of_event(name: str, fields: Mapping[str, Any]) -> Level:
     """Return how severe an event is."""
     if name == 'message':
         return level_of(f'[{fields.get("level")}]'.encode()) or Level.INFO
-    if name == 'warning':
+    is_late = name == 'not_ready' and fields.get('action') != 'fail'
+    if name == 'warning' or is_late:
         return Level.WARN
     failed = (
         name in _FAILURES

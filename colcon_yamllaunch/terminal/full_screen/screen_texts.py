@@ -12,7 +12,12 @@ from colcon_yamllaunch.engine.state import ComponentState, ProcessState
 from colcon_yamllaunch.terminal.full_screen.launch_model import LaunchModel
 from colcon_yamllaunch.terminal.keyboard import ESCAPE_NAME
 from colcon_yamllaunch.terminal.keymap import ON_ALL, ON_ONE
-from colcon_yamllaunch.terminal.status_model import description_lines, state_of
+from colcon_yamllaunch.terminal.status_model import (
+    description_lines,
+    readiness_text,
+    state_of,
+    waiting_text,
+)
 from rich.table import Table
 from rich.text import Text
 
@@ -41,6 +46,8 @@ def title_text(model: LaunchModel, *, follows: bool) -> Text:
     failed = sum(bool(member.failure) for member in state.members())
     if failed:
         text.append(f' {failed} failed ', 'bold reverse red')
+    if readiness := readiness_text(state):
+        text.append(f' {readiness.partition(",")[0]} ', 'reverse yellow')
     filtering = model.view.filtering.text
     if filtering:
         text.append(f' {one_line(filtering)} ', 'reverse cyan')
@@ -126,7 +133,7 @@ def in_short(model: LaunchModel, label: str, width: int) -> Text:
     text.append(one_line(label), 'bold')
     if member.node is not None:
         text.append(f'  {one_line(member.node)}', 'dim')
-    text.append(f'\n{state_of(member)}')
+    text.append(f'\n{waiting_text(model.state, member) or state_of(member)}')
     if isinstance(member, ProcessState) and member.pid is not None:
         up = duration(model.state.seconds_of(member))
         text.append(f'  pid {member.pid}  up {up}')
