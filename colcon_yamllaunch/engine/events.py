@@ -1194,8 +1194,8 @@ def member_of(event: Event) -> Member | None:
 
 def is_optional(event: Event) -> bool:
     """Return whether an event is about a member whose failure is none."""
-    member = member_of(event)
-    settings = None if member is None else member.settings
+    # a client applies events about the states of members, too
+    settings = getattr(member_of(event), 'settings', None)
     return settings is not None and settings.optional
 
 

@@ -939,6 +939,8 @@ _LATER_OF_LAUNCH = (
     *('watch', 'watch_failed', 'watch_paused', 'exit_code'),
     'after',
 )
+# those of a process or component with several texts
+_TEXTS = frozenset(('waits_for', 'unmet'))
 # the fields that each version sends, and those of later versions
 _FIELDS: Mapping[type, tuple[tuple[str, ...], tuple[str, ...]]] = {
     ProcessState: (
@@ -1031,6 +1033,9 @@ def _member_from_json(
 ) -> MemberState:
     required, later = _FIELDS[kind]
     known = _known(row, (*required, 'seconds'), later)
+    for name in _TEXTS & known.keys():
+        # JSON has lists only
+        known[name] = tuple(map(str, known[name]))
     member = kind(**known, is_due=False)
     member.log = row['log']
     if 'condition' not in row:

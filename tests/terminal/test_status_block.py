@@ -315,3 +315,39 @@ def test_live_lines_leave_room_in_a_low_terminal(board):
     for height, live in ((3, 0), (4, 1), (6, 3), (24, 3)):
         block = lines(board('a'), view=view, lines=1, height=height)
         assert block == [*view.live[3 - live :], ' 1 ● a']
+
+
+def test_what_waits_is_shown_until_all_is_ready(process):
+    members = [process(label) for label in ('driver', 'nav')]
+    state = planned_state(*members)
+    state.after = {'driver': (), 'nav': ('driver',)}
+    driver, nav = members
+    board = StatusModel(state)
+    state.apply(events.Waiting(nav, ('driver',)))
+    state.apply(events.Started(driver, 100))
+    unmet = ('a publisher of scan',)
+    state.apply(events.MemberChanged(driver, unmet=unmet))
+    state.clock = lambda: 104.2
+    assert lines(board, 120) == [
+        ' 1 ◌ driver  2 ◌ nav',
+        ' 0 of 2 ready, driver: waiting for a publisher of scan (4 s), nav: '
+        'waiting for driver (4 s)',
+    ]
+    assert next_change(state, 104.2) == pytest.approx(105.0)
+    state.apply(events.Ready(driver, 4.2))
+    state.apply(events.Started(nav, 101))
+    assert lines(board, 120)[1:] == [' 1 of 2 ready']
+    state.apply(events.Ready(nav, 0.0))
+    assert lines(board, 120) == [' 1 ● driver  2 ● nav']
+    assert next_change(state, 104.2) is None
+
+
+def test_many_that_wait_are_counted(process):
+    members = [process(f'p{number}') for number in range(60)]
+    state = planned_state(*members)
+    state.after = {member.label: ('p0',) for member in members[1:]}
+    for member in members[1:]:
+        state.apply(events.Waiting(member, ('p0',)))
+    shown = lines(StatusModel(state), 200)[-1]
+    assert shown.startswith(' 0 of 60 ready, p1: waiting for p0 (0 s), ')
+    assert ' more wait' in shown

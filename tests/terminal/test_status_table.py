@@ -144,3 +144,28 @@ def test_a_launch_that_watches_has_a_line_about_its_last_change() -> None:
     last = table(watching, {}, None).split('\n')[-1]
     assert last == f'  watches its files; last change: {text}'
     assert all(len(x) <= 40 for x in table(watching, {}, 40).split('\n'))
+
+
+def test_what_is_ready_and_what_it_waits_for() -> None:
+    unmet = ('a publisher of scan',)
+    state = launch(
+        process('driver', pid=4250, seconds=4.0, unmet=unmet),
+        process('box', pid=4251, seconds=4.0, is_ready=True),
+        process('nav', phase='waiting', waits_for=('driver',)),
+        components=(component('filter', process='box', is_ready=True),),
+    )
+    state.after = {'nav': ('driver', 'box'), 'driver': ()}
+    lines = table(state, {}, None).splitlines()
+    assert [re.split(' {2,}', line.strip()) for line in lines[1:]] == [
+        [
+            *('PROCESS', 'STATE', 'READY', 'PID', 'UP', 'RESTARTS', 'CPU'),
+            *('MEMORY', 'AFTER'),
+        ],
+        [
+            *('driver', 'running, waiting for a publisher of scan', 'no'),
+            *('4250', '4 s', '0'),
+        ],
+        ['box', 'running', 'yes', '4251', '4 s', '0'],
+        ['filter', 'loaded', 'yes', '12 s'],
+        ['nav', 'waiting for driver', 'no', '0', 'driver, box'],
+    ]
