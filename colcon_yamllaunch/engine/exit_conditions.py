@@ -2,7 +2,7 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-Exit conditions: what ends a launch by itself (`--until`, `--for`).
+Exit conditions: what ends a launch by itself (`--until`, `--for`, …).
 
 Times count from the moment when the launch begins to start processes, so
 building is not counted.
@@ -18,6 +18,7 @@ from colcon_yamllaunch.engine.loop import do_nothing
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.engine.line_pattern import LinePattern
+    from colcon_yamllaunch.engine.readiness_record import ReadinessRecord
 
 
 class ExitConditions:
@@ -35,6 +36,8 @@ class ExitConditions:
     :param clock: Returns seconds that never go back
     :param begun: When the time for that begins, on the clock; None for when
       the launch does
+    :param ready: The labels of members that must all be ready, as another
+      thing to be found; None if it does not matter
     """
 
     def __init__(
@@ -44,7 +47,17 @@ class ExitConditions:
         duration: float | None = None,
         clock: Callable[[], float] = time.monotonic,
         begun: float | None = None,
+        ready: Iterable[str] | None = None,
     ) -> None:
+        self._readiness: ReadinessRecord | None = None
+        self._wanted: dict[str, None] = {}
+        if ready is not None:
+            # few launches wait for that
+            from colcon_yamllaunch.engine import readiness_record
+
+            self._readiness = readiness_record.ReadinessRecord()
+            self._wanted = dict.fromkeys(ready)
+        self._ready_at: float | None = None
         self._patterns = tuple(until)
         self._unseen = list(dict.fromkeys(p.text for p in self._patterns))
         self._timeout = timeout
@@ -69,6 +82,8 @@ class ExitConditions:
 
     def handle(self, event: events.Event) -> None:
         """Handle an event."""
+        if self._readiness is not None:
+            self._note_readiness(self._readiness, event)
         if events.is_optional(event):
             return
         match event:
@@ -90,6 +105,48 @@ class ExitConditions:
                 self._stopping = True
             case _:
                 return
+
+    def _note_readiness(
+        self, readiness: 'ReadinessRecord', event: events.Event
+    ) -> None:
+        if self._stopping:
+            return
+        readiness.handle(event)
+        match event:
+            case events.Planned():
+                optional = {
+                    member.label
+                    for member in event.members
+                    if member.settings is not None and member.settings.optional
+                }
+                labels = (member.label for member in event.members)
+                self._wanted |= dict.fromkeys(
+                    label for label in labels if label not in optional
+                )
+            case events.Dropped():
+                self._wanted.pop(event.member.label, None)
+            case events.Ready() if self._wanted.keys() <= readiness.ready:
+                self._found_at = self._clock() - self._start
+                self._ready_at = self._found_at
+            case _:
+                return
+
+    @property
+    def _is_all_ready(self) -> bool:
+        """Whether all members are ready that must be."""
+        if self._readiness is None:
+            return True
+        return self._wanted.keys() <= self._readiness.ready
+
+    @property
+    def _has_goal(self) -> bool:
+        """Whether there is something to find."""
+        return bool(self._patterns) or self._readiness is not None
+
+    @property
+    def _is_reached(self) -> bool:
+        """Whether all was found that there was to find."""
+        return not self._unseen and self._is_all_ready
 
     def due(self) -> float | None:
         """Return when to ask for a reason to stop, on the clock, or None."""
@@ -115,7 +172,7 @@ class ExitConditions:
 
     def verdicts(self) -> tuple[events.Verdict, ...]:
         """Return what came of everything, in the order given."""
-        if self._timeout is not None and not self._patterns:
+        if self._timeout is not None and not self._has_goal:
             seconds = self._timeout if self._timed_out else self._seconds
             failure = None
             if self._timed_out:
@@ -124,7 +181,7 @@ class ExitConditions:
                 )
             name = f'--timeout {self._timeout:g}'
             return (events.Verdict(name, seconds, failure),)
-        return tuple(
+        found = tuple(
             events.Verdict(
                 f'--until {text}',
                 self._seen.get(text, self._seconds),
@@ -132,6 +189,14 @@ class ExitConditions:
             )
             for text in dict.fromkeys(p.text for p in self._patterns)
         )
+        if self._readiness is None:
+            return found
+        seconds = self._seconds if self._ready_at is None else self._ready_at
+        failure = None
+        if not self._is_all_ready:
+            seconds = self._seconds
+            failure = self._not_ready(self._readiness)
+        return (*found, events.Verdict('--until-ready', seconds, failure))
 
     def failures(self) -> tuple[str, ...]:
         """Return what was not achieved, one a line."""
@@ -151,10 +216,10 @@ class ExitConditions:
         if self._given_up is not None:
             reason = f"to search for '{self._given_up}' takes too long"
             return self._start, reason, False
-        if not self._unseen and self._duration is not None:
+        if self._is_reached and self._duration is not None:
             due = self._start + self._found_at + self._duration
             return due, f'it ran for {self._duration:g} s', False
-        if self._patterns and not self._unseen:
+        if self._has_goal and self._is_reached:
             return self._start, self._found(), False
         if self._timeout is None:
             return None
@@ -192,15 +257,32 @@ class ExitConditions:
 
         While something is waited for, a respawn may mend it.
         """
-        if not self._patterns and self._duration is None:
+        if not self._has_goal and self._duration is None:
             return
-        if self._failed is None and not (self._unseen and again):
+        if self._failed is None and not (again and not self._is_reached):
             self._failed = label
 
     def _found(self) -> str:
+        if self._readiness is not None:
+            return f'all {len(self._wanted)} are ready'
         if len(self._seen) == 1:
             return f"'{next(iter(self._seen))}' was seen"
         return f'all {len(self._seen)} that --until waits for were seen'
+
+    def _not_ready(self, readiness: 'ReadinessRecord') -> str:
+        missing = [
+            f'{label} ({readiness.reasons.get(label, "not started")})'
+            for label in self._wanted
+            if label not in readiness.ready
+        ]
+        seconds = f'{self._seconds:.1f} s, when the launch ended'
+        if self._timed_out:
+            seconds = f'{self._timeout:g} s'
+        count = len(self._wanted) - len(missing)
+        return (
+            f'{count} of {len(self._wanted)} were ready after {seconds} '
+            f'(--until-ready): {events.listed(missing)}'
+        )
 
     def _not_seen(self, text: str) -> str:
         problem = (

@@ -18,7 +18,8 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine.state import ProcessState
+from colcon_yamllaunch.engine.readiness_record import ReadinessRecord
+from colcon_yamllaunch.engine.state import LaunchState, ProcessState
 
 # what XML 1.0 has no place for (its production "Char")
 _NOT_IN_XML = re.compile(
@@ -31,7 +32,8 @@ class JUnitReport:
     The report of a launch, with one case for each process and component.
 
     The last run of a process that is respawned decides, as for the exit code.
-    Each exit condition of the launch has a case, too.
+    Each exit condition of the launch has a case, too, and so has the readiness
+    of each process and component if the launch knows what is ready.
 
     :param class_name: The name under which the cases are grouped, members
       separated by dots
@@ -43,9 +45,11 @@ class JUnitReport:
         self._class_name = class_name
         self._started = started
         self._ended: events.Ended | None = None
+        self._readiness = ReadinessRecord()
 
     def handle(self, event: events.Event) -> None:
         """Note an event of the launch."""
+        self._readiness.handle(event)
         if isinstance(event, events.Ended):
             self._ended = event
 
@@ -79,6 +83,8 @@ class JUnitReport:
                 what = 'started' if is_process else 'loaded'
                 outcome = junit_outcome('skipped', f'it was never {what}')
             yield label, member.run_seconds, outcome
+        if state is not None and state.has_readiness:
+            yield from self._readiness_cases(state, self._ended.exit_code)
         if None in failures:
             yield 'launch', 0.0, _failure(failures[None])
         for verdict in self._ended.verdicts:
@@ -88,6 +94,25 @@ class JUnitReport:
                     'failure', verdict.failure, source='launch'
                 )
             yield verdict.name, verdict.seconds, missed
+
+    def _readiness_cases(
+        self, state: LaunchState, exit_code: int
+    ) -> Iterator[tuple[str, float, Element | None]]:
+        """
+        Iterate over the times until members were ready, or why they were not.
+
+        A launch that succeeded may have ended before all were ready.
+        """
+        known = self._readiness
+        for label in state.by_label:
+            outcome = None
+            if label not in known.seconds:
+                text = known.reasons.get(label, 'not started')
+                if exit_code or label in known.failed:
+                    outcome = junit_outcome('failure', text, source='launch')
+                else:
+                    outcome = junit_outcome('skipped', text)
+            yield f'{label} is ready', known.seconds.get(label, 0.0), outcome
 
 
 def _failure(report: events.FailureReport) -> Element:

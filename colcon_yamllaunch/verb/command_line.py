@@ -451,7 +451,8 @@ def _refuse_unclear(options: LaunchOptions) -> None:
             '--watch goes on until it is stopped',
             'with it, --timeout is for what --until waits for',
         )
-    _refuse_two_ends(options, 'the launch')
+    if not options.until_ready:
+        _refuse_two_ends(options, 'the launch')
 
 
 def _refuse_two_ends(options: LaunchOptions | SweepOptions, what: str) -> None:

@@ -269,7 +269,7 @@ class Machines:
         names = list(self._machines if is_growing else placed.parts)
         machines = {name: self._machines[name] for name in names}
         settings = self._settings()
-        if needs_readiness(placed.whole):
+        if self._context.options.until_ready or needs_readiness(placed.whole):
             after = dependencies_of(placed.whole.members())
             settings = replace(settings, after=after)
         starting = Tasks(

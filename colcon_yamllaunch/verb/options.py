@@ -715,8 +715,18 @@ class _Ending(_Goal):
     """When a launch ends by itself, and its report."""
 
     TITLE = 'Ending by itself, as in CI'
+    until_ready = flag(
+        'End with success as soon as all processes and components are ready, '
+        'as --deploy defines that (without it: when they run), or with '
+        'failure when that takes longer than --timeout',
+        excludes={
+            **_RUNS_NONE,
+            '--watch': '{one} ends the launch, and {other} goes on',
+        },
+    )
     junit = value(
-        'Write a JUnit report with a case for each process and --until',
+        'Write a JUnit report with a case for each process, its readiness and '
+        '--until',
         _FILE,
         excludes=_RUNS_NONE,
     )

@@ -113,14 +113,16 @@ def _run(
         growing = context.evaluation and context.evaluation.growing
         plan, parts = context.machines.start(plan, is_growing=bool(growing))
         participants.append(parts)
-    if context.deployment is not None:
+    # a saved plan may have the settings of a deployment
+    may_wait = context.deployment is not None or options.from_plan is not None
+    if may_wait or options.until_ready:
         from colcon_yamllaunch.engine.readiness import (
             needs_readiness,
             Readiness,
         )
         from colcon_yamllaunch.plan.start_order import dependencies_of
 
-        if needs_readiness(whole):
+        if options.until_ready or needs_readiness(whole):
             after = dependencies_of(whole.members())
             participants.append(Readiness(after))
     # from here on the launch itself counts its time
@@ -156,7 +158,7 @@ def _run(
         tty=options.tty,
         log_limit=options.log_limit,
         log_store=store,
-        conditions=_conditions(context),
+        conditions=_conditions(context, whole),
         presentation=_presentation(context),
         about=context.about(),
         attach=attached,
@@ -205,11 +207,27 @@ class _Observer:
                 self._lock.release()
 
 
-def _conditions(context: LaunchContext) -> ExitConditions:
+def _conditions(context: LaunchContext, plan: Plan) -> ExitConditions:
+    """
+    Return what ends the launch by itself.
+
+    :param plan: What runs here and on other machines
+    """
     options = context.options
     if options.watch is None:
+        ready = None
+        if options.until_ready:
+            ready = [
+                member.label
+                for member in plan.members()
+                if member.settings is None or not member.settings.optional
+            ]
         return ExitConditions(
-            options.until, options.timeout, options.for_, begun=context.begun
+            options.until,
+            options.timeout,
+            options.for_,
+            begun=context.begun,
+            ready=ready,
         )
     from colcon_yamllaunch.watch.until_checks import UntilChecks
 

@@ -9,17 +9,24 @@ from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.events import (
     Exited,
     LoadFailed,
+    MemberChanged,
     Output,
+    Planned,
+    Ready,
     RosLost,
     ShuttingDown,
+    Started,
     StartFailed,
     TransitionFailed,
+    Waiting,
 )
 from colcon_yamllaunch.engine.exit_conditions import ExitConditions
 from colcon_yamllaunch.engine.line_pattern import LinePattern
 from colcon_yamllaunch.engine.outcome import Outcome
 import pytest
 from support.history import component
+
+KILLED = Outcome(signal=signal.SIGKILL)
 
 
 class Replay:
@@ -75,6 +82,53 @@ def test_nothing_to_achieve(says, fails):
     assert replay.hears(says('ready\n'), fails()) is None
     assert replay.ends() == ()
     assert replay.conditions.verdicts() == ()
+
+
+def test_all_that_must_be_ready_ends_it(process, says):
+    a, b, late = map(process, 'abl')
+    replay = Replay('up', ready='ab')
+    assert replay.hears(Started(a, 7), Ready(a, 0.5), says('up')) is None
+    assert replay.after(2.0).hears(Planned((late,)), Ready(b, 1.0)) is None
+    assert replay.after(1.0).hears(Ready(late, 1.0)) == 'all 3 are ready'
+    replay.hears(ShuttingDown('enough'), Exited(a, 7, KILLED, 1.0, True, True))
+    assert replay.ends() == ()
+    seen = [(v.name, v.seconds) for v in replay.conditions.verdicts()]
+    assert seen == [('--until up', 0.0), ('--until-ready', 3.0)]
+
+
+def test_what_is_not_ready_in_time_is_named(process):
+    a, b, c = map(process, 'abc')
+    replay = Replay(ready='abc', timeout=5.0)
+    unmet = ('a publisher of scan',)
+    assert (
+        replay.hears(
+            Started(a, 7),
+            MemberChanged(a, unmet=unmet),
+            Waiting(b, ('a',)),
+            Started(c, 8),
+            Ready(c, 0.0),
+        )
+        is None
+    )
+    assert replay.after(5.0).reason == '5 s are over'
+    assert replay.ends() == (
+        '1 of 3 were ready after 5 s (--until-ready): a (waiting for a '
+        'publisher of scan), b (waiting for a)',
+    )
+
+
+def test_failure_ends_waiting_for_readiness_unless_it_restarts(process, fails):
+    a, b = map(process, 'ab')
+    replay = Replay(ready='ab')
+    replay.hears(Ready(a, 0.0))
+    # it must become ready again
+    assert replay.hears(fails(respawn_delay=1.0), Ready(b, 0.0)) is None
+    assert replay.hears(Started(a, 9)) is None
+    assert replay.hears(fails()) == 'a failed'
+    assert replay.ends() == (
+        '1 of 2 were ready after 0.0 s, when the launch ended '
+        '(--until-ready): a (died by SIGSEGV (segmentation fault))',
+    )
 
 
 def test_a_line_ends_it_once(says):

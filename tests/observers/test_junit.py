@@ -14,8 +14,12 @@ from colcon_yamllaunch.engine.events import (
     Exited,
     FailureReport,
     Loaded,
+    MemberChanged,
+    NotReady,
     Planned,
+    Ready,
     Started,
+    Waiting,
 )
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.observers.junit import JUnitReport
@@ -54,13 +58,15 @@ def check(element, attributes):
 def report():
     """Return a function that replays events, and returns a checked suite."""
 
-    def make(*events, processes=(), name='my_pkg demo.yaml'):
+    def make(*events, processes=(), name='my_pkg demo.yaml', after=()):
         junit = JUnitReport(name, 'my_pkg.demo', 1_732_000_000.5)
         state = planned_state(*processes)
+        state.after = dict(after)
         for event in events:
             state.apply(event)
             if isinstance(event, Ended):
-                junit.handle(replace(event, state=state))
+                event = replace(event, state=state)
+            junit.handle(event)
         root = ElementTree.fromstring(junit.document(12.3456))
         assert root.tag == 'testsuites'
         (suite,) = root
@@ -112,6 +118,29 @@ def test_each_process_is_a_case(report, process):
 def test_launch_that_never_ended_is_an_error(report, process):
     suite = report(processes=(process('a'),))
     assert suite.get('errors') == '1'
+
+
+@pytest.mark.parametrize(('code', 'tag'), [(0, 'skipped'), (1, 'failure')])
+def test_readiness_of_each_process_is_a_case(report, process, code, tag):
+    driver, nav, map_server = map(process, ('driver', 'nav', 'map_server'))
+    unmet = ('a publisher of scan',)
+    suite = report(
+        *(Waiting(nav, ('driver',)), Started(driver, 8), Started(nav, 9)),
+        *(MemberChanged(driver, unmet=unmet), Ready(nav, 1.5)),
+        NotReady(map_server, ('the file x',), 'warn', 60.0),
+        Ended(code),
+        processes=(driver, nav, map_server),
+        after={'nav': ('driver',)},
+    )
+    cases = {case.get('name'): case for case in suite.iter('testcase')}
+    assert cases['nav is ready'].get('time') == '1.500'
+    assert len(cases['nav is ready']) == 0
+    (outcome,) = cases['driver is ready']
+    assert outcome.tag == tag
+    assert outcome.get('message') == 'waiting for a publisher of scan'
+    (outcome,) = cases['map_server is ready']
+    assert outcome.tag == 'failure'
+    assert 'not ready after 60.0 s' in outcome.get('message')
 
 
 def test_time_of_a_case_is_the_sum_of_runs(report, process):
