@@ -12,5 +12,6 @@ Only launches with `--deploy` or `--on` import this.
 - :mod:`.applied_settings` gives the processes and components of a plan their
   settings, and puts what waits for others behind that
   (`plan.plan.AfterReady`).
+- :mod:`.json_schema` describes the file to editors.
 - :mod:`.placement` divides a plan into the parts of the machines.
 """

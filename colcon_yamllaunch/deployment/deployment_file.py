@@ -46,9 +46,11 @@ from colcon_yamllaunch.language.syntax.diagnostics import (
 from colcon_yamllaunch.language.syntax.source_text import read_source, Source
 from colcon_yamllaunch.language.syntax.yaml_reader import Scalar, Value
 
-_LAYER_KEYS = ('machines', 'defaults', 'processes', 'args')
-_FILE_KEYS = (*_LAYER_KEYS, 'profiles', 'include')
-_MATCH_KEYS = ('name', 'package', 'executable')
+#: The keys of a file and of each profile, and those of a file besides.
+LAYER_KEYS = ('machines', 'defaults', 'processes', 'args')
+FILE_KEYS = (*LAYER_KEYS, 'profiles', 'include')
+#: The keys of `match` if it is a mapping.
+MATCH_KEYS = ('name', 'package', 'executable')
 _RULE_HINT = '{match: NAME, machine: MACHINE}, or {match: NAME, nice: 5}'
 
 
@@ -141,7 +143,7 @@ class _Reader:
                 hint=f'processes: [{_RULE_HINT}]',
             )
         with self._collected():
-            check_keys(pairs, _FILE_KEYS, 'the file')
+            check_keys(pairs, FILE_KEYS, 'the file')
         with self._collected():
             yield from self._chosen_profile(pairs)
         yield pairs
@@ -175,7 +177,7 @@ class _Reader:
         for name, (_, value) in profiles.items():
             with self._collected():
                 layer = pairs_of(value, f"the profile '{name}'")
-                check_keys(layer, _LAYER_KEYS, 'a profile')
+                check_keys(layer, LAYER_KEYS, 'a profile')
                 if name == self._profile:
                     self._is_profile_found = True
                     yield layer
@@ -297,7 +299,7 @@ class _Reader:
             return ProcessRule(
                 value.position, machine, settings, name, length=len(name)
             )
-        check_keys(value.pairs, _MATCH_KEYS, "'match'")
+        check_keys(value.pairs, MATCH_KEYS, "'match'")
         if not value.pairs:
             hint = 'match: NAME, or match: {package: NAME}'
             raise wrong_value("'match' says nothing to match", value, hint)

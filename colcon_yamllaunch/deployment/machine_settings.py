@@ -34,9 +34,10 @@ _ENV_HINT = (
 )
 KINDS: tuple[Kind, ...] = get_args(Kind)
 #: The range of `lost_after` (seconds).
-_LOST_AFTER = (0.1, 3600.0)
-# it stands in labels, in names of files and on command lines
-_NAME = re.compile(r'[A-Za-z0-9][A-Za-z0-9_.-]{0,62}')
+LOST_AFTER = (0.1, 3600.0)
+#: The name of a machine, which stands in labels, names of files and on command
+#: lines.
+NAME = re.compile(r'[A-Za-z0-9][A-Za-z0-9_.-]{0,62}')
 
 
 def deployed_on(word: str, deployment: Deployment | None = None) -> Deployment:
@@ -101,7 +102,7 @@ def check_name(name: str, key: Scalar) -> None:
     if name == HERE:
         hint = f"'{HERE}' is the computer that the launch is begun on"
         raise error(f"no machine is called '{HERE}'", key, hint=hint)
-    if _NAME.fullmatch(name) is None:
+    if NAME.fullmatch(name) is None:
         raise error(
             f"'{name}' is no name for a machine",
             key,
@@ -182,7 +183,7 @@ MACHINE_SETTINGS: Mapping[str, Callable[[Value], Any]] = {
     'sync': lambda v: values.choice(v, 'sync', get_args(Sync)),
     'on_lost': lambda v: values.choice(v, 'on_lost', get_args(OnLost)),
     'lost_after': lambda v: values.number(
-        v, 'lost_after', *_LOST_AFTER, what='a number of seconds'
+        v, 'lost_after', *LOST_AFTER, what='a number of seconds'
     ),
     'env': lambda v: values.variables(v, _ENV_HINT),
     'setup': lambda v: values.text(v, "'setup'", 'setup: ~/setup.bash'),

@@ -43,12 +43,14 @@ _READY_HINT = (
     '{log: EXPRESSION}, {port: NUMBER}, {file: PATH}, {command: COMMAND} or '
     '{after: SECONDS}, or a list of these'
 )
-_SIZE = re.compile(r'(\d+(?:\.\d+)?)\s*([KMGT]?)i?B?', re.IGNORECASE)
+#: A number of bytes.
+SIZE = re.compile(r'(\d+(?:\.\d+)?)\s*([KMGT]?)i?B?', re.IGNORECASE)
 _UNITS = {'': 1, 'K': 1 << 10, 'M': 1 << 20, 'G': 1 << 30, 'T': 1 << 40}
 _CPUS = re.compile(r'(\d+)(?:-(\d+))?')
 #: As many processors as a set of them has in Linux (`CPU_SETSIZE`).
-_MAXIMUM_CPUS = 1024
-_STATES = sorted({t.goal for t in TRANSITIONS.values()} - {'finalized'})
+MAXIMUM_CPUS = 1024
+#: The states that a lifecycle node may have to be in.
+STATES = sorted({t.goal for t in TRANSITIONS.values()} - {'finalized'})
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,8 +92,8 @@ def _ready_condition(value: Value) -> ReadyCondition:
     if isinstance(value, Scalar) and value.text == 'running':
         return ReadyCondition('running')
     pairs = values.pairs_of(value, "'ready'", _READY_HINT)
-    values.check_keys(pairs, (*_CONDITIONS, 'message'), "'ready'")
-    kinds = [kind for kind in _CONDITIONS if kind in pairs]
+    values.check_keys(pairs, (*CONDITIONS, 'message'), "'ready'")
+    kinds = [kind for kind in CONDITIONS if kind in pairs]
     if not kinds:
         raise wrong_value("'ready' has no condition", value, _READY_HINT)
     if len(kinds) > 1:
@@ -110,7 +112,7 @@ def _ready_condition(value: Value) -> ReadyCondition:
             hint = 'remove it: only a topic has messages'
             raise wrong_value(f"'{kind}' has no 'message'", key, hint)
     return ReadyCondition(
-        kind, message=message, **_CONDITIONS[kind](pairs[kind][1])
+        kind, message=message, **CONDITIONS[kind](pairs[kind][1])
     )
 
 
@@ -163,12 +165,12 @@ def _port(value: Value) -> dict[str, Any]:
 
 
 #: What a readiness condition of each kind says; see `ReadyCondition`.
-_CONDITIONS: Mapping[ReadyKind, Callable[[Value], dict[str, Any]]] = {
+CONDITIONS: Mapping[ReadyKind, Callable[[Value], dict[str, Any]]] = {
     'topic': _name('topic', 'topic: scan'),
     'service': _name('service', 'service: get_map'),
     'action': _name('action', 'action: navigate_to_pose'),
     'node': _name('node', 'node: /driver'),
-    'lifecycle': lambda v: {'name': values.choice(v, 'lifecycle', _STATES)},
+    'lifecycle': lambda v: {'name': values.choice(v, 'lifecycle', STATES)},
     'parameter': _parameter,
     'transform': _transform,
     'log': _log,
@@ -185,7 +187,7 @@ def _restart(value: Value) -> tuple[Restart, tuple[Pattern, ...]]:
         when = values.choice(value, 'restart', RESTART_WHEN)
         return _restart_of(when), ()
     pairs = values.pairs_of(value, "'restart'", 'restart: failure')
-    values.check_keys(pairs, _RESTART_KEYS, "'restart'")
+    values.check_keys(pairs, RESTART_KEYS, "'restart'")
     given = {key: content for key, (_, content) in pairs.items()}
     restart = _restart_of(
         values.choice(given['when'], 'when', RESTART_WHEN)
@@ -212,7 +214,8 @@ def _restart(value: Value) -> tuple[Restart, tuple[Pattern, ...]]:
     return _restart_of(restart.when, **fields), together
 
 
-_RESTART_KEYS = ('when', 'max', 'window', 'delay', 'then', 'with', 'command')
+#: The keys of `restart` if it is a mapping.
+RESTART_KEYS = ('when', 'max', 'window', 'delay', 'then', 'with', 'command')
 
 
 def _restart_of(when: Any, **fields: Any) -> Restart:
@@ -244,7 +247,7 @@ def _delays(value: Value) -> dict[str, float]:
 def _size(value: Value, key: str) -> int:
     hint = f'{key}: 200M, 2G or a number of bytes'
     text = values.text(value, f"'{key}'", hint)
-    match = _SIZE.fullmatch(text.strip())
+    match = SIZE.fullmatch(text.strip())
     size = 0
     if match is not None:
         size = int(float(match[1]) * _UNITS[match[2].upper()])
@@ -260,7 +263,7 @@ def _cpu(value: Value) -> float:
         return float(text)
 
     return values.number(
-        value, 'cpu', 0.01, _MAXIMUM_CPUS, what='150%, or a number', read=read
+        value, 'cpu', 0.01, MAXIMUM_CPUS, what='150%, or a number', read=read
     )
 
 
@@ -275,7 +278,7 @@ def _cpus(value: Value) -> tuple[int, ...]:
             match = _CPUS.fullmatch(text.strip())
             first = int(match[1]) if match else -1
             last = int(match[2] or match[1]) if match else -1
-            if not 0 <= first <= last < _MAXIMUM_CPUS:
+            if not 0 <= first <= last < MAXIMUM_CPUS:
                 message = f"'cpus' has no value '{text}'"
                 raise wrong_value(message, item, hint)
             found.update(range(first, last + 1))

@@ -18,7 +18,10 @@ from colcon_yamllaunch.language.syntax.diagnostics import (
 )
 from colcon_yamllaunch.language.syntax.yaml_reader import Scalar, Value
 
-_VARIABLE = re.compile(r'[A-Za-z_][A-Za-z0-9_]*')
+#: The name of a variable.
+VARIABLE = re.compile(r'[A-Za-z_][A-Za-z0-9_]*')
+#: The longest time in a deployment file, in seconds.
+YEAR = 365 * 86400
 _Choice = TypeVar('_Choice', bound=str)
 
 #: The keys and values of a mapping.
@@ -146,7 +149,7 @@ def whole_number(value: Value, key: str, lowest: int, highest: float) -> int:
 
 def seconds(value: Value, key: str, lowest: float = 0.0) -> float:
     """Return a number of seconds, at most a year."""
-    return number(value, key, lowest, 365 * 86400, what='a number of seconds')
+    return number(value, key, lowest, YEAR, what='a number of seconds')
 
 
 def flag(value: Value, key: str) -> bool:
@@ -173,7 +176,7 @@ def variables(
     values = []
     for item, content in given:
         name = text(item, "a name in 'env'", hint)
-        if _VARIABLE.fullmatch(name) is None:
+        if VARIABLE.fullmatch(name) is None:
             raise wrong_value(f"'{name}' is no name of a variable", item, hint)
         if content is not None and not isinstance(content, Scalar):
             message = f"the value of '{name}' is not a text"

@@ -18,7 +18,7 @@ from typing import Any, TYPE_CHECKING
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.messages import GiveUpError, show
 from colcon_yamllaunch.common.process_scan import need_proc
-from colcon_yamllaunch.verb.options import LaunchOptions
+from colcon_yamllaunch.verb.options import DEPLOYMENT, LaunchOptions
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.observers.junit import JUnitReport
@@ -35,7 +35,7 @@ def main(
         from colcon_yamllaunch.verb.controlling import control
 
         return control(options, environment)
-    if options.schema:
+    if options.schema is not None:
         show(_schema(options, environment), end='')
         return 0
     launch = partial(_launch, options, known, environment)
@@ -53,7 +53,15 @@ def main(
 
 
 def _schema(options: LaunchOptions, environment: Mapping[str, str]) -> str:
-    """Return the JSON Schema, with the actions that packages here bring."""
+    """
+    Return a JSON Schema.
+
+    That of launch files has the actions that packages here bring.
+    """
+    if options.schema == DEPLOYMENT:
+        from colcon_yamllaunch.deployment import json_schema
+
+        return json_schema.schema_text()
     from colcon_yamllaunch.language.vocabulary.json_schema import schema_text
     from colcon_yamllaunch.verb.target import find_workspace
     from colcon_yamllaunch.workspace.colcon.package_scan import scan_packages

@@ -100,6 +100,12 @@ def test_schema(user: User) -> None:
     assert 'of the package own' in known['own_action']['description']
 
 
+def test_schema_of_deployment_files(user: User) -> None:
+    schema = json.loads(user.launch('--schema=deploy'))
+    assert 'processes' in schema['properties']
+    assert 'ready' in schema['definitions']['rule']['properties']
+
+
 def test_check_looks_at_every_branch(user: User) -> None:
     user.package('two')
     user.package(
