@@ -235,6 +235,8 @@ def _values(
             return paths(cursor.prefix, ())
         case 'hosts':
             return hosts(cursor)
+        case 'profiles':
+            return profiles(cursor)
         case 'packages':
             return packages(cursor)
         case 'licenses':
@@ -312,6 +314,16 @@ def hosts(cursor: Cursor) -> Candidates:
     # there may be a user in front of the host
     user, at, _ = cursor.prefix.rpartition('@')
     return {f'{user}{at}{name}': '' for name in sorted({*_ssh_hosts()})}
+
+
+def profiles(cursor: Cursor) -> Candidates:
+    """Return the profiles of the file of `--deploy`."""
+    deployment = cursor.given('deploy')
+    if not deployment:
+        return {}
+    from colcon_yamllaunch.deployment.deployment_file import read_deployment
+
+    return dict.fromkeys(read_deployment(deployment).profiles, '')
 
 
 def _ssh_hosts() -> Iterator[str]:

@@ -53,6 +53,7 @@ Completer = Literal[
     'members',
     'places',
     'processes',
+    'profiles',
     'terminals',
 ]
 
@@ -416,6 +417,9 @@ Verb = Literal['launch', 'run', 'create', 'sweep']
 
 #: The format of what is shown to people.
 TEXT = 'text'
+#: The files that there are schemas of.
+LAUNCH_FILE = 'launch'
+DEPLOYMENT = 'deploy'
 #: How `--watch` tells that something failed: by its lines, or aloud, too.
 WATCH_SILENTLY = 'silent'
 WATCH_WITH_BELL = 'bell'
@@ -543,7 +547,12 @@ class _Inspection(Options):
         needs=('--plan',),
     )
     from_plan = value('Run a plan that was saved', _FILE)
-    schema = flag('Print the JSON Schema of launch files, for editors')
+    schema = value(
+        'Print the JSON Schema of launch files, for editors; --schema=deploy '
+        'is that of deployment files',
+        OptionValue('WHAT', read_text, choices=(LAUNCH_FILE, DEPLOYMENT)),
+        arity='choice',
+    )
 
 
 class _Program(Options):
@@ -681,7 +690,7 @@ class _Machines(Options):
     )
     profile = value(
         'The profile of the --deploy file to use',
-        OptionValue('NAME', read_text),
+        OptionValue('NAME', read_text, 'profiles'),
         needs=('--deploy',),
     )
 
@@ -951,8 +960,8 @@ class LaunchOptions(
     @property
     def inspects(self) -> bool:
         """Whether something is shown instead of running."""
-        formats = self.check, self.plan
-        return self.show_args or self.schema or formats != (None, None)
+        formats = self.check, self.plan, self.schema
+        return self.show_args or formats != (None, None, None)
 
     @property
     def checks_all(self) -> bool:

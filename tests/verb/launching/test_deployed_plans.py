@@ -182,3 +182,52 @@ def test_completion_of_hosts(
     deployment = tmp_path / 'robot.yaml'
     deployment.write_text(ROBOT)
     assert hosts(deploy=str(deployment)) == ['arm', 'gpu']
+
+
+def test_completion_of_profiles(tmp_path: Path) -> None:
+    deployment = tmp_path / 'robot.yaml'
+    deployment.write_text('profiles: {sim: {}, real: {}}\n')
+
+    def profiles(deploy: str | None) -> list[str]:
+        known = SimpleNamespace(deploy=deploy)
+        return list(completing.profiles(Cursor('', known, None, {})))
+
+    assert profiles(str(deployment)) == ['sim', 'real']
+    assert profiles(None) == []
+
+
+SETTINGS = """\
+processes:
+  - {match: driver, ready: {file: up}, nice: 5}
+  - {match: base, after: driver}
+  - {match: bsae, critical: true}
+"""
+VAIN = (
+    'settings.yaml:4:13: warning: no process or component of the launch is '
+    "meant by 'bsae'\n"
+)
+
+
+@pytest.mark.parametrize('what', ['--plan', '--check'])
+def test_settings_without_machines_are_checked(user: User, what: str) -> None:
+    user.write('a.yaml', LAUNCH)
+    user.write('settings.yaml', SETTINGS)
+    output = user.launch('a.yaml', '--deploy', 'settings.yaml', what)
+    assert VAIN in output
+    assert "did you mean 'base-1'" in output
+    if what == '--plan':
+        assert 'once driver-2 is ready:\n    base-1 ' in output
+        assert 'stages:\n    1: driver-2\n    2: base-1\n' in output
+    user.write('settings.yaml', SETTINGS.replace('{file: up}', '{fiel: up}'))
+    words = ('a.yaml', '--deploy', 'settings.yaml', what)
+    output = user.launch(*words, code=1)
+    assert "'ready' has no key 'fiel'" in output
+
+
+def test_launch_warns_of_settings_that_match_nothing(user: User) -> None:
+    user.write('a.yaml', LAUNCH.replace('sleep 2', 'sleep 0'))
+    user.write('settings.yaml', SETTINGS.replace('{file: up}', 'running'))
+    words = ('a.yaml', 'seconds:=0', '--deploy', 'settings.yaml')
+    output = user.launch(*words)
+    assert output.count(VAIN) == 1
+    assert output.index('driver-2: started') < output.index('base-1: started')
