@@ -9,5 +9,6 @@ terminal; :mod:`.presentation` describes the stream and selects what is shown.
 :mod:`.log_levels` finds the level of a line. :mod:`.log_files` writes the logs
 of a launch, and :mod:`.log_store` deletes those of earlier ones.
 :mod:`.failures` collects what failed, :mod:`.failure_advice` says what to do
-about it, and :mod:`.junit` writes the report.
+about it, and :mod:`.junit` writes the report. :mod:`.timeline` shows how a
+launch that has ended, or runs, has started, from its event log.
 """

@@ -14,8 +14,9 @@ The colcon verbs: arguments in, exit code out.
   `run_launch` runs the plan; `log_folders` has its logs. `inspect_launch`
   shows it instead (`--plan`, `--check`); `watch_launch` (`--watch`) and
   `sweep_main` prepare it several times, and `demo` launches a sample.
-- `controlling` acts on running launches. `reading_logs` shows logs, and
-  `background_launch` a new launch on the full screen.
+- `controlling` acts on running launches. `reading_logs` shows logs, `timeline`
+  how a launch started, and `background_launch` a new launch on the full
+  screen.
 - `completing` answers Tab, with `process_candidates`.
 - `code_state` says which code a sweep ran; it asks `git`.
 

@@ -366,7 +366,7 @@ def request_of(values: Any, positionals: Sequence[str]) -> str | None:
     """Return the request to running launches; None for a new launch."""
     if values.demo:
         return None
-    actions = [name.removeprefix('--') for name in REQUESTS]
+    actions = [name.removeprefix('--') for name in (*REQUESTS, '--timeline')]
     if not positionals and values.from_plan is None:
         # with something to launch, these two are about the new launch
         actions += ['attach', 'ui']

@@ -186,7 +186,7 @@ def _positionals(verb: Verb, cursor: Cursor) -> Candidates:
     given = given_options(values, verb)
     if '--status' in given or '--from-plan' in given:
         return {}
-    for request in given.keys() & REQUESTS:
+    for request in given.keys() & {*REQUESTS, '--timeline'}:
         return _values(given[request], cursor, words)
     # the package, then its launch file, then launch arguments
     if not words:

@@ -31,6 +31,10 @@ def main(
     options: LaunchOptions, known: Any, environment: Mapping[str, str]
 ) -> int:
     """Build, source and launch, and return the exit code."""
+    if options.request == 'timeline':
+        from colcon_yamllaunch.verb.timeline import show_timeline
+
+        return show_timeline(options, known.log_base, environment)
     if options.request is not None:
         from colcon_yamllaunch.verb.controlling import control
 

@@ -442,7 +442,7 @@ DEBUG_PORT = 5678
 #: Options of which only one may be given.
 EXCLUSIVE = (
     INSPECTIONS,
-    (*REQUESTS, '--attach', '--ui'),
+    (*REQUESTS, '--attach', '--ui', '--timeline'),
     ('--no-build', '--build-all', '--paths'),
     ('--no-build', '--force'),
     ('--quiet', '--verbose'),
@@ -785,6 +785,13 @@ class _Control(Options):
         short='-f',
         needs=('--logs',),
     )
+    timeline = values(
+        'Write a page that shows when each process of the latest launch, or '
+        'of that with this log folder, started and was ready, and what it '
+        'waited for; print the chain that took longest',
+        OptionValue('LOG', read_text, 'folders'),
+        'any',
+    )
     attach = value(
         'Connect the keyboard to a process: with PKG FILE to one of the new '
         'launch, else to one of a running launch; Ctrl-] detaches',
@@ -938,7 +945,8 @@ class LaunchOptions(
     #: The launch arguments, including those of `--launch-prefix`.
     arguments: Mapping[str, str] = MappingProxyType({})
     #: The request to running launches, if it is one: `status`, `stop`,
-    #: `restart`, `lifecycle`, `logs`, `debug`, `attach` or `ui`.
+    #: `restart`, `lifecycle`, `logs`, `debug`, `attach`, `ui` or `timeline`,
+    #: which is about one that has ended.
     request: str | None = None
     #: The processes and components that this is about, by name or glob.
     names: tuple[str, ...] = ()
