@@ -4,11 +4,16 @@
 """The JSON Schema of deployment files accepts what the reader accepts."""
 
 from pathlib import Path
+import re
 
 from colcon_yamllaunch.deployment.deployment_file import deployment_of
 from colcon_yamllaunch.deployment.json_schema import json_schema, schema_text
 from colcon_yamllaunch.deployment.machine_settings import MACHINE_SETTINGS
-from colcon_yamllaunch.deployment.process_settings import CONDITIONS, SETTINGS
+from colcon_yamllaunch.deployment.process_settings import (
+    CONDITIONS,
+    RESTART_KEYS,
+    SETTINGS,
+)
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.source_text import Source
 from jsonschema import Draft7Validator
@@ -154,3 +159,28 @@ def test_whole_files() -> None:
     for is_right, examples in zip((True, False), FILES, strict=True):
         for text in examples:
             check(text, is_right=is_right)
+
+
+DOCUMENT = (ROOT / 'docs/deployment.md').read_text(encoding='utf-8')
+WRITTEN = [
+    (ROOT / 'sample_ws/robot.yaml').read_text(encoding='utf-8'),
+    *re.findall(r'```yaml\n(.*?)```', DOCUMENT, re.DOTALL),
+]
+
+
+@pytest.mark.parametrize('number', range(len(WRITTEN)))
+def test_file_in_the_documents(number: int) -> None:
+    text = WRITTEN[number]
+    content = yaml.safe_load(text)
+    if content is None:
+        assert text.startswith('# yaml-language-server: ')
+    elif 'include' in content:
+        assert VALIDATOR.is_valid(content)
+    else:
+        check(text, is_right=True)
+
+
+@pytest.mark.parametrize('key', [*SETTINGS, *RESTART_KEYS])
+def test_setting_has_a_row(key: str) -> None:
+    rows = [line for line in DOCUMENT.splitlines() if line.startswith('| `')]
+    assert any(f'`{key}`' in r or f'`{key}: ' in r for r in rows)
