@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.messages import show
 from colcon_yamllaunch.observers.log_files import EVENT_LOG
 from colcon_yamllaunch.observers.timeline import (
     chain_as_text,
@@ -18,7 +19,6 @@ from colcon_yamllaunch.observers.timeline import (
     timeline_of,
 )
 from colcon_yamllaunch.verb.log_folders import LOG_PATH, ros_log_folder
-from colcon_yamllaunch.verb.messages import show
 from colcon_yamllaunch.verb.options import LaunchOptions
 from colcon_yamllaunch.verb.target import find_workspace
 

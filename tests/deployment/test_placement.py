@@ -236,8 +236,12 @@ def test_rule_without_match_is_a_warning():
 def test_rule_with_settings_may_match_components():
     plan = Plan((DRIVER, BOX, FILTER))
     settings = {'nice': Setting(5, AT, 4)}
-    assert warnings(plan, ProcessRule(AT, settings=settings, name='filter')) == []
-    assert warnings(plan, ProcessRule(AT, settings=settings, name='fitler')) == [
+    assert (
+        warnings(plan, ProcessRule(AT, settings=settings, name='filter')) == []
+    )
+    assert warnings(
+        plan, ProcessRule(AT, settings=settings, name='fitler')
+    ) == [
         "warning: no process or component of the launch is meant by 'fitler': "
         "did you mean 'filter'?"
     ]
