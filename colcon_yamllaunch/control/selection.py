@@ -19,6 +19,7 @@ from colcon_yamllaunch.control.orphaned_launches import (
     OrphanedLaunch,
 )
 from colcon_yamllaunch.control.process_names import meant_by, ProcessNames
+from colcon_yamllaunch.control.socket_folder import services_of_others
 from colcon_yamllaunch.engine.state import (
     LaunchState,
     MemberState,
@@ -73,7 +74,7 @@ def find_launches(
             silent += 1
     if not candidates:
         nothing = 'no launch answers' if silent else 'no launch is running'
-        raise UserError(nothing)
+        raise UserError(nothing, '\n'.join(hidden_services()) or None)
     if selector is None:
         return candidates
     chosen = [c for c in candidates if is_selected(c.state, selector)]
@@ -83,6 +84,25 @@ def find_launches(
             f'{_launches(candidates)}'
         )
     return chosen
+
+
+def hidden_services() -> list[str]:
+    """Return a line about each running service that others may not see."""
+    return [
+        f'the service {name} of {_user_name(user)} runs, too: '
+        'sudo colcon launch --status shows it'
+        for name, user in services_of_others().items()
+    ]
+
+
+def _user_name(number: int) -> str:
+    # few computers have such services
+    import pwd
+
+    try:
+        return pwd.getpwuid(number).pw_name
+    except KeyError:
+        return f'user {number}'
 
 
 def nearest_first(

@@ -256,7 +256,7 @@ class Server:
             if error.errno in (errno.EMFILE, errno.ENFILE):
                 self._turn_away()
             return
-        if not socket_folder.is_own(connection):
+        if not socket_folder.is_permitted(connection):
             connection.close()
             return
         # most launches are not looked at

@@ -12,6 +12,9 @@ them, as another terminal may have other variables:
   in the folder that it stands for, `/run/user/UID` (pam_systemd), likewise;
 - `colcon-launch-UID` in each folder for temporary files.
 
+A service of the system has a folder of its own, which systemd makes for its
+user (`RuntimeDirectory=`). Root finds the launches of all such services.
+
 A folder that others made or may enter is not used. Everything in it is
 reached through its descriptor, so it cannot be exchanged between a check and
 its use, and the path of a socket is never too long.
@@ -25,7 +28,7 @@ import socket
 import stat
 import struct
 
-from colcon_yamllaunch.common.files import temporary_folders
+from colcon_yamllaunch.common.files import names_in, temporary_folders
 from colcon_yamllaunch.engine.own_files import OwnFile
 
 #: The ending of a socket's name; before it stands the launcher's process id.
@@ -33,6 +36,9 @@ SUFFIX = '.sock'
 
 #: Where the system makes a folder for each user who is logged in.
 USER_FOLDERS = '/run/user'
+
+#: Where systemd makes a folder for each service of the system.
+SERVICE_FOLDERS = Path('/run/colcon_launch')
 
 # a socket that nobody listens on yet has another name, so that it is not
 # taken for a stale one
@@ -59,6 +65,9 @@ def folders(environment: Mapping[str, str]) -> tuple[Path, ...]:
     if not os.path.isabs(runtime) or not _is_own(runtime):
         runtime = usual
     found = [Path(runtime) / _NAME] if _is_own(runtime) else []
+    service = Path(environment.get('RUNTIME_DIRECTORY', ''))
+    if service.parent == SERVICE_FOLDERS and _is_own(str(service)):
+        found.insert(0, service)
     places = temporary_folders(environment)
     if runtime != usual and environment.get('TMPDIR'):
         places = places[:1]
@@ -66,9 +75,35 @@ def folders(environment: Mapping[str, str]) -> tuple[Path, ...]:
     return tuple(found)
 
 
+def service_folders() -> list[Path]:
+    """Return the folders of the services of the system that run."""
+    return sorted(SERVICE_FOLDERS / n for n in names_in(SERVICE_FOLDERS))
+
+
+def readable_folders(environment: Mapping[str, str]) -> list[Path]:
+    """Return the folders with sockets that the user may connect to."""
+    found = list(folders(environment))
+    for folder in service_folders():
+        may_enter = os.getuid() == 0 or _is_own(str(folder))
+        if may_enter and folder not in found:
+            found.append(folder)
+    return found
+
+
+def services_of_others() -> dict[str, int]:
+    """Return the users of the services that only they and root may see."""
+    found: dict[str, int] = {}
+    for folder in service_folders() if os.getuid() else ():
+        with suppress(OSError):
+            user = os.stat(folder).st_uid
+            if user != os.getuid():
+                found[folder.name] = user
+    return found
+
+
 def has_sockets(environment: Mapping[str, str]) -> bool:
     """Return whether launches of the user may run, without connecting."""
-    for folder in folders(environment):
+    for folder in readable_folders(environment):
         with suppress(OSError):
             if any(name.endswith(SUFFIX) for name in os.listdir(folder)):
                 return True
@@ -93,7 +128,10 @@ def open_folder(path: Path, *, make: bool) -> int:
     except OSError as error:
         raise FolderError(f'{path}: {error.strerror}') from error
     status = os.fstat(descriptor)
-    if status.st_uid != os.getuid() or stat.S_IMODE(status.st_mode) & 0o077:
+    # root may look into the folders that systemd made for others
+    is_ours = not make and os.getuid() == 0 and path.parent == SERVICE_FOLDERS
+    is_ours |= status.st_uid == os.getuid()
+    if not is_ours or stat.S_IMODE(status.st_mode) & 0o077:
         os.close(descriptor)
         raise FolderError(
             f'{path} is not yours alone; remove it, or make it so: '
@@ -203,7 +241,7 @@ def connections(
       used for this reason
     """
     found = []
-    for folder in folders(environment):
+    for folder in readable_folders(environment):
         try:
             descriptor = open_folder(folder, make=False)
         except FileNotFoundError:
@@ -224,6 +262,11 @@ def connections(
 def is_own(connection: socket.socket) -> bool:
     """Return whether the other end is a process of this user."""
     return _credentials(connection)[1] == os.getuid()
+
+
+def is_permitted(connection: socket.socket) -> bool:
+    """Return whether the other end is a process of this user or of root."""
+    return is_own(connection) or _credentials(connection)[1] == 0
 
 
 def peer_pid(connection: socket.socket) -> int:
@@ -252,7 +295,8 @@ def _connect(folder: int, name: str) -> socket.socket | None:
         connection.setblocking(False)
         connection.connect(inside(folder, name))
         connection.setblocking(True)
-        if is_own(connection):
+        # nobody else listens in a folder of this user
+        if _credentials(connection)[1] == os.fstat(folder).st_uid:
             return connection
     except ConnectionRefusedError:
         _remove(folder, name)

@@ -28,6 +28,7 @@ from colcon_yamllaunch.control.selection import (
     choose_members,
     choose_processes,
     find_launches,
+    hidden_services,
     is_pattern,
     matches,
     nearest_first,
@@ -164,6 +165,8 @@ def _status(candidates: Sequence[Candidate], form: str) -> int:
                 table(c.state, usage, width, c.is_orphaned) for c in candidates
             )
         )
+        for line in hidden_services():
+            show(line)
     return code
 
 

@@ -8,6 +8,7 @@ import os
 from pathlib import Path
 import shutil
 import socket
+import tempfile
 
 from colcon_yamllaunch.common import files as common_files
 from colcon_yamllaunch.control import protocol, socket_folder
@@ -18,7 +19,10 @@ from colcon_yamllaunch.control.socket_folder import (
     FolderError,
     folders,
     is_own,
+    is_permitted,
     open_folder,
+    readable_folders,
+    services_of_others,
 )
 from colcon_yamllaunch.engine.state import (
     from_json,
@@ -262,3 +266,80 @@ def test_incomplete_state_is_refused(missing):
     data.pop(missing, None)
     with pytest.raises(StateError):
         from_json(data)
+
+
+@pytest.fixture
+def service_folder(tmp_path, monkeypatch):
+    """Return the folder that systemd makes for a service of another user."""
+    # others can reach it
+    monkeypatch.chdir('/')
+    top = Path(tempfile.mkdtemp(dir='/tmp'))
+    top.chmod(0o755)
+    folder = top / 'my_robot'
+    folder.mkdir(mode=0o700)
+    monkeypatch.setattr(socket_folder, 'SERVICE_FOLDERS', top)
+    yield folder
+    shutil.rmtree(top)
+
+
+def test_service_has_its_socket_in_its_own_folder(place, service_folder):
+    service = {**place, 'RUNTIME_DIRECTORY': str(service_folder)}
+    address = Address(service)
+    assert address.path.parent == service_folder
+    (connection,) = connections(place, pytest.fail)
+    connection.close()
+    address.close()
+    # such a folder of other services is not used
+    other = {**place, 'RUNTIME_DIRECTORY': '/run/other'}
+    assert folders(other) == folders(place)
+
+
+@needs_other_user
+def test_root_finds_services_of_others_and_they_answer(place, service_folder):
+    os.chown(service_folder, OTHER_USER, OTHER_USER)
+    read, write = os.pipe()
+    pid = os.fork()
+    if pid == 0:
+        os.close(read)
+        os._exit(_serve_once(service_folder, write))
+    os.close(write)
+    assert os.read(read, 1) == b'!'
+    (connection,) = connections(place, pytest.fail)
+    assert is_permitted(connection) is False
+    assert connection.recv(1) == b'1'
+    connection.close()
+    os.close(read)
+    assert os.waitpid(pid, 0)[1] == 0
+    # this user makes no socket among those of others
+    assert service_folder not in folders(place)
+
+
+def _serve_once(folder, ready):
+    """Accept a client as another user; return 0 unless this fails."""
+    with suppress(BaseException):
+        os.setgid(OTHER_USER)
+        os.setuid(OTHER_USER)
+        address = Address({'RUNTIME_DIRECTORY': str(folder)})
+        os.write(ready, b'!')
+        address.socket.setblocking(True)
+        client, _ = address.socket.accept()
+        client.send(b'1' if is_permitted(client) else b'0')
+        client.close()
+        address.close()
+        return 0
+    return 1
+
+
+@needs_other_user
+def test_others_learn_that_a_service_runs_and_no_more(place, service_folder):
+    pid = os.fork()
+    if pid == 0:
+        code = 1
+        with suppress(BaseException):
+            os.setuid(OTHER_USER)
+            found = services_of_others()
+            hidden = service_folder not in readable_folders({})
+            code = 0 if found == {'my_robot': 0} and hidden else 1
+        os._exit(code)
+    assert os.waitpid(pid, 0)[1] == 0
+    assert services_of_others() == {}
