@@ -37,6 +37,7 @@ ALLOWED = {
         'workspace',
         'run',
     },
+    'service': CORE | {'engine', 'observers'},
     'watch': CORE | {'engine', 'language', 'workspace'},
     'sweep': CORE | {'engine', 'observers', 'run'},
 }

@@ -45,7 +45,7 @@ def launch(context: LaunchContext) -> 'tuple[int, ChangeLoop | None]':
     with locked(context.log_folder), context.workspace.lock:
         if context.options.from_plan is None:
             return _run(context, *prepare(context))
-        plan = _saved_plan(context.options.from_plan, context.cwd)
+        plan = saved_plan(context.options.from_plan, context.cwd)
         if context.machines is not None:
             context.machines.begin_sync(plan)
             plan = context.machines.finish_sync(plan)
@@ -54,7 +54,7 @@ def launch(context: LaunchContext) -> 'tuple[int, ChangeLoop | None]':
         return _run(context, plan, environment)
 
 
-def _saved_plan(path: Path, cwd: Path) -> Plan:
+def saved_plan(path: Path, cwd: Path) -> Plan:
     """
     Return the plan that a file has.
 
@@ -113,9 +113,9 @@ def _run(
         growing = context.evaluation and context.evaluation.growing
         plan, parts = context.machines.start(plan, is_growing=bool(growing))
         participants.append(parts)
-    # a saved plan may have the settings of a deployment
-    may_wait = context.deployment is not None or options.from_plan is not None
-    if may_wait or options.until_ready:
+    # a saved plan may have settings, too
+    has_settings = any(m.settings is not None for m in whole.members())
+    if has_settings or options.until_ready:
         from colcon_yamllaunch.engine.readiness import (
             needs_readiness,
             Readiness,
@@ -125,6 +125,13 @@ def _run(
         if options.until_ready or needs_readiness(whole):
             after = dependencies_of(whole.members())
             participants.append(Readiness(after))
+    service = None
+    if environment.get('NOTIFY_SOCKET'):
+        from colcon_yamllaunch.service.running import RunningService
+
+        service = RunningService(whole, environment)
+        participants += service.participants
+        environment = service.environment_of(environment)
     # from here on the launch itself counts its time
     signal.setitimer(signal.ITIMER_REAL, 0)
     signal.signal(signal.SIGALRM, signal.SIG_DFL)
@@ -146,6 +153,8 @@ def _run(
     if context.junit is not None:
         observers.insert(0, context.junit.handle)
     stream, color = None, False if options.no_color else None
+    if service is not None:
+        stream = service.stream
     if context.background is not None:
         stream = context.background.enter()
         # what it is shown on is a terminal all the same
