@@ -427,6 +427,10 @@ def _read_transition(words: Sequence[str]) -> tuple[Sequence[str], str]:
 
 
 def _refuse_unclear(options: LaunchOptions) -> None:
+    if options.remove_service is not None:
+        if options.positionals or options.arguments:
+            raise UserError('--remove-service NAME takes nothing to launch')
+        return
     if options.from_plan is not None:
         if options.inspects or options.positionals:
             raise UserError('--from-plan FILE takes nothing else to launch')

@@ -166,7 +166,7 @@ class LaunchContext:
                 found = deployment_file.read_deployment(path, options.profile)
             except LaunchError as e:
                 self.fail(e.diagnostics)
-        if options.on is not None:
+        if options.on is not None and options.install_service is None:
             found = machine_settings.deployed_on(options.on, found)
         return found
 
@@ -174,6 +174,9 @@ class LaunchContext:
     def machines(self) -> 'Machines | None':
         """The machines of parts of the launch, as far as connected."""
         if self.deployment is None or not self.deployment.machines:
+            return None
+        if self.options.install_service is not None:
+            # a service is for one computer, see `services`
             return None
         from colcon_yamllaunch.verb.machines import Machines
 

@@ -39,6 +39,10 @@ def main(
         from colcon_yamllaunch.verb.controlling import control
 
         return control(options, environment)
+    if options.remove_service is not None:
+        from colcon_yamllaunch.verb import services
+
+        return services.remove(options)
     if options.schema is not None:
         show(_schema(options, environment), end='')
         return 0
@@ -119,6 +123,10 @@ def _launch(
                 from colcon_yamllaunch.verb.inspect_launch import inspect
 
                 return inspect(context)
+            if options.install_service is not None:
+                from colcon_yamllaunch.verb import services
+
+                return services.install(context)
             from colcon_yamllaunch.verb.run_launch import launch
 
             code, changes = launch(context)

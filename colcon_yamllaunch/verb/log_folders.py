@@ -148,7 +148,9 @@ def default_log_base(known: Any) -> Path | None:
         if getattr(values, 'demo', False):
             # its workspace is yet to be made
             return None
-        if verb == 'launch' and request_of(values, positionals):
+        if verb == 'launch' and (
+            request_of(values, positionals) or values.remove_service
+        ):
             return None
         root = find_workspace(
             values.workspace,

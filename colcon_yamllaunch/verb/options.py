@@ -423,6 +423,9 @@ DEPLOYMENT = 'deploy'
 #: How `--watch` tells that something failed: by its lines, or aloud, too.
 WATCH_SILENTLY = 'silent'
 WATCH_WITH_BELL = 'bell'
+#: Where the output of a service goes.
+JOURNAL = 'journal'
+LOG_FILES = 'files'
 #: Which runs of a sweep are done again.
 AGAIN_FAILED = 'failed'
 AGAIN_ALL = 'all'
@@ -446,6 +449,7 @@ EXCLUSIVE = (
     ('--no-build', '--build-all', '--paths'),
     ('--no-build', '--force'),
     ('--quiet', '--verbose'),
+    ('--install-service', '--remove-service'),
     *(('--why', other) for other in ('--show-args', '--check', '--schema')),
     *(
         ('--add-node', other)
@@ -486,6 +490,16 @@ _MADE_ALREADY = {
     '--from-plan': '{one} goes with a launch file: the command lines of a '
     'saved plan are made already',
 }
+
+_SERVICES = ('--install-service', '--remove-service')
+_INSTALLS = dict.fromkeys(
+    (
+        *(*INSPECTIONS, *REQUESTS, '--attach', '--ui', '--watch', '--until'),
+        *('--timeout', '--for', '--junit'),
+    ),
+    '{one} runs no launch now, and {other} is about something else',
+)
+_REMOVES = '{one} NAME takes nothing to launch, such as {other}'
 
 # values that several options have
 _FILE = OptionValue('FILE', read_file, 'files')
@@ -692,6 +706,47 @@ class _Machines(Options):
         'The profile of the --deploy file to use',
         OptionValue('NAME', read_text, 'profiles'),
         needs=('--deploy',),
+    )
+
+
+class _Boot(Options):
+    """Services of systemd."""
+
+    TITLE = 'Start at boot'
+    install_service = value(
+        'Build, check and save the launch, and make it a service of systemd '
+        'with this name; given again, update it',
+        _NAME,
+        excludes=_INSTALLS,
+    )
+    remove_service = value(
+        'Stop such a service, and remove it',
+        _NAME,
+        excludes={**_INSTALLS, '--from-plan': _REMOVES, '--deploy': _REMOVES},
+    )
+    user = flag(
+        'One of yours (the default, unless you are root)', needs=_SERVICES
+    )
+    system = flag(
+        'One of the system, which needs sudo',
+        needs=_SERVICES,
+        excludes={'--user': '{one} and {other} exclude one another'},
+    )
+    as_ = value(
+        'The user that a service of the system runs as (default: you)',
+        OptionValue('USER', read_text),
+        needs=('--install-service',),
+        excludes={
+            '--user': '{one} goes with --system: a service of yours runs as '
+            'you'
+        },
+    )
+    enable = flag('Start it at each boot', needs=('--install-service',))
+    service_logs = value(
+        'Where its output goes: to the journal, with an identifier for each '
+        f'process, or to log files (default: {JOURNAL})',
+        OptionValue('WHERE', read_text, choices=(JOURNAL, LOG_FILES)),
+        needs=('--install-service',),
     )
 
 
@@ -932,6 +987,7 @@ class LaunchOptions(
     _Prefix,
     _Watching,
     _Machines,
+    _Boot,
     _Ending,
     _Control,
 ):
@@ -956,9 +1012,11 @@ class LaunchOptions(
     @property
     def title_words(self) -> tuple[str, ...]:
         """What is launched, as the user calls it."""
-        if self.from_plan is not None:
-            return (str(self.from_plan),)
-        return self.positionals
+        path = self.from_plan
+        if path is None:
+            return self.positionals
+        # the plan of a service is in a folder of its name
+        return (path.stem if path.stem == path.parent.name else str(path),)
 
     @property
     def title(self) -> str:
