@@ -24,7 +24,7 @@ RUNTIME_FOLDER = 'colcon_launch'
 #: The variables that a service has like the terminal it was installed from;
 #: it also has those that the workspace sets.
 KEPT_VARIABLES = (
-    *('PATH', 'LD_LIBRARY_PATH', 'PYTHON*', 'VIRTUAL_ENV', 'LANG', 'LC_*'),
+    *('PATH', 'LD_LIBRARY_PATH', 'PYTHON*', 'LANG', 'LC_*'),
     *('TZ', 'AMENT_*', 'CMAKE_PREFIX_PATH', 'COLCON_*', 'ROS_*', 'RMW_*'),
     *('RCUTILS_*', 'RCL_*', 'CYCLONEDDS_*', 'FASTRTPS_*', 'FASTDDS_*'),
     *('ZENOH_*', 'GZ_*', 'IGN_*', 'GAZEBO_*', 'CUDA_*'),

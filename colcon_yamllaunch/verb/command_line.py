@@ -346,8 +346,10 @@ def parse_launch_options(known: Any) -> LaunchOptions:
             **read_options(values, 'launch'),
         )
     refuse_unknown(positionals, 'launch')
-    # the process of a new launch is no request to a running one
-    attach, values.attach = values.attach, None
+    attach = None
+    if not is_about_service(values):
+        # the process of a new launch is no request to a running one
+        attach, values.attach = values.attach, None
     read = read_options(values, 'launch')
     if read.pop('of', None) is not None:
         raise UserError(
@@ -362,9 +364,15 @@ def parse_launch_options(known: Any) -> LaunchOptions:
     return options
 
 
+def is_about_service(values: Any) -> bool:
+    """Return whether a service is to be installed or removed."""
+    services = values.install_service, values.remove_service
+    return services != (None, None)
+
+
 def request_of(values: Any, positionals: Sequence[str]) -> str | None:
     """Return the request to running launches; None for a new launch."""
-    if values.demo:
+    if values.demo or is_about_service(values):
         return None
     actions = [name.removeprefix('--') for name in (*REQUESTS, '--timeline')]
     if not positionals and values.from_plan is None:

@@ -52,6 +52,8 @@ OTHERS = {
     'COMP_LINE',  # of the shell's completion, as the next one
     'COMP_POINT',
     'LD_LIBRARY_PATH',  # passed on as it is
+    'SYSLOG_IDENTIFIER',  # a field of the journal, as the next one
+    'SYSLOG_PID',
     'VERSION_ID',  # of a system, in os-release
     'SC_CLK_TCK',  # of the system
     'SC_OPEN_MAX',

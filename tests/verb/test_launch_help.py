@@ -28,6 +28,7 @@ TITLES = [
     'Running',
     'Watching files',
     'Other machines',
+    'Start at boot',
     'Ending by itself, as in CI',
     'Running launches',
 ]

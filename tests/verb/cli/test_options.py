@@ -92,9 +92,11 @@ def test_launch_reads_its_options(option: Option[Any]) -> None:
     if option.name == '--lifecycle':
         words.append('activate')
     # these take nothing else to launch
-    if {'--from-plan', '--demo', '--lifecycle', '--status'}.isdisjoint(
-        (option.name, *option.needs)
-    ):
+    alone = {
+        *('--from-plan', '--demo', '--lifecycle', '--status'),
+        '--remove-service',
+    }
+    if alone.isdisjoint((option.name, *option.needs[:1])):
         words += ['pkg', 'file']
     assert parsed(*words) != parsed('pkg', 'file')
 
