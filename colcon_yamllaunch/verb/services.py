@@ -32,7 +32,7 @@ from colcon_yamllaunch.service.unit import (
 )
 from colcon_yamllaunch.verb.context import LaunchContext
 from colcon_yamllaunch.verb.log_folders import locked
-from colcon_yamllaunch.verb.messages import say_line, show
+from colcon_yamllaunch.common.messages import say_line, show
 from colcon_yamllaunch.verb.options import LaunchOptions, LOG_FILES
 from colcon_yamllaunch.verb.prepare import prepare
 from colcon_yamllaunch.verb.run_launch import saved_plan

@@ -153,6 +153,33 @@ def test_second_installation_updates_the_service(
     assert 'StandardOutput=null' in unit.read_text()
 
 
+def test_enabled_service_is_linked_until_it_is_removed(
+    systemd: Systemd, user: User, file: str
+) -> None:
+    words = ('--install-service', 'my_robot', file, '--user', '--enable')
+    done = systemd.run(*words)
+    assert done.returncode == 0, done.stderr
+    assert 'start now: systemctl --user start my_robot' in done.stdout
+    _, unit = installed(user)
+    link = unit.parent / 'default.target.wants/my_robot.service'
+    assert link.resolve() == unit
+    assert systemd.run('--remove-service', 'my_robot').returncode == 0
+    assert not link.is_symlink()
+
+
+def test_log_files_replace_the_journal(
+    systemd: Systemd, user: User, file: str
+) -> None:
+    words = ('--install-service', 'my_robot', file, '--service-logs=files')
+    systemd.run(*words, '--user', '--log-limit', '20MB', '--tty')
+    _, unit = installed(user)
+    text = unit.read_text()
+    assert 'COLCON_LOG_PATH' not in text
+    assert text.count('StandardOutput=null') == 1
+    assert '"--tty" "--log-limit" "20000000"' in text
+    assert verified(unit) == ''
+
+
 def test_service_is_removed(systemd: Systemd, user: User, file: str) -> None:
     systemd.run('--install-service', 'my_robot', file, '--user')
     folder, unit = installed(user)
