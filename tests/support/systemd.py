@@ -14,6 +14,7 @@ from support.user import DEADLINE, User
 
 #: Runs `colcon` with another journal, and with other folders of the system.
 PROGRAM = """\
+import os
 from pathlib import Path
 import sys
 from colcon_yamllaunch.control import socket_folder
@@ -26,6 +27,8 @@ services.BOOTED = folder / 'booted'
 services._SYSTEM = services._Scope(
     True, folder / 'etc/services', folder / 'etc/system', 'multi-user'
 )
+if 'PLAYED_USER' in os.environ:
+    os.geteuid = lambda: int(os.environ['PLAYED_USER'])
 from colcon_core.command import main
 sys.exit(main())
 """

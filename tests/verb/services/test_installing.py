@@ -231,6 +231,29 @@ def test_computer_without_systemd_is_reported(
     assert 'there is no systemd' in error_of(systemd, '--remove-service', 'x')
 
 
+@pytest.mark.skipif(os.getuid() != 0, reason='needs root')
+def test_ordinary_user_installs_files_by_sudo(
+    systemd: Systemd, user: User, file: str
+) -> None:
+    programs = user.root / 'programs'
+    user.write(
+        'programs/sudo', f'#!/bin/sh\necho "$@" >> {programs}/log\nexec "$@"\n'
+    ).chmod(0o755)
+    words = ('--install-service', 'my_robot', file, '--as', 'daemon')
+    user.environment['PLAYED_USER'] = '1'
+    if shutil.which('sudo') is None:
+        assert 'there is no sudo here' in error_of(systemd, *words)
+    path = user.environment['PATH']
+    user.environment['PATH'] = f'{programs}{os.pathsep}{path}'
+    done = systemd.run(*words)
+    assert done.returncode == 0, done.stderr
+    assert 'enable: sudo systemctl enable --now my_robot' in done.stdout
+    done = systemd.run('--remove-service', 'my_robot')
+    assert done.returncode == 0, done.stderr
+    log = (programs / 'log').read_text().splitlines()
+    assert [line.split()[0] for line in log] == [*['install'] * 5, 'rm']
+
+
 @pytest.fixture
 def machines(user: User) -> tuple[str, ...]:
     """Return the words of a launch on two machines, one of them this."""
