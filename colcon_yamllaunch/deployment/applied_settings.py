@@ -21,6 +21,12 @@ from colcon_yamllaunch.language.syntax.diagnostics import (
     Diagnostic,
     LaunchError,
 )
+from colcon_yamllaunch.plan.member_settings import (
+    MemberSettings,
+    ResourceLimits,
+    ROS_KINDS,
+    SettingPlace,
+)
 from colcon_yamllaunch.plan.plan import (
     AfterReady,
     changed_entries,
@@ -33,12 +39,6 @@ from colcon_yamllaunch.plan.plan import (
 )
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.plan.ros_names import names_of, needs_node_name
-from colcon_yamllaunch.plan.settings import (
-    Place,
-    ResourceLimits,
-    ROS_KINDS,
-    Settings,
-)
 from colcon_yamllaunch.plan.start_order import cycle_in, dependencies_of
 
 
@@ -214,7 +214,7 @@ class _Settled:
         label: str,
         given: Mapping[str, Setting],
         fields: dict[str, Any],
-    ) -> Settings:
+    ) -> MemberSettings:
         at = given.get('after') or next(iter(given.values()))
         if 'after' in fields:
             fields['after'] = self._labels_of(label, fields['after'])
@@ -223,11 +223,11 @@ class _Settled:
             others = self._labels_of(label, together)
             fields['restart'] = replace(restart, together=others)
         limits = {key: fields.pop(key) for key in LIMITS if key in fields}
-        return Settings(
+        return MemberSettings(
             at.position,
             limits=ResourceLimits(**limits) if limits else None,
             places=tuple(
-                Place(key, given[key].position)
+                SettingPlace(key, given[key].position)
                 for key in (*LIMITS, 'user')
                 if key in given
             ),
@@ -243,6 +243,9 @@ class _Settled:
             labels = [
                 self._labels[i] for i in meant_by(pattern.text, self._names)
             ]
+            if labels == [label]:
+                # a rule for several processes may name one of them
+                continue
             if label in labels:
                 others = (
                     ', '.join(n for n in labels if n != label) or 'nothing'
@@ -252,7 +255,7 @@ class _Settled:
                     f"'{pattern.text}' includes {label} itself",
                     f'name the others: {others}',
                 )
-            if not labels and not self._may_grow:
+            elif not labels and not self._may_grow:
                 self._fail(
                     pattern,
                     f'no process or component of the launch is called '

@@ -89,8 +89,6 @@ class _Reader:
 
     def read(self, source: Source) -> Deployment:
         layers = list(self._layers(source, ()))
-        with self._collected():
-            self._check_profile()
         machines: dict[str, Machine] = {}
         names: dict[str, None] = {}
         for layer in layers:
@@ -107,6 +105,7 @@ class _Reader:
                 arguments = {**_arguments(layer), **arguments}
         if self._found:
             raise LaunchError(*self._found)
+        self._check_profile()
         return Deployment(
             machines,
             tuple(rules),

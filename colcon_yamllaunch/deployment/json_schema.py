@@ -34,13 +34,13 @@ from colcon_yamllaunch.deployment.process_settings import (
     STATES,
 )
 from colcon_yamllaunch.deployment.values import VARIABLE, YEAR
-from colcon_yamllaunch.plan.plan import OUTPUT_MODES
-from colcon_yamllaunch.plan.settings import (
+from colcon_yamllaunch.plan.member_settings import (
     BEYOND_LIMIT,
     ON_TIMEOUT,
     READY_TIMEOUT,
     RESTART_WHEN,
 )
+from colcon_yamllaunch.plan.plan import OUTPUT_MODES
 
 Schema = dict[str, object]
 
@@ -248,7 +248,8 @@ _SETTINGS: Mapping[str, Schema] = {
         'What holds once it is ready.', _one_or_more(_ref('condition'))
     ),
     'after': _described(
-        'What must be ready before it starts.', _one_or_more(_TEXT)
+        'What must be ready before it starts; [] for nothing.',
+        {'anyOf': [_TEXT, _list_of(_TEXT, 0)]},
     ),
     'ready_timeout': _described(
         'After how many seconds it is reported as not ready '

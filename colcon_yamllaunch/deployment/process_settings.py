@@ -5,8 +5,8 @@
 What a rule of a deployment file sets for the processes that it matches.
 
 :data:`SETTINGS` has one reader for each key. A reader returns the value of the
-field of `plan.settings.Settings` or `ResourceLimits`, or of the plan's
-process, that has the name of the key.
+field that has the name of the key: of `MemberSettings` or `ResourceLimits`
+(`plan.member_settings`), or of the plan's process.
 """
 
 from collections.abc import Callable, Mapping
@@ -20,9 +20,7 @@ from colcon_yamllaunch.deployment import values
 from colcon_yamllaunch.deployment.values import wrong_value
 from colcon_yamllaunch.language.syntax import yaml_reader
 from colcon_yamllaunch.language.syntax.yaml_reader import Scalar, Value
-from colcon_yamllaunch.plan.plan import OUTPUT_MODES, TRANSITIONS
-from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.plan.settings import (
+from colcon_yamllaunch.plan.member_settings import (
     BEYOND_LIMIT,
     ON_TIMEOUT,
     Policy,
@@ -33,6 +31,8 @@ from colcon_yamllaunch.plan.settings import (
     Scheduling,
     UNLIMITED_RESTARTS,
 )
+from colcon_yamllaunch.plan.plan import OUTPUT_MODES, TRANSITIONS
+from colcon_yamllaunch.plan.position import Position
 
 #: What `restart` does with a process that keeps failing, unless it says.
 _FIRST_DELAY = 0.5
@@ -78,6 +78,13 @@ def _patterns(value: Value, key: str) -> tuple[Pattern, ...]:
         for item in items
         for text in [values.pattern(item, f"a name in '{key}'")]
     )
+
+
+def _after(value: Value) -> tuple[Pattern, ...]:
+    if isinstance(value, yaml_reader.Sequence) and not value.items:
+        # it waits for nothing, whatever a rule below says
+        return ()
+    return _patterns(value, 'after')
 
 
 def _ready(value: Value) -> tuple[ReadyCondition, ...]:
@@ -366,7 +373,7 @@ def _whole(key: str, lowest: int, highest: float) -> Callable[[Value], int]:
 #: What a process is set, by its key.
 SETTINGS: Mapping[str, Callable[[Value], Any]] = {
     'ready': _ready,
-    'after': lambda v: _patterns(v, 'after'),
+    'after': _after,
     'ready_timeout': _seconds('ready_timeout'),
     'on_timeout': lambda v: values.choice(v, 'on_timeout', ON_TIMEOUT),
     'restart': _restart,

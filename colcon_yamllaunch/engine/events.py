@@ -18,9 +18,9 @@ from typing import Any, ClassVar, Literal, TYPE_CHECKING
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.outcome import ending_of, Outcome, signal_name
+from colcon_yamllaunch.plan.member_settings import BeyondLimit, OnTimeout
 from colcon_yamllaunch.plan.plan import Component, Member, Process
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.plan.settings import BeyondLimit, OnTimeout
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.engine.state import LaunchState

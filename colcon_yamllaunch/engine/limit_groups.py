@@ -20,7 +20,7 @@ from pathlib import Path
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.table import size
 from colcon_yamllaunch.engine import cgroup
-from colcon_yamllaunch.plan.settings import ResourceLimits
+from colcon_yamllaunch.plan.member_settings import ResourceLimits
 
 #: The controllers that limits need, by the key of the limit.
 CONTROLLERS = {

@@ -25,7 +25,7 @@ from typing import Any, NoReturn
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.engine.spawn import StartError
-from colcon_yamllaunch.plan.settings import ResourceLimits, Scheduling
+from colcon_yamllaunch.plan.member_settings import ResourceLimits, Scheduling
 
 #: What the system refuses: a key of the deployment file, :data:`GROUP` or the
 #: program, and the number of the error.

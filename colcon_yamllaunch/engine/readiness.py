@@ -18,12 +18,12 @@ from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.loop import TimerHandle
 from colcon_yamllaunch.engine.participants import Participant
 from colcon_yamllaunch.engine.ready_checks import CHECKS, ReadyCheck
-from colcon_yamllaunch.plan.plan import Member, Plan, Process
-from colcon_yamllaunch.plan.settings import (
+from colcon_yamllaunch.plan.member_settings import (
     READY_TIMEOUT,
     ReadyCondition,
     ROS_KINDS,
 )
+from colcon_yamllaunch.plan.plan import Member, Plan, Process
 
 # what a member without conditions of its own must meet
 _DEFAULT = ReadyCondition('running')

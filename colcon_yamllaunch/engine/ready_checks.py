@@ -23,8 +23,8 @@ from colcon_yamllaunch.engine.line_pattern import LinePattern, SearchTimeError
 from colcon_yamllaunch.engine.lines import bare
 from colcon_yamllaunch.engine.loop import TimerHandle
 from colcon_yamllaunch.engine.spawn import StartError
+from colcon_yamllaunch.plan.member_settings import ReadyCondition, ReadyKind
 from colcon_yamllaunch.plan.plan import Member, Process
-from colcon_yamllaunch.plan.settings import ReadyCondition, ReadyKind
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.engine.engine import Engine

@@ -40,9 +40,9 @@ from colcon_yamllaunch.engine.limited_spawn import (
 )
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.spawn import StartError
+from colcon_yamllaunch.plan.member_settings import ResourceLimits, Scheduling
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.plan.settings import ResourceLimits, Scheduling
 
 #: Limits that a process can have without a control group: `memory` by
 #: RLIMIT_DATA, `cpus` by sched_setaffinity().

@@ -15,9 +15,9 @@ from typing import Any
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.ready_checks import LifecycleCheck, ReadyCheck
 from colcon_yamllaunch.engine.ros_requests import RosRequests, StandingRequest
+from colcon_yamllaunch.plan.member_settings import ReadyCondition
 from colcon_yamllaunch.plan.plan import Member, Process
 from colcon_yamllaunch.plan.ros_names import names_of, NodeNames
-from colcon_yamllaunch.plan.settings import ReadyCondition
 
 
 class RosCheck(ReadyCheck):

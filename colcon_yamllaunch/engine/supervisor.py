@@ -40,6 +40,7 @@ from colcon_yamllaunch.engine.outcome import (
 )
 from colcon_yamllaunch.engine.spawn import StartError
 from colcon_yamllaunch.engine.state import ProcessState
+from colcon_yamllaunch.plan.member_settings import is_same_settings, Restart
 from colcon_yamllaunch.plan.plan import (
     AfterReady,
     changed_entries,
@@ -55,7 +56,6 @@ from colcon_yamllaunch.plan.plan import (
     Timer,
     WorkerCall,
 )
-from colcon_yamllaunch.plan.settings import is_same_settings, Restart
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.engine.composition import Composition

@@ -7,8 +7,12 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.plan.member_settings import (
+    MemberSettings,
+    ReadyCondition,
+    ROS_KINDS,
+)
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.plan.settings import ReadyCondition, ROS_KINDS, Settings
 
 #: Seconds from SIGINT to SIGTERM where a process says nothing else (ROS 2).
 DEFAULT_SIGTERM_TIMEOUT = 5.0
@@ -191,7 +195,7 @@ class Process:
     is_container: bool = False
     is_lifecycle: bool = False
     autostart: bool = False
-    settings: Settings | None = None
+    settings: MemberSettings | None = None
 
     @property
     def ros_name(self) -> str:
@@ -235,7 +239,7 @@ class Component:
     block: int | None = None
     is_lifecycle: bool = False
     autostart: bool = False
-    settings: Settings | None = None
+    settings: MemberSettings | None = None
 
     @property
     def node_name(self) -> str | None:

@@ -23,6 +23,10 @@ from typing import Any
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.plan.labels import machine_of
+from colcon_yamllaunch.plan.member_settings import (
+    is_same_settings,
+    MemberSettings,
+)
 from colcon_yamllaunch.plan.plan import (
     AfterReady,
     changed_entries,
@@ -38,7 +42,6 @@ from colcon_yamllaunch.plan.plan import (
     Timer,
     WorkerCall,
 )
-from colcon_yamllaunch.plan.settings import is_same_settings, Settings
 
 #: Tells what something is known by; None for what is not to be known by that.
 _Key = Callable[[Any], Hashable]
@@ -236,8 +239,8 @@ def _relabelled(
 
 
 def _with_labels(
-    settings: Settings | None, labels: Mapping[str, str]
-) -> Settings | None:
+    settings: MemberSettings | None, labels: Mapping[str, str]
+) -> MemberSettings | None:
     """Return settings with other labels of the processes that they name."""
     if settings is None:
         return None

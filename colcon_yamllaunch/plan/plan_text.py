@@ -8,6 +8,8 @@ import shlex
 import signal
 
 from colcon_yamllaunch.common.printable import one_line
+from colcon_yamllaunch.plan.member_settings import MemberSettings
+from colcon_yamllaunch.plan.member_settings_text import settings_as_text
 from colcon_yamllaunch.plan.plan import (
     AfterReady,
     ChangeState,
@@ -27,8 +29,6 @@ from colcon_yamllaunch.plan.plan import (
     WorkerCall,
 )
 from colcon_yamllaunch.plan.position import shown_position
-from colcon_yamllaunch.plan.settings import Settings
-from colcon_yamllaunch.plan.settings_text import settings_as_text
 from colcon_yamllaunch.plan.start_order import (
     cycle_in,
     dependencies_of,
@@ -309,7 +309,7 @@ def _lifecycle(*, autostart: bool) -> str:
     return 'its node stays unconfigured until somebody changes its state'
 
 
-def _deployed(settings: Settings | None) -> Iterator[str]:
+def _deployed(settings: MemberSettings | None) -> Iterator[str]:
     """Describe what a deployment file sets."""
     if settings is not None:
         yield from (_INDENT + text for text in settings_as_text(settings))

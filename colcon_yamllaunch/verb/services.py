@@ -19,6 +19,7 @@ from tempfile import TemporaryDirectory
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.files import names_in, text_of
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.messages import say_line, show
 from colcon_yamllaunch.common.suggestions import did_you_mean, one_of
 from colcon_yamllaunch.deployment.deployment import HERE, Machine
 from colcon_yamllaunch.plan.plan import Plan
@@ -32,7 +33,6 @@ from colcon_yamllaunch.service.unit import (
 )
 from colcon_yamllaunch.verb.context import LaunchContext
 from colcon_yamllaunch.verb.log_folders import locked
-from colcon_yamllaunch.common.messages import say_line, show
 from colcon_yamllaunch.verb.options import LaunchOptions, LOG_FILES
 from colcon_yamllaunch.verb.prepare import prepare
 from colcon_yamllaunch.verb.run_launch import saved_plan

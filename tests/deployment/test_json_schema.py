@@ -40,7 +40,7 @@ PROCESS = {
             *('{lifecycle: finalized}', '{parameter: x}', '{topic: [a]}'),
         ],
     ),
-    'after': (['a', '[a, "b*"]'], ['[]', '{}', '']),
+    'after': (['a', '[a, "b*"]', '[]'], ['[[]]', '{}', '']),
     'ready_timeout': (['30', '0.5'], ['-1', 'soon', '[]']),
     'on_timeout': (['warn', 'fail', 'start'], ['stop', '1']),
     'restart': (

@@ -11,6 +11,7 @@ from colcon_yamllaunch.deployment.deployment import (
 )
 from colcon_yamllaunch.deployment.placement import place, Placer, rules_in_vain
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.plan.member_settings import ReadyCondition
 from colcon_yamllaunch.plan.plan import (
     Block,
     ChangeState,
@@ -24,7 +25,6 @@ from colcon_yamllaunch.plan.plan import (
     WorkerCall,
 )
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.plan.settings import ReadyCondition
 import pytest
 
 AT = Position('a.yaml', 1, 1)

@@ -7,9 +7,9 @@ from colcon_yamllaunch.deployment.deployment_file import deployment_of
 from colcon_yamllaunch.deployment.placement import place
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.source_text import Source
+from colcon_yamllaunch.plan.member_settings import ResourceLimits
 from colcon_yamllaunch.plan.plan import Component, Plan, Process
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.plan.settings import ResourceLimits
 import pytest
 
 AT = Position('a.yaml', 1, 1)

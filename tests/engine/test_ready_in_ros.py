@@ -7,9 +7,12 @@ from dataclasses import replace
 
 from colcon_yamllaunch.engine import events, limits
 from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.plan.member_settings import (
+    MemberSettings,
+    ReadyCondition,
+)
 from colcon_yamllaunch.plan.plan import AfterReady
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.plan.settings import ReadyCondition, Settings
 import pytest
 from support.history import component
 
@@ -23,7 +26,7 @@ def deployed(process):
     """Return a function that makes an entry with settings."""
 
     def make(label, *after, settings=None, **fields):
-        settings = Settings(HERE, after=after, **(settings or {}))
+        settings = MemberSettings(HERE, after=after, **(settings or {}))
         made = replace(process(label, **fields), settings=settings)
         return AfterReady(after, (made,)) if after else made
 
@@ -185,7 +188,9 @@ def test_other_lifecycle_nodes_are_asked_for_their_state(history, deployed):
 
 
 def test_a_component_has_the_name_that_its_container_gives(history, process):
-    settings = Settings(HERE, ready=(ReadyCondition('service', '~/map'),))
+    settings = MemberSettings(
+        HERE, ready=(ReadyCondition('service', '~/map'),)
+    )
     box = process('box', node_name='/box', is_container=True)
     h = history(box, component('a', name='', settings=settings))
     h.ready('/box')

@@ -30,14 +30,14 @@ from colcon_yamllaunch.engine.limited_spawn import (
 from colcon_yamllaunch.engine.own_files import ParameterFiles
 from colcon_yamllaunch.engine.resource_limits import problems_of
 from colcon_yamllaunch.engine.spawn import spawn_process, StartError
-from colcon_yamllaunch.plan.plan import ParameterFile, Process
-from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.plan.settings import (
-    Place,
+from colcon_yamllaunch.plan.member_settings import (
+    MemberSettings,
     ResourceLimits,
     Scheduling,
-    Settings,
+    SettingPlace,
 )
+from colcon_yamllaunch.plan.plan import ParameterFile, Process
+from colcon_yamllaunch.plan.position import Position
 import pytest
 from support.hostile import needs_other_user, OTHER_USER
 
@@ -59,7 +59,7 @@ needs_limit_groups = pytest.mark.skipif(
 
 
 def process(limits=None, user='', places=(), label='camera'):
-    settings = Settings(AT, limits=limits, user=user, places=places)
+    settings = MemberSettings(AT, limits=limits, user=user, places=places)
     return Process(label, ('true',), '/', AT, name=label, settings=settings)
 
 
@@ -180,9 +180,9 @@ def test_missing_controller_is_named():
 def test_limits_without_group_are_problems_with_their_places():
     limits = ResourceLimits(MIB, cpu=0.5, tasks=5, cpus=(1000,))
     places = (
-        Place('cpu', Position('robot.yaml', 9, 1)),
-        Place('cpus', Position('robot.yaml', 7, 1)),
-        Place('tasks', Position('robot.yaml', 8, 1)),
+        SettingPlace('cpu', Position('robot.yaml', 9, 1)),
+        SettingPlace('cpus', Position('robot.yaml', 7, 1)),
+        SettingPlace('tasks', Position('robot.yaml', 8, 1)),
     )
     one = process(limits, places=places)
     other = process(limits, places=places, label='other')

@@ -10,9 +10,12 @@ from colcon_yamllaunch.engine.ros_link import (
     missing_packages,
     needed_packages,
 )
+from colcon_yamllaunch.plan.member_settings import (
+    MemberSettings,
+    ReadyCondition,
+)
 from colcon_yamllaunch.plan.plan import ChangeState, Component, Plan, Timer
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.plan.settings import ReadyCondition, Settings
 import pytest
 
 COMPONENT = Component('a', 'p', 'P', '/box', Position('/ws/demo.yaml', 1, 1))
@@ -49,12 +52,16 @@ def test_only_used_packages_are_needed(process):
 )
 def test_readiness_conditions_need_packages(process, kind, packages):
     node = process('plain')
-    settings = Settings(node.position, ready=(ReadyCondition(kind, 'a'),))
+    settings = MemberSettings(
+        node.position, ready=(ReadyCondition(kind, 'a'),)
+    )
     for entry in (node, COMPONENT):
         plan = Plan((replace(entry, settings=settings),))
         assert plan.needs_ros
         assert {*packages} <= {*needed_packages(plan)}
-    settings = Settings(node.position, ready=(ReadyCondition('log', 'a'),))
+    settings = MemberSettings(
+        node.position, ready=(ReadyCondition('log', 'a'),)
+    )
     assert not Plan((replace(node, settings=settings),)).needs_ros
 
 

@@ -9,9 +9,13 @@ import signal
 
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.plan.member_settings import (
+    MemberSettings,
+    ReadyCondition,
+    Restart,
+)
 from colcon_yamllaunch.plan.plan import AfterReady, Timer
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.plan.settings import ReadyCondition, Restart, Settings
 from colcon_yamllaunch.plan.start_order import cycle_in, stages_of
 from hypothesis import given
 from hypothesis import strategies as st
@@ -28,7 +32,7 @@ def deployed(process):
     """Return a function that makes an entry with settings."""
 
     def make(label, *after, inside=None, **fields):
-        settings = Settings(HERE, after=after, **fields)
+        settings = MemberSettings(HERE, after=after, **fields)
         made = replace(process(label), settings=settings)
         entry = made if inside is None else replace(inside, entries=(made,))
         return AfterReady(after, (entry,)) if after else entry
@@ -212,7 +216,7 @@ def test_which_ends_are_followed_by_a_restart(
 ):
     # what the launch file says is replaced
     respawning = process('a', respawn=True, respawn_delay=9.0)
-    settings = Settings(HERE, restart=Restart(when, first_delay=1.0))
+    settings = MemberSettings(HERE, restart=Restart(when, first_delay=1.0))
     h = history(replace(respawning, settings=settings), process('b'))
     h.exit('a', outcome)
     h.after(2.0)
@@ -282,7 +286,7 @@ def test_other_conditions_apply_to_one_that_is_not_ready(history, deployed):
     h.after(2.0)
     _, b = (h.supervisor.task(label).process for label in 'ab')
     other = ReadyCondition('after', seconds=1.0)
-    settings = Settings(HERE, ready=(other,))
+    settings = MemberSettings(HERE, ready=(other,))
     a = replace(h.supervisor.task('a').process, settings=settings)
     h.supervisor.revise(a, at_once=True)
     h.after(1.0)

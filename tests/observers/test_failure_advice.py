@@ -8,9 +8,13 @@ import signal
 from colcon_yamllaunch.engine.events import Exited
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.observers.failure_advice import Advisor
+from colcon_yamllaunch.plan.member_settings import (
+    MemberSettings,
+    ResourceLimits,
+    SettingPlace,
+)
 from colcon_yamllaunch.plan.plan import SetParameter
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.plan.settings import Place, ResourceLimits, Settings
 import pytest
 
 MISSING = "ModuleNotFoundError: No module named 'mission.plan'"
@@ -175,12 +179,12 @@ def test_refused_parameter_comes_before_the_crash(advice):
 def test_an_exceeded_limit_is_named_with_its_place(
     process, outcome, line, advice
 ):
-    settings = Settings(
+    settings = MemberSettings(
         Position('/ws/robot.yaml', 2, 5),
         limits=ResourceLimits(memory=1 << 20, tasks=5),
         places=(
-            Place('memory', Position('/ws/robot.yaml', 3, 5)),
-            Place('tasks', Position('/ws/robot.yaml', 4, 5)),
+            SettingPlace('memory', Position('/ws/robot.yaml', 3, 5)),
+            SettingPlace('tasks', Position('/ws/robot.yaml', 4, 5)),
         ),
     )
     limited = process('node', 'node', settings=settings)

@@ -8,6 +8,11 @@ from dataclasses import replace
 from typing import Any
 
 from colcon_yamllaunch.plan.labels import with_labels
+from colcon_yamllaunch.plan.member_settings import (
+    MemberSettings,
+    ResourceLimits,
+    Restart,
+)
 from colcon_yamllaunch.plan.plan import (
     AfterReady,
     Component,
@@ -27,7 +32,6 @@ from colcon_yamllaunch.plan.plan_difference import (
     PlanDifference,
 )
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.plan.settings import ResourceLimits, Restart, Settings
 from hypothesis import given, strategies
 from support.random_cases import RANDOM
 
@@ -154,7 +158,7 @@ def test_changed_launcher_options_need_no_restart() -> None:
 def test_other_settings_restart_only_what_must_be() -> None:
     def deployed(entry: Process, **fields: Any) -> Process:
         position = fields.pop('position', Position('robot.yaml', 3, 5))
-        return replace(entry, settings=Settings(position, **fields))
+        return replace(entry, settings=MemberSettings(position, **fields))
 
     high = ResourceLimits(memory=1 << 30)
     before = plan(
@@ -181,7 +185,7 @@ def test_settings_name_others_by_their_labels() -> None:
     def waiting(for_: str) -> AfterReady:
         restart = Restart('failure', together=(for_,))
         position = Position('robot.yaml', 3, 5)
-        settings = Settings(position, after=(for_,), restart=restart)
+        settings = MemberSettings(position, after=(for_,), restart=restart)
         return AfterReady((for_,), (replace(A, settings=settings),))
 
     old = plan(C, waiting('c.py-1'))

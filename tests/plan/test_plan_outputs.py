@@ -12,6 +12,13 @@ import subprocess
 from typing import Any, get_args, get_origin, get_type_hints, Literal
 
 from colcon_yamllaunch.language.policies.evaluate import evaluate
+from colcon_yamllaunch.plan.member_settings import (
+    MemberSettings,
+    ReadyCondition,
+    ResourceLimits,
+    Restart,
+    Scheduling,
+)
 from colcon_yamllaunch.plan.plan import (
     AfterReady,
     Block,
@@ -39,13 +46,6 @@ from colcon_yamllaunch.plan.plan_json import (
 )
 from colcon_yamllaunch.plan.plan_text import command, plan_to_text
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.plan.settings import (
-    ReadyCondition,
-    ResourceLimits,
-    Restart,
-    Scheduling,
-    Settings,
-)
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
@@ -301,7 +301,7 @@ ENTRIES = (
 )
 
 
-DRIVER_SETTINGS = Settings(
+DRIVER_SETTINGS = MemberSettings(
     HERE,
     ready=(
         ReadyCondition('topic', 'scan', message=True),
@@ -320,7 +320,7 @@ NAV = replace(
     name='nav-2',
     respawn=False,
     parameters=(),
-    settings=Settings(
+    settings=MemberSettings(
         HERE,
         after=('driver',),
         ready_timeout=30.0,

@@ -14,9 +14,9 @@ from colcon_yamllaunch.engine import commands, events
 from colcon_yamllaunch.engine.commands import Watch
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.state import About, LaunchState
+from colcon_yamllaunch.plan.member_settings import MemberSettings
 from colcon_yamllaunch.plan.plan import Plan, Process
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.plan.settings import Settings
 from colcon_yamllaunch.watch import change_loop, preparer
 from colcon_yamllaunch.watch.change_loop import ChangeLoop
 from colcon_yamllaunch.watch.dependencies import (
@@ -457,13 +457,13 @@ def test_changes_have_no_effect_while_the_launch_stops(played: Played) -> None:
 
 def test_other_settings_apply_without_a_restart(played: Played) -> None:
     at = Position('robot.yaml', 3, 5)
-    critical = replace(TALK, settings=Settings(at, critical=True))
+    critical = replace(TALK, settings=MemberSettings(at, critical=True))
     played.save('demo.yaml')
     assert played.prepared(critical, LOOP) == ['another talk at once']
     assert played.lines() == [
         'demo.yaml changed: other settings for talk (0.00 s)'
     ]
-    limited = replace(LOOP, settings=Settings(at, user='robot'))
+    limited = replace(LOOP, settings=MemberSettings(at, user='robot'))
     played.save('demo.yaml')
     asked = played.prepared(critical, limited)
     assert 'restart loop' in asked
@@ -471,7 +471,7 @@ def test_other_settings_apply_without_a_restart(played: Played) -> None:
 
 
 def test_first_readiness_conditions_restart_the_launch(played: Played) -> None:
-    settings = Settings(Position('robot.yaml', 3, 5), after=('talk',))
+    settings = MemberSettings(Position('robot.yaml', 3, 5), after=('talk',))
     waiting = replace(LOOP, settings=settings)
     played.save('demo.yaml')
     asked = played.prepared(TALK, waiting)

@@ -5,9 +5,9 @@
 
 import subprocess
 
+from colcon_yamllaunch.plan.member_settings import MemberSettings
 from colcon_yamllaunch.plan.plan import Plan, Process
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.plan.settings import Settings
 from colcon_yamllaunch.service.unit import (
     environment_text,
     kept_variables,
@@ -21,7 +21,7 @@ AT = Position('/ws/demo.yaml', 1, 1)
 
 def process(label: str, seconds: float, *after: str) -> Process:
     """Return a process that may take some seconds to stop."""
-    settings = Settings(AT, after=after)
+    settings = MemberSettings(AT, after=after)
     return Process(
         *(label, ('true',), '/', AT),
         sigterm_timeout=seconds,

@@ -194,7 +194,7 @@ class ResourceLimits:
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class SettingPlace:
     """Where the deployment file has a key."""
 
     key: str
@@ -202,7 +202,7 @@ class Place:
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
+class MemberSettings:
     """
     The settings of a process or component.
 
@@ -234,7 +234,7 @@ class Settings:
     optional: bool = False
     limits: ResourceLimits | None = None
     user: str = ''
-    places: tuple[Place, ...] = ()
+    places: tuple[SettingPlace, ...] = ()
 
     @property
     def is_restricted(self) -> bool:
@@ -247,7 +247,9 @@ class Settings:
         return next(found, self.position)
 
 
-def is_same_settings(one: Settings | None, other: Settings | None) -> bool:
+def is_same_settings(
+    one: MemberSettings | None, other: MemberSettings | None
+) -> bool:
     """Return whether settings say the same, wherever they stand."""
     if one is None or other is None:
         return one is other

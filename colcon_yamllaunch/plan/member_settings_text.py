@@ -6,14 +6,14 @@
 from collections.abc import Iterator, Mapping
 
 from colcon_yamllaunch.common.table import size
-from colcon_yamllaunch.plan.settings import (
+from colcon_yamllaunch.plan.member_settings import (
+    MemberSettings,
     OnTimeout,
     READY_TIMEOUT,
     ReadyCondition,
     ResourceLimits,
     Restart,
     Scheduling,
-    Settings,
 )
 
 _ON_TIMEOUT: Mapping[OnTimeout, str] = {
@@ -25,7 +25,7 @@ _BEYOND = {'fail': 'the launch ends', 'leave': 'it stays down'}
 _WHEN = {'always': 'whenever it ends', 'failure': 'when it fails'}
 
 
-def settings_as_text(settings: Settings) -> Iterator[str]:
+def settings_as_text(settings: MemberSettings) -> Iterator[str]:
     """Describe the settings of a process or component, line by line."""
     if settings.after:
         yield f'after: {", ".join(settings.after)}'
