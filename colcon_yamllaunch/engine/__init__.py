@@ -26,6 +26,9 @@ State and decisions, without the system:
   next of SIGINT, SIGTERM and SIGKILL at once, and drops timers.
 - :mod:`.exit_conditions` ends a launch by itself (`--until`, `--for`,
   `--timeout`), and :mod:`.line_pattern` searches output in bounded time.
+- :mod:`.readiness` finds out which members are ready, by :mod:`.ready_checks`
+  and, for what only ROS knows, :mod:`.ros_ready_checks`; the supervisor holds
+  back what waits for them (`Supervisor._hold`).
 - :mod:`.participants` declares what can take part in a launch beside the
   engine: the watcher, the parts on other machines, Python launch files.
 
@@ -54,7 +57,8 @@ ROS, for components, lifecycle nodes and timers on ROS time:
   :mod:`.lifecycles` the lifecycle nodes. They receive calls of the supervisor
   and messages of the ROS client, and send it :mod:`.ros_requests`.
 - :mod:`.ros_client` is that program, which alone uses ROS; :mod:`.ros_link`
-  runs it, as a :mod:`.helper_process`.
+  runs it, as a :mod:`.helper_process`. It checks readiness conditions by
+  :mod:`.ros_conditions`.
 - A load that its container refuses is not retried. A component is loaded again
   when its container starts again (`Composition.started`), and when a container
   came back without it or a new ROS client has started (`_request_open`). The

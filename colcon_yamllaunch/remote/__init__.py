@@ -6,9 +6,9 @@ Parts of a launch on other machines.
 
 Only launches with `--deploy` or `--on` import this.
 
-- `deployment/` reads the file and assigns the parts of the plan to machines.
-  `plan_references` finds what a part needs, `remote_paths` has the variables
-  that are sent.
+- `plan_references` finds what a part of the plan needs, and `remote_paths` has
+  the variables that are sent. The sub-package `deployment` has divided the
+  plan.
 - `connection/` connects with a machine (`ssh`, `slurm` or a command) and sends
   our program.
 - `sync/` sends the code by rsync, and builds it there.
