@@ -162,6 +162,11 @@ class Deployment:
     profiles: tuple[str, ...] = ()
     files: tuple[str, ...] = ()
 
+    @property
+    def has_settings(self) -> bool:
+        """Whether a rule sets something besides the machine."""
+        return any(rule.settings for rule in self.rules)
+
     def machines_of(self, processes: Sequence[Process]) -> list[str | None]:
         """Return the names of the machines of processes, None for here."""
         machines = [self.everything_on] * len(processes)

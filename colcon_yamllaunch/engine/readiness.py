@@ -80,6 +80,7 @@ class Readiness(Participant):
     def join(self, engine: Engine) -> None:
         """Note that the launch knows what is ready."""
         self._engine = engine
+        engine.state.has_readiness = True
         engine.state.after = dict(self._after)
 
     def begin(self) -> None:

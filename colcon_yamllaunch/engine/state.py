@@ -272,8 +272,8 @@ class LaunchState:
     :param gone: By name, why machines are gone
     :param lost: The processes that were lost with them
     :param left_behind: Processes that cannot be ended
-    :param after: For each member the labels that it waits for; empty if it
-      is not known which members are ready
+    :param has_readiness: Whether it is known which members are ready
+    :param after: For each member the labels that it waits for, if so
     :param ready_elsewhere: The labels of members that are ready, of those
       that are not known here, as this is a part of a launch
     :param running_elsewhere: The labels of those that run, likewise
@@ -313,6 +313,7 @@ class LaunchState:
     left_behind: dict[tuple[str, int], events.LeftBehind] = field(
         default_factory=dict
     )
+    has_readiness: bool = False
     after: dict[str, tuple[str, ...]] = field(default_factory=dict)
     ready_elsewhere: frozenset[str] = frozenset()
     running_elsewhere: frozenset[str] = frozenset()
@@ -396,11 +397,6 @@ class LaunchState:
         if member is None:
             return label in self.ready_elsewhere
         return member.is_ready or member.is_given_up
-
-    @property
-    def has_readiness(self) -> bool:
-        """Whether it is known which members are ready."""
-        return bool(self.after)
 
     def runs(self, label: str) -> bool:
         """Return whether a process runs, as far as that is known."""

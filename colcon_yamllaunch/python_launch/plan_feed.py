@@ -3,7 +3,7 @@
 
 """Event handlers of Python launch files, which extend the running plan."""
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from itertools import chain
 import os
 import signal
@@ -22,7 +22,8 @@ from colcon_yamllaunch.language.evaluation.request import (
 from colcon_yamllaunch.language.python_files.growing_launch import (
     GrowingLaunch,
 )
-from colcon_yamllaunch.plan.plan import Growth, Process, Shutdown
+from colcon_yamllaunch.language.syntax.diagnostics import LaunchError, render
+from colcon_yamllaunch.plan.plan import Entry, Growth, Process, Shutdown
 from colcon_yamllaunch.python_launch.worker_process import (
     NUMBER,
     WorkerProcess,
@@ -41,11 +42,21 @@ class PlanFeed(Participant):
     answers extend the plan.
 
     :param growing: Translates the answers of the worker into entries
+    :param settled: Returns entries with the settings of the deployment;
+      raises LaunchError when it does not fit them
     """
 
-    def __init__(self, link: WorkerProcess, growing: GrowingLaunch) -> None:
+    def __init__(
+        self,
+        link: WorkerProcess,
+        growing: GrowingLaunch,
+        settled: Callable[
+            [tuple[Entry, ...]], tuple[Entry, ...]
+        ] = lambda entries: entries,
+    ) -> None:
         self._link = link
         self._growing = growing
+        self._settled = settled
         self._launch: Engine | None = None
         # a copy, as the link closes its descriptor at any time
         self._watched = -1
@@ -224,15 +235,21 @@ class PlanFeed(Participant):
             self._unwatch()
 
     def _grow(self, growth: Growth) -> None:
-        problems = [p.split('\n') for p in growth.problems]
+        entries, texts = growth.entries, list(growth.problems)
+        try:
+            entries = self._settled(entries)
+        except LaunchError as error:
+            entries = ()
+            texts.append(render(error.diagnostics, os.getcwd()))
+        problems = [text.split('\n') for text in texts]
         if problems:
             failed = events.PlanFailed(tuple(chain(*problems)))
             self.launch.emit(failed)
         self.launch.blocks = growth.blocks or self.launch.blocks
         # unless the entries give a better reason
         end = (Shutdown(_FAILED),) if problems else ()
-        if growth.entries or end:
-            self.launch.dispatcher.do(Extend((*growth.entries, *end)))
+        if entries or end:
+            self.launch.dispatcher.do(Extend((*entries, *end)))
 
     def _exited(self, event: events.Exited) -> None:
         code = event.outcome.code

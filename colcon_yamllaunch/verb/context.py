@@ -31,11 +31,11 @@ from colcon_yamllaunch.workspace.workspace_session import (
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.deployment.deployment import Deployment
-    from colcon_yamllaunch.deployment.placement import PlacedPlan
+    from colcon_yamllaunch.deployment.placement import PlacedPlan, Placer
     from colcon_yamllaunch.engine.participants import Participant
     from colcon_yamllaunch.language.policies.evaluate import Evaluation
     from colcon_yamllaunch.observers.junit import JUnitReport
-    from colcon_yamllaunch.plan.plan import Plan
+    from colcon_yamllaunch.plan.plan import Entry, Plan
     from colcon_yamllaunch.python_launch.worker_process import WorkerProcess
     from colcon_yamllaunch.verb.background_launch import Background
     from colcon_yamllaunch.verb.machines import Machines
@@ -109,6 +109,8 @@ class LaunchContext:
         #: Where it goes when it begins to run, if another process shows it.
         self.background: Background | None = None
         self._worker: WorkerProcess | None = None
+        # has placed the plan, if there is a deployment
+        self._placer: Placer | None = None
         self._worker_environment: Mapping[str, str] = {}
 
     def again(
@@ -190,12 +192,26 @@ class LaunchContext:
         """
         if self.deployment is None:
             return None
-        from colcon_yamllaunch.deployment.placement import place
+        from colcon_yamllaunch.deployment.placement import Placer
 
+        self._placer = Placer(self.deployment)
         try:
-            return place(plan, self.deployment)
+            return self._placer.place(plan)
         except LaunchError as e:
             self.fail(e.diagnostics)
+
+    def _settled(self, entries: 'tuple[Entry, ...]') -> 'tuple[Entry, ...]':
+        """
+        Return entries that are added while the launch runs, with settings.
+
+        :raises LaunchError: when the deployment does not fit them
+        """
+        if self.machines is not None:
+            # what runs on machines gets its settings with its machine
+            self.machines.check_more(entries)
+        elif self._placer is not None:
+            return self._placer.place_more(entries).whole.entries
+        return entries
 
     @cached_property
     def builds(self) -> 'Builds':
@@ -351,7 +367,7 @@ class LaunchContext:
         from colcon_yamllaunch.python_launch.plan_feed import PlanFeed
 
         self._worker.entrust()
-        return identity, (PlanFeed(self._worker, growing),)
+        return identity, (PlanFeed(self._worker, growing, self._settled),)
 
     def close(self) -> None:
         """End the connections to machines and the worker."""

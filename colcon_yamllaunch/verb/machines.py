@@ -27,7 +27,7 @@ from colcon_yamllaunch.deployment.placement import (
 from colcon_yamllaunch.engine.readiness import needs_readiness
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Entry, Plan
 from colcon_yamllaunch.plan.start_order import dependencies_of
 from colcon_yamllaunch.remote.connection.machine_connection import MachineFacts
 from colcon_yamllaunch.remote.launch_machine import Launcher, LaunchMachine
@@ -156,6 +156,14 @@ class Machines:
             return self._placer.place(plan)
         except LaunchError as e:
             self._context.fail(e.diagnostics)
+
+    def check_more(self, entries: Iterable[Entry]) -> None:
+        """
+        Check that entries that are added later fit the deployment.
+
+        :raises LaunchError: when they do not
+        """
+        self._placer.place_more(entries)
 
     def connect_early(self) -> None:
         """

@@ -115,14 +115,18 @@ def _run(
         participants.append(parts)
     # a saved plan may have settings, too
     has_settings = any(m.settings is not None for m in whole.members())
-    if has_settings or options.until_ready:
+    # and what a launch file in Python starts later
+    deployment = context.deployment if context.evaluation else None
+    may_grow = context.evaluation and context.evaluation.growing
+    comes_later = bool(may_grow and deployment and deployment.has_settings)
+    if has_settings or comes_later or options.until_ready:
         from colcon_yamllaunch.engine.readiness import (
             needs_readiness,
             Readiness,
         )
         from colcon_yamllaunch.plan.start_order import dependencies_of
 
-        if options.until_ready or needs_readiness(whole):
+        if options.until_ready or comes_later or needs_readiness(whole):
             after = dependencies_of(whole.members())
             participants.append(Readiness(after))
     service = None

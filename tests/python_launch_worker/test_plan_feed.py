@@ -11,6 +11,7 @@ from types import SimpleNamespace
 from colcon_yamllaunch.engine import commands, events, limits
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.language.evaluation.request import WorkerError
+from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.plan import plan
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.python_launch.plan_feed import PlanFeed
@@ -87,7 +88,10 @@ class Launch:
         self.done = []
         self.blocks = ()
         self.helpers = {}
-        self.feed = PlanFeed(self.link, self.growing)
+        self.settled = list
+        self.feed = PlanFeed(
+            self.link, self.growing, lambda found: self.settled(found)
+        )
         self.feed.join(self)
         self.feed.begin()
 
@@ -182,6 +186,23 @@ def test_a_restart_after_a_change_is_no_end(launch):
     assert launch.told(changed) == []
     assert launch.told(events.Requested(TALKER, 'stop')) == []
     assert len(launch.told(ended)) == 1
+
+
+def test_answers_get_the_settings_of_a_deployment(launch):
+    launch.settled = lambda entries: [*entries, OTHER]
+    launch.answers(plan.Growth((TALKER,)))
+    assert launch.done == [[TALKER, OTHER]]
+
+
+def test_answers_that_a_deployment_does_not_fit_end_the_launch(launch):
+    def settled(_):
+        raise error('no process is called this', POSITION, hint='look')
+
+    launch.settled = settled
+    launch.answers(plan.Growth((TALKER,)))
+    failed, (end,) = launch.done
+    assert failed.problems[0].endswith('error: no process is called this')
+    assert isinstance(end, plan.Shutdown)
 
 
 def test_only_output_that_a_handler_wants_is_told(launch):

@@ -149,6 +149,17 @@ _SENT = (
     *(f'remote/sync/{name}.py' for name in ('__init__', 'colcon_build')),
     *(f'remote/sync/{name}.py' for name in MODULES),
 )
+# of those, what only the launcher uses
+_NOT_SENT = frozenset(
+    (
+        *(f'control/{name}.py' for name in ('doubled_nodes', 'selection')),
+        *(f'observers/{name}.py' for name in ('junit', 'timeline')),
+        *(f'plan/plan_{name}.py' for name in ('difference', 'graph')),
+        *(f'plan/plan_{name}.py' for name in ('script', 'text')),
+        'plan/member_settings_text.py',
+        *(f'terminal/{n}.py' for n in ('client_attachment', 'status_table')),
+    )
+)
 _LOCK = threading.Lock()
 
 State = Literal['noise', 'sending', 'answered', 'failed']
@@ -193,9 +204,10 @@ def _program_archive() -> ProgramArchive:
 def program_files() -> dict[str, str]:
     """Return the modules that run there, by their paths below the package."""
     return {
-        path.relative_to(_ROOT).as_posix(): path.read_text(encoding='utf-8')
+        name: path.read_text(encoding='utf-8')
         for pattern in _SENT
         for path in _ROOT.glob(pattern)
+        if (name := path.relative_to(_ROOT).as_posix()) not in _NOT_SENT
     }
 
 
