@@ -22,8 +22,8 @@ from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.events import Ended, Event, Planned, Warned
 from colcon_yamllaunch.engine.guard_link import GuardLink
 from colcon_yamllaunch.engine.own_files import OwnFile
+from colcon_yamllaunch.engine.process_stop import ProcessTask
 from colcon_yamllaunch.engine.state import LaunchState
-from colcon_yamllaunch.engine.supervisor import ProcessTask
 from colcon_yamllaunch.plan.plan import Process
 
 if TYPE_CHECKING:

@@ -13,9 +13,11 @@ runs on one machine.
 
 State and decisions, without the system:
 
-- :mod:`.supervisor` decides what is started, restarted and stopped, and when.
-  :mod:`.outcome` says how a process ended, and after which delay it starts
-  again (`respawn_delay`).
+- :mod:`.supervisor` decides what is started and stopped, and when.
+  :mod:`.process_stop` decides which signals a process gets when it is stopped.
+  :mod:`.outcome` says how a process ended, and :mod:`.restarts` whether and
+  when it starts again (`respawn` of launch files, `restart` of deployment
+  files).
 - :mod:`.events` declares what can happen, and :mod:`.event_codec` reads events
   of other machines. :mod:`.state` is the state of the launch, which only
   events change; it has what failed. `run.py` (`_Launch.finish`) decides the

@@ -7,8 +7,6 @@ import os
 import signal
 
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.plan.plan import Process
 
 #: Signals that end a process on request. systemd and a closed terminal send
 #: them to a whole session, and so to our processes, too.
@@ -99,21 +97,3 @@ def is_failure(outcome: Outcome, asked: bool) -> bool:
     if outcome.signal is None:
         return outcome.code != 0 and not asked
     return not (asked and outcome.signal in STOP_SIGNALS)
-
-
-def delay_of_respawn(process: Process, quick_ends: int) -> float:
-    """
-    Return after how many seconds a process is started again.
-
-    That is what the launch file says. Where it says nothing, or 0, a process
-    that ends at once time after time has to wait longer and longer, so that
-    it does not keep the machine busy.
-
-    :param quick_ends: How often in a row it ended at once
-    """
-    excess = quick_ends - limits.QUICK_ENDS_WITHOUT_PAUSE
-    if process.respawn_delay > 0 or excess <= 0:
-        return process.respawn_delay
-    # no more powers than the longest pause needs
-    pause = limits.SHORTEST_RESTART_PAUSE * 2.0 ** min(excess - 1, 10)
-    return min(pause, limits.LONGEST_RESTART_PAUSE)

@@ -15,13 +15,13 @@ from colcon_yamllaunch.engine.guard_link import GuardLink
 from colcon_yamllaunch.engine.launch_scan import LAUNCH_ID_VARIABLE
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.own_files import ParameterFiles
+from colcon_yamllaunch.engine.process_stop import timeouts_of
 from colcon_yamllaunch.engine.relay import Relay
 from colcon_yamllaunch.engine.spawn import (
     DescriptorLimit,
     spawn_process,
     StartError,
 )
-from colcon_yamllaunch.engine.supervisor import timeouts_of
 from colcon_yamllaunch.engine.terminals import Terminals
 from colcon_yamllaunch.plan.plan import Process
 

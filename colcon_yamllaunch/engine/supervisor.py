@@ -2,45 +2,32 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-The supervisor: what is started, restarted and stopped, and when.
+Decides which processes and timers of a plan start and stop, and when.
+
+How a process is stopped is decided in :mod:`.process_stop`, and whether it
+starts again after it has ended in :mod:`.restarts`.
 
 Nothing here touches the system: the engine does, and its loop is passed in. So
 tests replay any launch without a process.
 """
 
 from collections import deque
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from contextlib import suppress
-from dataclasses import field, replace
-from functools import partial
+from collections.abc import Callable, Collection, Iterable
+from dataclasses import replace
+from functools import cached_property, partial
 from itertools import count
 import math
-import os
-import shlex
 import signal
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import RefusedError
-from colcon_yamllaunch.common.escalation import (
-    Escalation,
-    Orphan,
-    Target,
-    Targets,
-    Timeouts,
-    WHOLE,
-)
-from colcon_yamllaunch.common.frozen import mutable
 from colcon_yamllaunch.engine import events, limits
 from colcon_yamllaunch.engine.loop import Loop, TimerHandle
-from colcon_yamllaunch.engine.outcome import (
-    delay_of_respawn,
-    is_failure,
-    Outcome,
-    signal_name,
-)
+from colcon_yamllaunch.engine.outcome import is_failure, Outcome, signal_name
+from colcon_yamllaunch.engine.process_stop import ProcessStop, ProcessTask
 from colcon_yamllaunch.engine.spawn import StartError
 from colcon_yamllaunch.engine.state import ProcessState
-from colcon_yamllaunch.plan.member_settings import is_same_settings, Restart
+from colcon_yamllaunch.plan.member_settings import is_same_settings
 from colcon_yamllaunch.plan.plan import (
     AfterReady,
     changed_entries,
@@ -60,180 +47,7 @@ from colcon_yamllaunch.plan.plan import (
 if TYPE_CHECKING:
     from colcon_yamllaunch.engine.composition import Composition
     from colcon_yamllaunch.engine.engine import Engine
-
-#: The label of what belongs to a launch, but to no process of it for sure.
-UNATTRIBUTED = 'unknown process'
-
-
-@mutable
-class ProcessTask:
-    """
-    What the supervisor needs of a process besides its `ProcessState`.
-
-    :param number: Its number in the plan
-    :param respawns: How often it has been respawned since it was last
-      started on request
-    :param quick_ends: How often in a row it ended at once
-    :param restarts: When its settings had it started again, by the clock
-    :param doublings: How often the delay of such restarts was doubled
-    :param started: When it was started last, by the clock of the loop
-    :param group: Its process group, as long as its leader runs
-    :param successor: The process that replaces it at its next start, if any
-    :param once: The process that replaces it at its next start only, such as
-      itself under a debugger
-    :param early_signals: The signals of the plan that it gets once it runs
-    :param is_restarting: Whether it starts again once it is stopped
-    :param is_dropped: Whether it leaves the plan once it is stopped
-    :param is_pause_reported: Whether the user knows that its respawns pause
-    """
-
-    number: int
-    process: Process
-    respawns: int = 0
-    quick_ends: int = 0
-    restarts: list[float] = field(default_factory=list)
-    doublings: int = 0
-    started: float = 0.0
-    group: int | None = None
-    successor: Process | None = None
-    once: Process | None = None
-    early_signals: list[SignalProcess] = field(default_factory=list)
-    is_restarting: bool = False
-    is_dropped: bool = False
-    is_pause_reported: bool = False
-
-
-class ProcessStop(Targets):
-    """
-    The end of some processes, with all that they started.
-
-    :param engine: Finds processes, sends signals and emits events
-    :param groups: The process groups of the launch, with their numbers
-    :param tasks: The processes, all of the launch or some
-    :param whole: Whether this is the end of the launch, and so of what is
-      known to belong to it, but not to which process
-    :param first: The signal to begin with
-    """
-
-    def __init__(
-        self,
-        engine: 'Engine',
-        loop: Loop,
-        groups: Mapping[int, int],
-        tasks: Sequence[ProcessTask],
-        *,
-        whole: bool = False,
-        first: signal.Signals = signal.SIGINT,
-    ) -> None:
-        self._tasks = {task.number: task for task in tasks}
-        if whole and tasks:
-            # lines and records of orphans of no known process need one
-            unknown = replace(tasks[0].process, label=UNATTRIBUTED)
-            self._tasks[WHOLE] = ProcessTask(WHOLE, unknown)
-        self._engine = engine
-        self._loop = loop
-        self._groups = groups
-        self._next: TimerHandle | None = None
-        timeouts = {t.number: timeouts_of(t.process) for t in tasks}
-        #: Their steps so far, and the next ones.
-        self.escalation = Escalation(self, timeouts, loop.time(), first)
-        self.advance()
-
-    def advance(self) -> None:
-        """Check what still runs, and send it the signals that are due."""
-        self.escalation.advance(self._loop.time())
-        self._note_next()
-
-    def escalate(self) -> None:
-        """Send the next signal at once."""
-        self.escalation.escalate(self._loop.time())
-        self._note_next()
-
-    def cancel(self) -> None:
-        """Send no further signals."""
-        if self._next is not None:
-            self._next.cancel()
-
-    def alive(self) -> list[ProcessTask]:
-        """Return what still runs, in the order of the plan."""
-        return [self._tasks[n] for n in sorted(self.escalation.alive())]
-
-    def abandon(self) -> None:
-        """Report what still runs, as it cannot be ended."""
-        left = dict(self.groups())
-        left |= {o.pid: o.number for o in self.escalation.orphans}
-        for pid, number in left.items():
-            process = self._tasks[number].process
-            self._engine.emit(events.LeftBehind(process, pid))
-
-    def groups(self) -> dict[int, int]:
-        """Return the groups whose leader runs; see `Targets`."""
-        tasks = self._tasks.values()
-        return {t.group: t.number for t in tasks if t.group is not None}
-
-    def search(self, groups: Collection[int]) -> list[Orphan]:
-        """Find what runs besides the groups; see `Targets`."""
-        found = self._engine.orphans(self._groups, groups)
-        return [o for o in found if o.number in self._tasks]
-
-    def recheck(self, orphans: list[Orphan]) -> list[Orphan]:
-        """Return those that still run; see `Targets`."""
-        return [o for o in orphans if self._engine.is_alive(o)]
-
-    def send(self, target: Target, step: signal.Signals) -> None:
-        """Send a signal, and report it if it arrived; see `Targets`."""
-        if self._engine.send(target, step):
-            if isinstance(target, Orphan):
-                pid, number, is_group = target.pid, target.number, False
-            else:
-                pid, number, is_group = target, self._groups[target], True
-            process = self._tasks[number].process
-            self._engine.emit(events.Signalled(process, pid, step, is_group))
-
-    def kill(self, number: int) -> None:
-        """Kill all of a process of the plan; see `Targets`."""
-        self._engine.kill(number)
-
-    def _note_next(self) -> None:
-        self.cancel()
-        due = self.escalation.due()
-        if due != math.inf:
-            self._next = self._loop.call_at(due, self.advance)
-
-
-@mutable
-class _Respawn:
-    """
-    A process that waits for its next start.
-
-    :param due: When it may start, by the clock of the loop
-    :param is_clean: Whether it is known to have left nothing running that
-      `cleanup` does not end
-    :param cleanup: The end of what it left running, if it did
-    :param command: The command that its settings run before, if still to do
-    :param command_group: The process group of that, while it runs
-    """
-
-    task: ProcessTask
-    due: float
-    is_clean: bool
-    cleanup: ProcessStop | None = None
-    command: tuple[str, ...] = ()
-    command_group: int | None = None
-
-    def is_due(self, now: float) -> bool:
-        """Return whether its time has come and its last run has ended."""
-        if now < self.due or not self.is_clean or self.command_group:
-            return False
-        return self.cleanup is None or self.cleanup.escalation.is_over
-
-    def cancel(self) -> None:
-        """Do not end what the process left running, but the command."""
-        if self.cleanup is not None:
-            self.cleanup.cancel()
-        if self.command_group is not None:
-            with suppress(ProcessLookupError):
-                os.killpg(self.command_group, signal.SIGKILL)
+    from colcon_yamllaunch.engine.restarts import Respawn, Restarts
 
 
 class Supervisor:
@@ -266,9 +80,8 @@ class Supervisor:
         # what waits until others are ready, and when that was checked
         self._held: list[AfterReady] = []
         self._checked_version = 0
-        self._respawns: dict[int, _Respawn] = {}
-        # when to search again for what processes left running
-        self._next_search = -math.inf
+        # those that wait for their next start
+        self._respawns: dict[int, Respawn] = {}
         self._running: dict[int, ProcessTask] = {}
         self._groups: dict[int, int] = {}
         self._stop_of = partial(ProcessStop, engine, loop, self._groups)
@@ -298,7 +111,7 @@ class Supervisor:
         return list(self._tasks.values())
 
     @property
-    def groups(self) -> Iterable[int]:
+    def groups(self) -> Collection[int]:
         """The process groups whose leader runs."""
         return tuple(self._running)
 
@@ -327,8 +140,8 @@ class Supervisor:
                     if self._agenda:
                         self._execute(self._agenda.popleft())
         self._end_single_stops()
-        self._clean_up()
-        self._respawn_due()
+        if self._respawns:
+            self._restarts.end_turn()
         self._advance_stop()
         self._end_if_idle()
         if self._agenda:
@@ -357,7 +170,9 @@ class Supervisor:
         was_signalled = self._state(task).is_signalled
         failed = is_failure(outcome, asked or was_signalled)
         seconds = self._loop.time() - task.started
-        delay = None if asked else self._respawn_delay(task, seconds, failed)
+        delay = None
+        if not asked and _may_start_again(process):
+            delay = self._restarts.delay(task, seconds, failed)
         self._ended(
             task,
             events.Exited(
@@ -512,13 +327,35 @@ class Supervisor:
             label = task.process.label
             is_skipped = self._state(task).is_kept_stopped or task.is_dropped
             if label in labels and not is_skipped and self._is_begun(task):
-                self._request(task, 'change')
-                task.is_restarting = True
-                self._stop_single(task)
+                self._restart_after_change(task)
                 if task.number not in self._queue:
                     self._queue.append(task.number)
                 restarted.append(label)
         return tuple(restarted)
+
+    def restart_running(self, label: str) -> None:
+        """Restart a process with another one, if it runs."""
+        task = self._by_label.get(label)
+        if task is not None and task.group is not None:
+            self._restart_after_change(task)
+
+    def start_again(self, task: ProcessTask) -> None:
+        """Start a process once what it waits for is ready again."""
+        settings = (task.successor or task.process).settings
+        after = () if settings is None else settings.after
+        if self._engine.state.missing_of(after):
+            self._hold(AfterReady(after, (task.process,)))
+        else:
+            self._start(task)
+
+    def is_required(self, task: ProcessTask, failed: bool) -> bool:
+        """
+        Return whether the launch ends with a process that was not stopped.
+
+        As in ROS 2, `on_exit: shutdown` wins over `respawn`.
+        """
+        is_outlasted = failed and self.outlasts_failures
+        return task.process.on_exit_shutdown and not is_outlasted
 
     def drop(self, label: str) -> None:
         """
@@ -601,6 +438,15 @@ class Supervisor:
         else:
             self._stop.escalate()
         self._report_progress(self._stop)
+
+    @cached_property
+    def _restarts(self) -> 'Restarts':
+        # few launches start anything again
+        from colcon_yamllaunch.engine.restarts import Restarts
+
+        return Restarts(
+            self, self._engine, self._loop, self._groups, self._respawns
+        )
 
     def _state(self, task: ProcessTask) -> ProcessState:
         state = self._engine.state.process(task.process.label)
@@ -691,7 +537,9 @@ class Supervisor:
         except StartError as error:
             # the program may just be written again, or memory be short
             asked = self.is_stopping
-            delay = None if asked else self._respawn_delay(task, 0.0, True)
+            delay = None
+            if not asked and _may_start_again(process):
+                delay = self._restarts.delay(task, 0.0, True)
             event = events.StartFailed(process, str(error), delay)
             self._ended(task, event, asked=asked, failed=True)
             return
@@ -728,13 +576,14 @@ class Supervisor:
             )
         if delay is not None:
             # what did not start has left nothing running
-            self._respawn_later(task, delay, is_clean=not is_exit)
+            self._restarts.restart_later(task, delay, is_clean=not is_exit)
             return
         how = 'ended' if is_exit else 'could not be started'
         if asked:
             return
-        self._check_limit(task, failed)
-        if self._is_required(task, failed):
+        if _may_start_again(task.process):
+            self._restarts.check_limit(task, failed)
+        if self.is_required(task, failed):
             self.stop(f'{task.process.label} {how}')
         elif self._is_critical(task, failed):
             self.stop(f'{task.process.label} {how}, and is critical')
@@ -744,200 +593,6 @@ class Supervisor:
         settings = task.process.settings
         is_critical = settings is not None and settings.critical
         return is_critical and failed and not self.outlasts_failures
-
-    def _check_limit(self, task: ProcessTask, failed: bool) -> None:
-        """Report a process that its settings do not start any more."""
-        settings = task.process.settings
-        policy = None if settings is None else settings.restart
-        if policy is None or not _restarts_after(policy, failed):
-            return
-        self._engine.emit(
-            events.RestartLimit(
-                task.process, policy.limit, policy.window, policy.beyond
-            )
-        )
-        if policy.beyond == 'fail' and not self.outlasts_failures:
-            self.stop(f'{task.process.label} keeps ending')
-
-    def _is_required(self, task: ProcessTask, failed: bool) -> bool:
-        """
-        Return whether the launch ends with a process that was not stopped.
-
-        As in ROS 2, `on_exit: shutdown` wins over `respawn`.
-        """
-        is_outlasted = failed and self.outlasts_failures
-        return task.process.on_exit_shutdown and not is_outlasted
-
-    def _respawn_delay(
-        self, task: ProcessTask, seconds: float, failed: bool
-    ) -> float | None:
-        """
-        Return after how many seconds a process that ended starts again.
-
-        :param seconds: For how long it ran
-        :returns: None if it does not start again
-        """
-        process = task.process
-        if process.settings is not None and process.settings.restart:
-            if self._is_required(task, failed):
-                return None
-            policy = process.settings.restart
-            return self._restart_delay(task, policy, seconds, failed)
-        retries = process.respawn_max_retries
-        may_retry = retries < 0 or task.respawns < retries
-        if self._is_required(task, failed) or not (
-            process.respawn and may_retry
-        ):
-            return None
-        is_quick = seconds < limits.QUICK_END_SECONDS
-        task.quick_ends = task.quick_ends + 1 if is_quick else 0
-        return delay_of_respawn(process, task.quick_ends)
-
-    def _restart_delay(
-        self, task: ProcessTask, policy: Restart, seconds: float, failed: bool
-    ) -> float | None:
-        """
-        Return after how many seconds its settings start a process again.
-
-        The delay is doubled each time, and begins anew once the process has
-        run for longer than the longest delay.
-
-        :param seconds: For how long it ran
-        :returns: None if it does not start again
-        """
-        if not _restarts_after(policy, failed):
-            return None
-        now = self._loop.time()
-        if policy.window is not None:
-            since = now - policy.window
-            task.restarts = [t for t in task.restarts if t > since]
-        if 0 <= policy.limit <= len(task.restarts):
-            return None
-        if seconds > policy.longest_delay:
-            task.doublings = 0
-        # no more powers than any delay needs
-        factor = 2.0 ** min(task.doublings, 30)
-        task.doublings += 1
-        task.restarts.append(now)
-        return min(policy.first_delay * factor, policy.longest_delay)
-
-    def _respawn_later(
-        self, task: ProcessTask, delay: float, *, is_clean: bool
-    ) -> None:
-        """
-        Start a process again.
-
-        :param is_clean: Whether it cannot have left anything running, which
-          would have to end before
-        """
-        due = self._loop.time() + delay
-        self._loop.wake_at(due)
-        respawn = _Respawn(task, due, is_clean)
-        self._respawns[task.number] = respawn
-        settings = task.process.settings
-        if settings is not None and settings.restart is not None:
-            respawn.command = settings.restart.command
-            return
-        is_paused = delay > task.process.respawn_delay
-        if is_paused and not task.is_pause_reported:
-            task.is_pause_reported = True
-            self._engine.emit(
-                events.Warned(
-                    f'{task.process.label} ended within '
-                    f'{limits.QUICK_END_SECONDS:g} s of its start '
-                    f'more than {limits.QUICK_ENDS_WITHOUT_PAUSE} times in a '
-                    'row; it is started again after a pause now, which grows '
-                    f'to {limits.LONGEST_RESTART_PAUSE:g} s; set '
-                    'respawn_delay for a fixed pause'
-                )
-            )
-
-    def _clean_up(self) -> None:
-        """Begin to end what processes that are respawned left running."""
-        begin = self._loop.time()
-        unclean = [r for r in self._respawns.values() if not r.is_clean]
-        if not unclean or begin < self._next_search:
-            return
-        found = self._engine.orphans(self._groups, self._running)
-        numbers = {orphan.number for orphan in found}
-        for respawn in unclean:
-            respawn.is_clean = True
-            if respawn.task.number in numbers:
-                respawn.cleanup = self._stop_of([respawn.task])
-        end = self._loop.time()
-        self._next_search = end + limits.SEARCH_PAUSE_FACTOR * (end - begin)
-        self._loop.wake_at(self._next_search)
-
-    def _respawn_due(self) -> None:
-        now = self._loop.time()
-        for number, respawn in tuple(self._respawns.items()):
-            if respawn.is_due(now) and respawn.command:
-                self._run_command(respawn)
-            elif respawn.is_due(now):
-                del self._respawns[number]
-                respawn.cancel()
-                if respawn.cleanup is not None:
-                    respawn.cleanup.abandon()
-                task = respawn.task
-                task.respawns += 1
-                self._engine.emit(
-                    events.Respawned(task.process, task.respawns)
-                )
-                self._restart_together(task)
-                self._start_again(task)
-
-    def _run_command(self, respawn: _Respawn) -> None:
-        """Run the command that must succeed before a process starts again."""
-        task, command = respawn.task, respawn.command
-
-        def ended(code: int) -> None:
-            respawn.command_group = None
-            if self._respawns.get(task.number) is not respawn:
-                return
-            if code == 0:
-                respawn.command = ()
-                self._loop.wake()
-                return
-            fail(f'exited with code {code}')
-
-        def fail(how: str) -> None:
-            process = task.process
-            text = f"the command '{shlex.join(command)}' before its restart"
-            self._engine.emit(events.Warned(f'{process.label}: {text} {how}'))
-            del self._respawns[task.number]
-            delay = self._respawn_delay(task, 0.0, True)
-            if delay is None:
-                self._check_limit(task, True)
-            else:
-                self._respawn_later(task, delay, is_clean=True)
-
-        try:
-            respawn.command_group = self._engine.run_command(
-                command, task.process, ended
-            )
-        except StartError as error:
-            fail(f'could not be started: {error}')
-
-    def _restart_together(self, task: ProcessTask) -> None:
-        """Restart what is to be restarted with a process."""
-        settings = task.process.settings
-        if settings is None or settings.restart is None:
-            return
-        for label in settings.restart.together:
-            other = self._by_label.get(label)
-            if other is not None and other.group is not None:
-                self._request(other, 'change')
-                other.is_restarting = True
-                self._stop_single(other)
-
-    def _start_again(self, task: ProcessTask) -> None:
-        """Start a process once what it waits for is ready again."""
-        settings = (task.successor or task.process).settings
-        after = () if settings is None else settings.after
-        if self._engine.state.missing_of(after):
-            self._hold(AfterReady(after, (task.process,)))
-        else:
-            self._start(task)
 
     def _ended_for(self, name: str, action: events.Action) -> ProcessTask:
         """Return a process that is to be stopped, and kept so."""
@@ -958,6 +613,11 @@ class Supervisor:
         self._request(task, action)
         return task
 
+    def _restart_after_change(self, task: ProcessTask) -> None:
+        self._request(task, 'change')
+        task.is_restarting = True
+        self._stop_single(task)
+
     def _cancel_restart(self, task: ProcessTask) -> None:
         task.is_restarting = False
         if task.number in self._queue:
@@ -972,9 +632,8 @@ class Supervisor:
             self._composition.stop_requested(
                 task.process, is_restart=is_restart
             )
-        respawn = self._respawns.pop(task.number, None)
-        if respawn is not None:
-            respawn.cancel()
+        if task.number in self._respawns:
+            self._restarts.cancel(task)
         # one that waits to be started again
         label = task.process.label
         self._held = [
@@ -1075,9 +734,8 @@ class Supervisor:
         self._agenda.clear()
         self._held.clear()
         self._drop_timers(all_of_them=False)
-        for respawn in self._respawns.values():
-            respawn.cancel()
-        self._respawns.clear()
+        if self._respawns:
+            self._restarts.cancel_all()
         if self._composition is not None:
             self._composition.stop()
         for single_stop in self._single_stops.values():
@@ -1165,7 +823,7 @@ class Supervisor:
                 task.is_restarting = False
                 task.respawns = task.quick_ends = task.doublings = 0
                 task.restarts.clear()
-                self._start_again(task)
+                self.start_again(task)
             elif task.is_dropped:
                 self._forget(task)
             else:
@@ -1217,11 +875,7 @@ class Supervisor:
             self._stop_next()
 
 
-def _restarts_after(policy: Restart, failed: bool) -> bool:
-    """Return whether a process is started again after an end."""
-    return policy.when == 'always' or (policy.when == 'failure' and failed)
-
-
-def timeouts_of(process: Process) -> Timeouts:
-    """Return how long a process may take to stop."""
-    return Timeouts(process.sigterm_timeout, process.sigkill_timeout)
+def _may_start_again(process: Process) -> bool:
+    """Return whether a process can start again after it has ended."""
+    settings = process.settings
+    return process.respawn or (settings is not None and bool(settings.restart))

@@ -30,8 +30,8 @@ from colcon_yamllaunch.engine.event_codec import EventError, EventReader
 from colcon_yamllaunch.engine.events import LinkState
 from colcon_yamllaunch.engine.loop import do_nothing, TimerHandle
 from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.engine.process_stop import timeouts_of, UNATTRIBUTED
 from colcon_yamllaunch.engine.state import ProcessState
-from colcon_yamllaunch.engine.supervisor import timeouts_of, UNATTRIBUTED
 from colcon_yamllaunch.plan.plan import (
     changed_entries,
     Component,

@@ -14,8 +14,8 @@ from colcon_yamllaunch.control.service import Service
 from colcon_yamllaunch.deployment.placement import PlacedPlan
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.dispatcher import Dispatcher
+from colcon_yamllaunch.engine.process_stop import ProcessTask
 from colcon_yamllaunch.engine.state import from_json
-from colcon_yamllaunch.engine.supervisor import ProcessTask
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.remote.remote_parts import RemoteParts
 import pytest

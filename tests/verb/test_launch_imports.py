@@ -46,6 +46,7 @@ UNUSED_MODULES = (
     'engine.debugging',
     'engine.lifecycles',
     'engine.line_pattern',
+    'engine.restarts',
     'engine.ros_client',
     'engine.ros_link',
     'engine.ros_requests',
