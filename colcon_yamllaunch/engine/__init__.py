@@ -29,8 +29,8 @@ State and decisions, without the system:
 - :mod:`.exit_conditions` ends a launch by itself (`--until`, `--for`,
   `--timeout`), and :mod:`.line_pattern` searches output in bounded time.
 - :mod:`.readiness` finds out which members are ready, by :mod:`.ready_checks`
-  and, for what only ROS knows, :mod:`.ros_ready_checks`; the supervisor holds
-  back what waits for them (`Supervisor._hold`).
+  and, for what only ROS knows, :mod:`.ros_ready_checks`;
+  :mod:`.held_entries` holds back what waits for them.
 - :mod:`.participants` declares what can take part in a launch beside the
   engine: the watcher, the parts on other machines, Python launch files.
 

@@ -6,7 +6,7 @@ Finds out which processes and components are ready.
 
 Only launches whose plan has settings for that import this. The conditions of
 a member are checked on its machine, see :mod:`.ready_checks`; what waits for
-it is held back by the supervisor (`Supervisor._hold`).
+it is held back in :mod:`.held_entries`.
 """
 
 from collections.abc import Iterable, Mapping

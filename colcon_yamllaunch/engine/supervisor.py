@@ -4,8 +4,9 @@
 """
 Decides which processes and timers of a plan start and stop, and when.
 
-How a process is stopped is decided in :mod:`.process_stop`, and whether it
-starts again after it has ended in :mod:`.restarts`.
+How a process is stopped is decided in :mod:`.process_stop`, whether it starts
+again after it has ended in :mod:`.restarts`, and when entries are due that
+wait for others in :mod:`.held_entries`.
 
 Nothing here touches the system: the engine does, and its loop is passed in. So
 tests replay any launch without a process.
@@ -22,6 +23,7 @@ from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import RefusedError
 from colcon_yamllaunch.engine import events, limits
+from colcon_yamllaunch.engine.held_entries import HeldEntries
 from colcon_yamllaunch.engine.loop import Loop, TimerHandle
 from colcon_yamllaunch.engine.outcome import is_failure, Outcome, signal_name
 from colcon_yamllaunch.engine.process_stop import ProcessStop, ProcessTask
@@ -77,9 +79,7 @@ class Supervisor:
         self._agenda: deque[Entry] = deque(plan.entries)
         self._timers: dict[int, tuple[Timer, TimerHandle]] = {}
         self._timer_keys = count()
-        # what waits until others are ready, and when that was checked
-        self._held: list[AfterReady] = []
-        self._checked_version = 0
+        self._held = HeldEntries(engine, self._execute_soon)
         # those that wait for their next start
         self._respawns: dict[int, Respawn] = {}
         self._running: dict[int, ProcessTask] = {}
@@ -133,7 +133,7 @@ class Supervisor:
         """
         if self._composition is not None:
             self._composition.end_turn()
-        self._release_ready()
+        self._held.release_ready()
         if self._agenda:
             with self._engine.starting():
                 for _ in range(limits.STARTS_PER_TURN):
@@ -259,7 +259,7 @@ class Supervisor:
             self._composition.extend(more)
         if members:
             self._engine.emit(events.Planned(members))
-        self._agenda.extend(more.entries)
+        self._execute_soon(more.entries)
 
     def compose(self, composition: 'Composition') -> None:
         """Load components from now on."""
@@ -302,15 +302,7 @@ class Supervisor:
 
     def hold_again(self, member: Member) -> None:
         """Let a member that waits for others wait for those that it names."""
-        settings = member.settings
-        after = () if settings is None else settings.after
-        held, self._held = self._held, []
-        for entry in held:
-            labels = {m.label for m in Plan(entry.entries).members()}
-            if member.label in labels and entry.labels != after:
-                self._hold(replace(entry, labels=after))
-            else:
-                self._held.append(entry)
+        self._held.hold_again(member)
         self._loop.wake()
 
     def restart_changed(self, labels: Collection[str]) -> tuple[str, ...]:
@@ -344,7 +336,7 @@ class Supervisor:
         settings = (task.successor or task.process).settings
         after = () if settings is None else settings.after
         if self._engine.state.missing_of(after):
-            self._hold(AfterReady(after, (task.process,)))
+            self._held.hold(AfterReady(after, (task.process,)))
         else:
             self._start(task)
 
@@ -453,6 +445,9 @@ class Supervisor:
         assert state is not None
         return state
 
+    def _execute_soon(self, entries: Iterable[Entry]) -> None:
+        self._agenda.extend(entries)
+
     def _execute(self, entry: Entry) -> None:
         match entry:
             case Process():
@@ -463,7 +458,7 @@ class Supervisor:
             case Timer():
                 self._set(entry)
             case AfterReady():
-                self._hold(entry)
+                self._held.hold(entry)
             case Component():
                 if self._composition is not None:
                     self._composition.due(entry)
@@ -635,12 +630,7 @@ class Supervisor:
         if task.number in self._respawns:
             self._restarts.cancel(task)
         # one that waits to be started again
-        label = task.process.label
-        self._held = [
-            entry
-            for entry in self._held
-            if all(m.label != label for m in Plan(entry.entries).members())
-        ]
+        self._held.drop(task.process.label)
 
     def _is_begun(self, task: ProcessTask) -> bool:
         """
@@ -651,36 +641,6 @@ class Supervisor:
         if self.is_stopping:
             raise RefusedError('the whole launch is being stopped')
         return self._state(task).is_begun
-
-    def _hold(self, entry: AfterReady) -> None:
-        """Execute entries once what they wait for is ready."""
-        state = self._engine.state
-        missing = state.missing_of(entry.labels)
-        if not missing:
-            self._agenda.extend(entry.entries)
-            return
-        self._held.append(entry)
-        for member in Plan(entry.entries).members():
-            if state.by_label[member.label].waits_for != missing:
-                self._engine.emit(events.Waiting(member, missing))
-
-    def _release_ready(self) -> None:
-        """Execute what waits for others, if these are ready now."""
-        version = self._engine.state.readiness_version
-        if not self._held or version == self._checked_version:
-            return
-        self._checked_version = version
-        held, self._held = self._held, []
-        for entry in held:
-            self._hold(entry)
-
-    def _abandon_held(self) -> None:
-        """Report what is never started, as nothing runs that it waits for."""
-        held, self._held = self._held, []
-        for entry in held:
-            missing = self._engine.state.missing_of(entry.labels)
-            for member in Plan(entry.entries).members():
-                self._engine.emit(events.NotStarted(member, missing))
 
     def _set(self, timer: Timer) -> None:
         key = next(self._timer_keys)
@@ -695,7 +655,7 @@ class Supervisor:
     def _fire(self, key: int) -> None:
         timer, _ = self._timers.pop(key)
         if not self.is_stopping:
-            self._agenda.extend(timer.entries)
+            self._execute_soon(timer.entries)
             return
         # a timer that outlasts a shutdown shows messages, but starts nothing
         self._execute_while_stopping(timer.entries)
@@ -714,12 +674,7 @@ class Supervisor:
             return None if is_unwanted(entry) else entry
 
         self._agenda = deque(changed_entries(self._agenda, left))
-        # without its entries, one is dropped
-        self._held = [
-            entry
-            for entry in changed_entries(self._held, left)
-            if isinstance(entry, AfterReady) and entry.entries
-        ]
+        self._held.change(left)
         for key, (timer, handle) in self._timers.items():
             entries = changed_entries(timer.entries, left)
             self._timers[key] = replace(timer, entries=entries), handle
@@ -848,7 +803,7 @@ class Supervisor:
                 return
             if self._engine.prepare_end():
                 return
-            self._abandon_held()
+            self._held.abandon()
             if composition is not None:
                 composition.end()
             # what processes left running ends with the launch
