@@ -205,6 +205,9 @@ class Restarts:
         policy = _policy_of(task)
         if policy is None or not _restarts_after(policy, failed):
             return
+        if self._supervisor.is_required(task, failed):
+            # it ends the launch instead
+            return
         self._engine.emit(
             events.RestartLimit(
                 task.process, policy.limit, policy.window, policy.beyond
@@ -234,6 +237,9 @@ class Restarts:
     def _start_due(self) -> None:
         now = self._loop.time()
         for number, respawn in tuple(self._waiting.items()):
+            if self._waiting.get(number) is not respawn:
+                # one before it has ended the launch
+                continue
             if respawn.is_due(now) and respawn.command:
                 self._run_command(respawn)
             elif respawn.is_due(now):

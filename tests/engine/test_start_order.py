@@ -202,6 +202,29 @@ def test_restarts_that_are_long_ago_do_not_count(history, deployed):
     assert not h.supervisor.is_stopping
 
 
+def test_one_that_ends_the_launch_does_not_start_those_that_are_due(
+    history, deployed
+):
+    once = Restart('always', 1, None, 1.0, 1.0)
+    h = history(deployed('a', restart=once), deployed('b', restart=once))
+    h.exit('a')
+    h.exit('b')
+    h.host.refused.add('a')
+    h.after(1.0)
+    assert h.happened(events.RestartLimit)[0].process.label == 'a'
+    assert h.started() == ['a', 'b']
+    assert h.supervisor.done
+
+
+def test_the_end_of_one_that_is_required_is_no_limit(history, deployed):
+    restart = Restart('always', 5, 60.0)
+    a = replace(deployed('a', restart=restart), on_exit_shutdown=True)
+    h = history(a, deployed('b'))
+    h.exit('a')
+    assert not h.happened(events.RestartLimit)
+    assert h.happened(events.ShuttingDown)[0].reason == 'a ended'
+
+
 @pytest.mark.parametrize(
     ('when', 'outcome', 'starts'),
     [

@@ -154,6 +154,7 @@ def test_what_is_ready_and_what_it_waits_for() -> None:
         process('nav', phase='waiting', waits_for=('driver',)),
         components=(component('filter', process='box', is_ready=True),),
     )
+    state.has_readiness = True
     state.after = {'nav': ('driver', 'box'), 'driver': ()}
     lines = table(state, {}, None).splitlines()
     assert [re.split(' {2,}', line.strip()) for line in lines[1:]] == [
