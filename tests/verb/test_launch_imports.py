@@ -29,6 +29,7 @@ IDENTIFYING = {'catkin_pkg.package', 'distlib', 'pyparsing', 'setuptools'}
 BUILDING = 'em'
 #: The sub-packages of features that a plain launch does not use.
 UNUSED = (
+    'deployment',
     'language.python_files',
     'language.reports',
     'remote',
@@ -45,7 +46,10 @@ UNUSED_MODULES = (
     'engine.composition',
     'engine.debugging',
     'engine.lifecycles',
+    'engine.limited_spawn',
     'engine.line_pattern',
+    'engine.readiness',
+    'engine.resource_limits',
     'engine.restarts',
     'engine.ros_client',
     'engine.ros_link',
