@@ -167,7 +167,7 @@ class ProcessStarter:
         group = spawn_process(
             argv,
             environment,
-            # that of its user, if only this machine has him
+            # `~` of a user whom only this machine knows
             os.path.expanduser(process.cwd),
             streams,
             self.descriptors.wrapped(spawn),

@@ -7,7 +7,7 @@ The keymap of both views: the status block and the full screen.
 A row has a key, its help, and its effect: the command that it sends, or the
 change of the filter. Both views execute these, so a key for one process is one
 row. A letter for all must not be one of `status_model.KEYS`, which choose
-processes, and the status block hints at it only if it is in `keys._IN_HINT`.
+processes.
 
 A new command is a class in `engine/commands` and a handler in
 `Dispatcher.__init__`, and needs nothing else to be sent or encoded. On the
@@ -48,6 +48,8 @@ class Key:
     :param command: Returns the command that it sends: from the label that it
       is for, or from the state of the launch if it is for all
     :param filter: Returns the filter that it makes of another one, likewise
+    :param hint_place: Its place in the hint of the status block while no
+      process is chosen, from 1; 0 if the hint lacks it
     :param for_components: Whether it has an effect on components
     :param names: What the library of the full screen calls it, separated by
       commas, if that is something else
@@ -59,6 +61,7 @@ class Key:
     short: str | None = None
     command: Callable[[Any], Command[Any]] | None = None
     filter: Callable[[Filtering, Any], Filtering] | None = None
+    hint_place: int = 0
     for_components: bool = True
     names: str = ''
 
@@ -131,18 +134,25 @@ def _switched(state: LaunchState) -> Command[Any]:
 
 #: For all of them.
 FOR_ALL = (
-    Key('/', 'search', 'show lines with a text only, as it is typed'),
+    Key(
+        '/',
+        'search',
+        'show lines with a text only, as it is typed',
+        hint_place=2,
+    ),
     Key(
         'L',
         'level',
         'show INFO and worse only; then WARN, ERROR, FATAL, all',
         filter=lambda filtering, _: filtering.next_level(),
+        hint_place=3,
     ),
     Key(
         't',
         'times',
         'show the time of each line, or no more',
         filter=lambda filtering, _: filtering.switch_times(),
+        hint_place=4,
     ),
     Key(
         'M',
@@ -152,10 +162,22 @@ FOR_ALL = (
         filter=lambda filtering, state: filtering.mute_all(
             process.label for process in state.processes
         ),
+        hint_place=5,
     ),
-    Key('w', 'watch', 'switch --watch off, or on again', command=_switched),
-    Key('E', 'errors', 'show the errors of the last build that failed'),
-    Key('?', 'help', 'show what the keys do'),
+    Key(
+        'w',
+        'watch',
+        'switch --watch off, or on again',
+        command=_switched,
+        hint_place=7,
+    ),
+    Key(
+        'E',
+        'errors',
+        'show the errors of the last build that failed',
+        hint_place=6,
+    ),
+    Key('?', 'help', 'show what the keys do', hint_place=1),
 )
 
 #: Further keys of the full screen, for what the cursor is on.
@@ -194,6 +216,7 @@ QUIT = Key(
     'quit',
     'stop the launch, as Ctrl-C does; again to force',
     short='stop',
+    hint_place=8,
 )
 #: The keys of the status block, with what they do.
 BLOCK_HELP = (

@@ -45,7 +45,10 @@ _ON = frozenset(('?', 'enter', ' '))
 #: The conditions in which nothing can be stopped.
 DOWN = frozenset(('ended', 'stopped', 'failed'))
 # the keys in the hint while no process is chosen, the most important first
-_IN_HINT = tuple(_FOR_ALL[key] for key in '?/LtMEwq')
+_IN_HINT = sorted(
+    (key for key in _FOR_ALL.values() if key.hint_place),
+    key=lambda key: key.hint_place,
+)
 #: Bytes that a line has at most; a terminal passes on no longer one
 #: (N_TTY_BUF_SIZE of Linux, with the line end).
 LONGEST = 4094

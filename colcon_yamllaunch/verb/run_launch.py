@@ -31,6 +31,7 @@ from colcon_yamllaunch.workspace.building.build_lock import WorkspaceLock
 if TYPE_CHECKING:
     from colcon_yamllaunch.engine.participants import Participant
     from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
+    from colcon_yamllaunch.observers.log_store import LogStore
     from colcon_yamllaunch.watch.change_loop import ChangeLoop
 
 # what few launches need is imported where it is needed
@@ -113,22 +114,7 @@ def _run(
         growing = context.evaluation and context.evaluation.growing
         plan, parts = context.machines.start(plan, is_growing=bool(growing))
         participants.append(parts)
-    # a saved plan may have settings, too
-    has_settings = any(m.settings is not None for m in whole.members())
-    # and what a launch file in Python starts later
-    deployment = context.deployment if context.evaluation else None
-    may_grow = context.evaluation and context.evaluation.growing
-    comes_later = bool(may_grow and deployment and deployment.has_settings)
-    if has_settings or comes_later or options.until_ready:
-        from colcon_yamllaunch.engine.readiness import (
-            needs_readiness,
-            Readiness,
-        )
-        from colcon_yamllaunch.plan.start_order import dependencies_of
-
-        if options.until_ready or comes_later or needs_readiness(whole):
-            after = dependencies_of(whole.members())
-            participants.append(Readiness(after))
+    participants += _readiness(context, whole)
     service = None
     if environment.get('NOTIFY_SOCKET'):
         from colcon_yamllaunch.service.running import RunningService
@@ -149,9 +135,6 @@ def _run(
 
         changes = change_loop(context, whole, environment)
         participants.insert(0, changes)
-    store = None
-    if context.log_folder is not None:
-        store = log_store_of(context.log_folder, context.environment, say)
     observer = _Observer(plan, context.workspace.lock)
     observers = [observer.handle]
     if context.junit is not None:
@@ -170,7 +153,7 @@ def _run(
         color=color,
         tty=options.tty,
         log_limit=options.log_limit,
-        log_store=store,
+        log_store=_log_store(context),
         conditions=_conditions(context, whole),
         presentation=_presentation(context),
         about=context.about(),
@@ -192,6 +175,32 @@ def _run(
     if ended is not None and ended.exit_code:
         context.annotate(_failures_of(ended))
     return code, changes
+
+
+def _readiness(context: LaunchContext, whole: Plan) -> 'list[Participant]':
+    """Return what finds out which members are ready, if that matters."""
+    until_ready = context.options.until_ready
+    # a saved plan may have settings, too
+    has_settings = any(m.settings is not None for m in whole.members())
+    # and what a launch file in Python starts later
+    deployment = context.deployment if context.evaluation else None
+    may_grow = context.evaluation and context.evaluation.growing
+    comes_later = bool(may_grow and deployment and deployment.has_settings)
+    if not (has_settings or comes_later or until_ready):
+        return []
+    from colcon_yamllaunch.engine.readiness import needs_readiness, Readiness
+    from colcon_yamllaunch.plan.start_order import dependencies_of
+
+    if not (until_ready or comes_later or needs_readiness(whole)):
+        return []
+    return [Readiness(dependencies_of(whole.members()))]
+
+
+def _log_store(context: LaunchContext) -> 'LogStore | None':
+    """Return the log folders of earlier launches, if this one keeps logs."""
+    if context.log_folder is None:
+        return None
+    return log_store_of(context.log_folder, context.environment, say)
 
 
 class _Observer:

@@ -320,6 +320,7 @@ def test_live_lines_leave_room_in_a_low_terminal(board):
 def test_what_waits_is_shown_until_all_is_ready(process):
     members = [process(label) for label in ('driver', 'nav')]
     state = planned_state(*members)
+    state.has_readiness = True
     state.after = {'driver': (), 'nav': ('driver',)}
     driver, nav = members
     board = StatusModel(state)
@@ -345,6 +346,7 @@ def test_what_waits_is_shown_until_all_is_ready(process):
 def test_many_that_wait_are_counted(process):
     members = [process(f'p{number}') for number in range(60)]
     state = planned_state(*members)
+    state.has_readiness = True
     state.after = {member.label: ('p0',) for member in members[1:]}
     for member in members[1:]:
         state.apply(events.Waiting(member, ('p0',)))

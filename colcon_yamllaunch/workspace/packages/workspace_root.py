@@ -67,10 +67,10 @@ class UntrustedError(UserError):
 
 class Trust:
     """
-    Whose files the user lets run as himself: his own, root's, and listed ones.
+    Whose files may run: those of the user, of root, and of listed folders.
 
-    :param environment: The variables of the user; for root, `SUDO_UID` is who
-      he is beside, as in git
+    :param environment: The variables of the user; for root, `SUDO_UID` names
+      the user who called `sudo`, as in git
     """
 
     def __init__(self, environment: Mapping[str, str]) -> None:
