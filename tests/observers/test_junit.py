@@ -61,7 +61,7 @@ def report():
     def make(*events, processes=(), name='my_pkg demo.yaml', after=()):
         junit = JUnitReport(name, 'my_pkg.demo', 1_732_000_000.5)
         state = planned_state(*processes)
-        state.has_readiness = True
+        state.has_readiness = bool(after)
         state.after = dict(after)
         for event in events:
             state.apply(event)
