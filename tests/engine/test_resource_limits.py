@@ -266,7 +266,9 @@ def test_program_has_no_signal_blocked_or_ignored():
         )
     finally:
         signal.signal(signal.SIGUSR1, before)
-    assert [int(line.split()[1], 16) for line in shown.splitlines()] == [0, 0]
+    masks = [int(line.split()[1], 16) for line in shown.splitlines()]
+    # two are those of the C library, which nobody can set (signal(7))
+    assert [mask & ~(0b11 << 31) for mask in masks] == [0, 0]
 
 
 def test_program_that_does_not_start_is_explained():

@@ -16,10 +16,11 @@ ECHO = 0.5
 #: Each ends at SIGINT, and says so.
 PART = 'trap "echo NAME down; exit 0" INT; echo NAME up; sleep 600 & wait'
 ORDER = (
-    {'match': 'driver', 'ready': {'log': 'driver up'}},
     {'match': 'filter', 'after': 'driver'},
     {'match': 'control', 'after': 'filter'},
     {'match': 'screen', 'after': 'control'},
+    # so that what one says arrives before the next one starts
+    {'match': '*', 'ready': {'log': ' up$'}},
 )
 
 
