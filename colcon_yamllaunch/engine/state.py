@@ -933,7 +933,7 @@ _ABOUT = ('title', 'package', 'file', 'folder')
 _LAUNCH = ('pid', 'log_folder')
 _LATER_OF_LAUNCH = (
     *('watch', 'watch_failed', 'watch_paused', 'exit_code'),
-    'after',
+    *('has_readiness', 'after'),
 )
 # those of a process or component with several texts
 _TEXTS = frozenset(('waits_for', 'unmet'))

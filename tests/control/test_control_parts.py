@@ -247,6 +247,14 @@ def test_state_survives_json():
     assert read({**sent, 'later': 'addition'}) == data
 
 
+def test_a_client_knows_what_waits_for_what():
+    launch = a_launch()
+    launch.has_readiness, launch.after = True, {'a': (), 'b': ('a',)}
+    client = from_json(protocol.decode(protocol.encode(to_json(launch))))
+    assert client.has_readiness
+    assert list(client.after['b']) == ['a']
+
+
 def test_state_of_an_older_launch_lacks_fields():
     data = to_json(a_launch())
     assert data['processes'][0].pop('name') is None
