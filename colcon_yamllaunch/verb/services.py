@@ -128,9 +128,9 @@ def install(context: LaunchContext) -> int:
         is_system = True
     scope = _SYSTEM if is_system else _USER
     _refuse_name(name, scope)
+    user = _user(options) if scope.is_system else None
     # before a build, which may take long
     scope.rights()
-    user = _user(options) if scope.is_system else None
     with locked(context.log_folder), context.workspace.lock:
         if options.from_plan is None:
             plan, _ = prepare(context)
