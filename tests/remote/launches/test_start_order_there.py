@@ -14,7 +14,10 @@ from support.deployer import Deployer, HERE
 #: Seconds after which a second Ctrl-C is no echo of the first one.
 ECHO = 0.5
 #: Each ends at SIGINT, and says so.
-PART = 'trap "echo NAME down; exit 0" INT; echo NAME up; sleep 600 & wait'
+PART = (
+    "trap 'echo NAME down; kill $!; exit 0' INT; echo NAME up; sleep 600 & "
+    'wait'
+)
 ORDER = (
     {'match': 'filter', 'after': 'driver'},
     {'match': 'control', 'after': 'filter'},
