@@ -84,12 +84,13 @@ class ExitConditions:
         """Handle an event."""
         if self._readiness is not None:
             self._note_readiness(self._readiness, event)
-        if events.is_optional(event):
-            return
         match event:
             case events.Output():
                 if self._unseen and not self._timed_out:
                     self._search(event)
+            case _ if events.is_optional(event):
+                # its failure does not count
+                return
             case events.StartFailed() | events.Exited(failed=True):
                 again = event.respawn_delay is not None
                 self._note_failure(event.process.label, again=again)

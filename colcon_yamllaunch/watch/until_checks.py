@@ -60,14 +60,16 @@ class UntilChecks(ExitConditions):
             case events.Exited():
                 label = event.process.label
                 self._running.discard(label)
-                if event.failed and event.respawn_delay is None:
+                counts = event.failed and not events.is_optional(event)
+                if counts and event.respawn_delay is None:
                     self._failures.append(f'{label} {event.outcome}')
             case (
                 events.StartFailed(process=member)
                 | events.TransitionFailed(member=member)
             ):
                 self._forget(member.label)
-                self._failures.append(f'{member.label} failed')
+                if not events.is_optional(event):
+                    self._failures.append(f'{member.label} failed')
             case events.LoadFailed():
                 self._failures.append(f'{event.component.label} failed')
             case events.Restarted() | events.Dropped():

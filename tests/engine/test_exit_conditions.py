@@ -23,8 +23,9 @@ from colcon_yamllaunch.engine.events import (
 from colcon_yamllaunch.engine.exit_conditions import ExitConditions
 from colcon_yamllaunch.engine.line_pattern import LinePattern
 from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.plan.member_settings import MemberSettings
 import pytest
-from support.history import component
+from support.history import component, POSITION
 
 KILLED = Outcome(signal=signal.SIGKILL)
 
@@ -144,6 +145,17 @@ def test_colours_and_output_modes_do_not_matter(says):
     replay = Replay('which double is 8$')
     line = '\x1b[32mwhich double\x1b[0m is \x1b[1;31m8\x1b[0m\r\n'
     assert replay.hears(says(line, output='own_log')) is not None
+
+
+def test_one_that_is_optional_is_searched_though_its_failure_is_none(process):
+    settings = MemberSettings(POSITION, optional=True)
+    pump = process('pump', settings=settings)
+    failed = Exited(pump, 9, KILLED, 1.0, False, True)
+    replay = Replay('on')
+    assert replay.hears(failed) is None
+    assert replay.hears(StartFailed(pump, 'no such file')) is None
+    assert replay.hears(Output(pump, 'stdout', b'on\n')) is not None
+    assert replay.ends() == ()
 
 
 def test_all_must_match_in_any_order(says):

@@ -11,9 +11,12 @@ from colcon_yamllaunch.engine.events import (
     Output,
     Restarted,
     Started,
+    StartFailed,
 )
 from colcon_yamllaunch.engine.line_pattern import LinePattern
 from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.plan.member_settings import MemberSettings
+from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.watch.until_checks import UntilChecks
 import pytest
 
@@ -113,6 +116,15 @@ def test_check_fails_when_all_processes_have_ended(replay):
     r = replay('one')
     assert r.ends('a', 0) == []
     assert r.ends('b', 0) == ["red: 'one' was not seen (0.00 s)"]
+
+
+def test_failure_of_one_that_is_optional_is_none(replay, process):
+    r = replay('one')
+    settings = MemberSettings(Position('robot.yaml', 3, 5), optional=True)
+    pump = process('pump', settings=settings)
+    failed = Exited(pump, 7, Outcome(1), 1.0, False, True)
+    assert r.hears(failed, StartFailed(pump, 'no such file')) == []
+    assert r.says('a', 'one') == ['green: all was seen (0.00 s)']
 
 
 def test_failed_build_starts_no_check(replay):
