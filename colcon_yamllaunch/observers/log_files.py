@@ -31,6 +31,7 @@ import sys
 import time
 from typing import TYPE_CHECKING
 
+from colcon_yamllaunch.common.files import names_in
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.engine import events, limits
 from colcon_yamllaunch.engine.lines import normalised, prefixed
@@ -254,6 +255,19 @@ class LogFile:
         if not number:
             return self.path
         return self.path.with_name(f'{self.path.name}.{number}')
+
+
+def with_rotated(path: Path) -> list[Path]:
+    """Return a log file with its rotated files, the oldest first."""
+    prefix = f'{path.name}.'
+    numbers = [
+        int(number)
+        for name in names_in(path.parent)
+        if name.startswith(prefix)
+        and (number := name.removeprefix(prefix)).isdecimal()
+    ]
+    old = (f'{prefix}{number}' for number in sorted(numbers, reverse=True))
+    return [*map(path.with_name, old), path]
 
 
 def _opened(path: Path) -> int:

@@ -23,6 +23,7 @@ from colcon_yamllaunch.engine.lines import (
     prefixed,
 )
 from colcon_yamllaunch.engine.state import ProcessState
+from colcon_yamllaunch.observers.log_files import with_rotated
 
 #: Lines of each process that are shown before those to come, as by tail(1).
 LINES = 10
@@ -177,15 +178,7 @@ class LogReader:
 
     def _parts(self) -> list[Path]:
         """Return the parts of the log, the oldest first."""
-        name = f'{self._path.name}.'
-        numbers = []
-        with suppress(OSError), os.scandir(self._path.parent) as entries:
-            for entry in entries:
-                number = entry.name.removeprefix(name)
-                if entry.name.startswith(name) and number.isdecimal():
-                    numbers.append(int(number))
-        old = (f'{name}{n}' for n in sorted(numbers, reverse=True))
-        return [*map(self._path.with_name, old), self._path]
+        return with_rotated(self._path)
 
     def _open(self, path: Path) -> None:
         try:

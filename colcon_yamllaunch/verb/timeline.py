@@ -12,7 +12,7 @@ from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.messages import show
-from colcon_yamllaunch.observers.log_files import EVENT_LOG
+from colcon_yamllaunch.observers.log_files import EVENT_LOG, with_rotated
 from colcon_yamllaunch.observers.timeline import (
     chain_as_text,
     page,
@@ -101,17 +101,7 @@ def _records(folder: Path) -> Iterator[Mapping[str, Any]]:
 
     :raises UserError: when they cannot be read
     """
-    numbers = sorted(
-        (
-            int(number)
-            for path in folder.glob(f'{EVENT_LOG}.*')
-            if (number := path.name.rpartition('.')[2]).isdecimal()
-        ),
-        reverse=True,
-    )
-    names = [*(f'{EVENT_LOG}.{number}' for number in numbers), EVENT_LOG]
-    for name in names:
-        path = folder / name
+    for path in with_rotated(folder / EVENT_LOG):
         try:
             with open(path, encoding='utf-8', errors='replace') as stream:
                 for line in stream:
