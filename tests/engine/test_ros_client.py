@@ -13,10 +13,8 @@ import time
 
 from colcon_yamllaunch.engine import ros_client
 import pytest
-from support.ros_parts import sourced
-from support.ros_talk import DEADLINE, Talk, talking
+from support.ros_talk import DEADLINE, Environment, Talk, talking
 
-Environment = dict[str, str]
 CONTAINER = 'lib/rclcpp_components/component_container'
 
 
@@ -53,20 +51,6 @@ class Container:
 
 
 Start = Callable[..., Container]
-
-
-@pytest.fixture(scope='module')
-def underlay(ros_parts: Path) -> Environment:
-    return sourced(ros_parts)
-
-
-@pytest.fixture
-def environment(underlay: Environment, ros_domain_id: int) -> Environment:
-    return underlay | {
-        'PYTHONUNBUFFERED': '1',
-        'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
-        'ROS_DOMAIN_ID': str(ros_domain_id),
-    }
 
 
 @pytest.fixture

@@ -13,10 +13,8 @@ from typing import Any
 
 from colcon_yamllaunch.engine import ros_conditions
 import pytest
-from support.ros_parts import sourced
-from support.ros_talk import DEADLINE, Talk, talking
+from support.ros_talk import DEADLINE, Environment, Talk, talking
 
-Environment = dict[str, str]
 OK = {'ok': True}
 
 
@@ -97,20 +95,6 @@ class Waits:
 
 
 Start = Callable[..., Offering]
-
-
-@pytest.fixture(scope='module')
-def underlay(ros_parts: Path) -> Environment:
-    return sourced(ros_parts)
-
-
-@pytest.fixture
-def environment(underlay: Environment, ros_domain_id: int) -> Environment:
-    return underlay | {
-        'PYTHONUNBUFFERED': '1',
-        'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
-        'ROS_DOMAIN_ID': str(ros_domain_id),
-    }
 
 
 @pytest.fixture

@@ -19,6 +19,7 @@ DEADLINE = 120
 NEEDED = ('rclpy', 'composition_interfaces', 'lifecycle_msgs', 'rosgraph_msgs')
 
 Line = dict[str, Any]
+Environment = dict[str, str]
 
 
 class Talk:
