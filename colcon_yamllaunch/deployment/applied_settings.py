@@ -44,7 +44,7 @@ from colcon_yamllaunch.plan.start_order import cycle_in, dependencies_of
 
 class AppliedSettings:
     """
-    Applies the settings of a deployment to a plan, and to what is added later.
+    Applies the settings of a deployment to a plan, also to later entries.
 
     :param deployment: Its rules set something
     """
@@ -66,14 +66,16 @@ class AppliedSettings:
             return plan
         members: list[Member] = [*plan.processes(), *plan.components()]
         self._known |= {member.label: member for member in members}
-        settled = _Settled(
+        resolver = _SettingsResolver(
             self._settings_of(members),
             list(self._known.values()),
             may_grow=plan.worker_position is not None,
         )
-        found = {member.label: settled.member(member) for member in members}
+        found = {
+            member.label: resolver.with_settings(member) for member in members
+        }
         self._known |= found
-        problems = [*self._misplaced(), *settled.problems]
+        problems = [*self._misplaced(), *resolver.problems]
         if problems:
             raise LaunchError(*problems)
         self._check_cycles()
@@ -88,7 +90,7 @@ class AppliedSettings:
     def _settings_of(
         self, members: Sequence[Member]
     ) -> dict[str, dict[str, Setting]]:
-        """Return what the first rule that says it sets for each label."""
+        """Return the settings by label; for each key, the first rule wins."""
         found: dict[str, dict[str, Setting]] = {p.label: {} for p in members}
         for rule in self._rules:
             for index in rule.selected(members):
@@ -98,7 +100,7 @@ class AppliedSettings:
         return found
 
     def _misplaced(self) -> Iterator[Diagnostic]:
-        """Find what rules set for components that only a process has."""
+        """Find rules that set for components what only a process can have."""
         known = list(self._known.values())
         for rule in self._rules:
             selected = [known[index] for index in rule.selected(known)]
@@ -133,12 +135,12 @@ class AppliedSettings:
         )
 
 
-class _Settled:
+class _SettingsResolver:
     """
-    The members of a plan with their settings, and what is wrong with these.
+    Gives members their settings, and collects what is wrong with these.
 
     :param given: The settings by label and key
-    :param known: What names in settings may refer to
+    :param known: The members that names in settings may refer to
     :param may_grow: Whether more processes may come later
     """
 
@@ -160,7 +162,7 @@ class _Settled:
         """What is wrong, each problem once."""
         return self._problems.values()
 
-    def member(self, member: Member) -> Member:
+    def with_settings(self, member: Member) -> Member:
         """Return a process or component with its settings."""
         given = self._given[member.label]
         if isinstance(member, Component):
@@ -237,7 +239,11 @@ class _Settled:
     def _labels_of(
         self, label: str, patterns: Iterable[Pattern]
     ) -> tuple[str, ...]:
-        """Return the labels that names in the settings of a label mean."""
+        """
+        Return the labels of the members that names and globs match.
+
+        :param label: The member whose settings have them
+        """
         found: dict[str, None] = {}
         for pattern in patterns:
             labels = [
@@ -273,7 +279,7 @@ class _Settled:
 
 
 def _changed_process(process: Process, fields: dict[str, Any]) -> Process:
-    """Return a process with what is no field of its settings."""
+    """Return a process with the variables, folder and output that are set."""
     environment = dict(process.environment) | dict(fields.pop('env', ()))
     directory = fields.pop('directory', process.cwd)
     if directory.startswith('~'):
@@ -289,10 +295,10 @@ def _changed_process(process: Process, fields: dict[str, Any]) -> Process:
 
 def _in_start_order(entries: Iterable[Entry]) -> Iterator[Entry]:
     """
-    Put what waits for others behind that.
+    Put members that wait for others into `AfterReady` entries.
 
-    A timer of the launch file starts to count when those are ready, so what
-    waits leaves its timer, and takes the time along.
+    A timer of the launch file starts to count when the others are ready. So a
+    member leaves its timer, and gets one of its own with the same time.
     """
     for entry in entries:
         if isinstance(entry, Timer):

@@ -69,7 +69,7 @@ class Machine:
 @dataclass(frozen=True, slots=True)
 class Setting:
     """
-    What a rule sets, and where its key stands.
+    A value that a rule sets, and the position of its key.
 
     :param value: See `process_settings.SETTINGS`
     :param length: How many characters the key has
@@ -83,7 +83,7 @@ class Setting:
 @dataclass(frozen=True, slots=True)
 class ProcessRule:
     """
-    Where processes run, and what else holds for them.
+    A rule: which machine runs processes, and their settings.
 
     It matches a process if all its conditions do.
 

@@ -83,7 +83,7 @@ def _host_of(destination: str) -> str:
 
 
 def _wrong_destination(word: str) -> str | None:
-    """Return why a word is no destination of ssh, or None if it is one."""
+    """Return why a word cannot be a destination of ssh, or None if it can."""
     if not word.strip():
         return 'this one is empty'
     if word.startswith('-'):

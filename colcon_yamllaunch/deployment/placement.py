@@ -183,7 +183,7 @@ class Placer:
 
 def rules_in_vain(plan: Plan, deployment: Deployment) -> Iterator[Diagnostic]:
     """
-    Return warnings about rules that match nothing of a plan.
+    Return warnings about rules that match no member of a plan.
 
     A rule that sets something for processes may also match components, which
     run where their containers do.

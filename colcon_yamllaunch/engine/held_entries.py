@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Decides when entries are due that wait until others are ready."""
+"""Holds entries of the plan back until other members are ready."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
@@ -52,7 +52,7 @@ class HeldEntries:
                 self._engine.emit(events.Waiting(member, missing))
 
     def hold_again(self, member: Member) -> None:
-        """Let a member that waits for others wait for those that it names."""
+        """Let a held member wait for what its settings name now."""
         settings = member.settings
         after = () if settings is None else settings.after
         held, self._held = self._held, []
@@ -63,7 +63,7 @@ class HeldEntries:
                 self._held.append(entry)
 
     def release_ready(self) -> None:
-        """Execute what waits for others, if these are ready now."""
+        """Execute the entries whose dependencies are ready now."""
         version = self._engine.state.readiness_version
         if not self._held or version == self._checked_version:
             return
@@ -73,7 +73,7 @@ class HeldEntries:
             self.hold(entry)
 
     def abandon(self) -> None:
-        """Report what is never started, as nothing runs that it waits for."""
+        """Report that held members never start, as no dependency runs."""
         held, self._held = self._held, []
         for entry in held:
             missing = self._engine.state.missing_of(entry.labels)

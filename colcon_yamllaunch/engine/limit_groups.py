@@ -65,7 +65,7 @@ class GroupSupport:
         )
 
     def hint(self, controller: str) -> str:
-        """Return what gives a launch here a controller."""
+        """Return how a launch gets a controller on this machine."""
         if cgroup.CGROUP_VARIABLE in self.reason:
             return 'unset this variable'
         if _VERSION_1.get(controller, controller) in _mounted_in_version_1():
@@ -146,7 +146,7 @@ def limit_files(
 
 def adapted(folder: str, files: Mapping[str, str]) -> dict[str, str]:
     """
-    Return the files with limits that a group really has.
+    Return the limits under the names of the files that a group has.
 
     :param folder: The folder of a group with the same controllers
     """

@@ -71,7 +71,7 @@ class Restrictions:
     is_memory_own: bool = False
 
     def steps(self) -> Iterable[tuple[str, Callable[[], object]]]:
-        """Return what to do, in order, with the keys in the file."""
+        """Return the steps in order, each with its key in the file."""
         limits, folder = self.limits, self.folder
         if folder is not None:
             yield GROUP, lambda: _enter(folder)
@@ -89,7 +89,7 @@ class Restrictions:
 
 
 def tried(restrictions: Restrictions) -> list[Problem]:
-    """Return what the system refuses of restrictions."""
+    """Return which restrictions the system refuses."""
 
     def body() -> list[Problem]:
         found = []

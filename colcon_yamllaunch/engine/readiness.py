@@ -84,11 +84,11 @@ class Readiness(Participant):
         engine.state.after = dict(self._after)
 
     def begin(self) -> None:
-        """Have a ROS client if one is of use."""
+        """Start a ROS client if a member is checked in the ROS graph."""
         self._expect(self._engine.planned_processes())
 
     def handle(self, event: events.Event) -> None:
-        """Begin to check a member that starts, and end with one that ends."""
+        """Begin checks of a member when it starts; end them when it ends."""
         match event:
             case events.Planned(members=members):
                 self._expect(members)
@@ -122,7 +122,7 @@ class Readiness(Participant):
                 pass
 
     def handle_output(self, event: events.Output) -> None:
-        """Pass output on to what searches it."""
+        """Pass output on to the checks that search it."""
         self._pass_on(event.process, event)
 
     def end_turn(self) -> None:
@@ -182,7 +182,7 @@ class Readiness(Participant):
 
     def _expect(self, members: Iterable[Member]) -> None:
         """
-        Have a ROS client if members are nodes that something waits for.
+        Start a ROS client if members are nodes that other members wait for.
 
         Without ROS in the environment, they are ready when they run.
         """
@@ -227,7 +227,7 @@ class Readiness(Participant):
         return ros_ready_checks.check_of(member, condition)
 
     def _forget(self, member: Member) -> None:
-        """Let nothing count that is still visible of a member that ended."""
+        """Let the ROS client ignore what remains of a member that ended."""
         composition = self._engine.composition
         if composition is not None and member.label in self._seen_in_ros:
             composition.requests.gone(member=member.label)
@@ -259,7 +259,7 @@ class Readiness(Participant):
             check.explain(partial(self._explained, start, check))
 
     def _explained(self, start: _Start, check: ReadyCheck, text: str) -> None:
-        """Handle what there is instead of what a check waits for."""
+        """Note what exists instead of what a check waits for."""
         if start.found is None:
             return
         start.found[check] = text
@@ -303,7 +303,7 @@ class Readiness(Participant):
             engine.supervisor.stop(f'{member.label} is not ready')
 
     def _waiting_for(self, member: Member) -> tuple[str, ...]:
-        """Return the labels of what waits for a member."""
+        """Return the labels of the members that wait for a member."""
         return tuple(
             other.label
             for other in self._engine.state.members()

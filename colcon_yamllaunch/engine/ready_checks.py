@@ -63,7 +63,7 @@ class ReadyCheck:
 
     def explain(self, explained: Callable[[str], object]) -> None:
         """
-        Find out what there is instead of what the condition is about.
+        Find out what exists instead of what the condition waits for.
 
         :param explained: Is called with that as a part of a sentence, or
           with an empty text; maybe later
@@ -124,7 +124,7 @@ class LifecycleCheck(ReadyCheck):
 
 
 class PolledCheck(ReadyCheck):
-    """Checks something that can only be looked at."""
+    """Checks a condition that the system reports to nobody, by polling."""
 
     def begin(self) -> None:
         """Look at once, and then again and again."""

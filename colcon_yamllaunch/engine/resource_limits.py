@@ -53,7 +53,7 @@ _SIGKILL = 9
 @dataclass(frozen=True, slots=True)
 class LimitProblem:
     """
-    Something that a process cannot be given here.
+    A setting that this machine cannot give to a process.
 
     :param key: The key of the deployment file
     :param problem: Why
@@ -71,9 +71,9 @@ def problems_of(
     processes: Iterable[Process], environment: Mapping[str, str]
 ) -> list[LimitProblem]:
     """
-    Return what processes cannot be given on this machine.
+    Return the settings that this machine cannot give to processes.
 
-    What several have from the same line is one problem.
+    A line that several processes have in common is one problem.
 
     :param environment: The variables of the launch
     """
@@ -87,7 +87,7 @@ def problems_of(
 
 
 class _Check:
-    """Finds out what processes cannot be given; asks the system once."""
+    """Finds settings that cannot be given; asks the system once for each."""
 
     def __init__(self, environment: Mapping[str, str]) -> None:
         self._environment = environment
@@ -95,7 +95,7 @@ class _Check:
         self._tried: dict[Restrictions, list[Problem]] = {}
 
     def problems_of(self, process: Process) -> Iterable[LimitProblem]:
-        """Iterate over what a process cannot be given."""
+        """Iterate over the settings that a process cannot be given."""
         assert process.settings is not None
         settings = process.settings
         limits = settings.limits or ResourceLimits()

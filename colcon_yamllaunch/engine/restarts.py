@@ -56,7 +56,7 @@ class Respawn:
         return self.cleanup is None or self.cleanup.escalation.is_over
 
     def cancel(self) -> None:
-        """Do not end what the process left running, but the command."""
+        """End the command, and let run what the process left running."""
         if self.cleanup is not None:
             self.cleanup.cancel()
         if self.command_group is not None:
@@ -91,18 +91,18 @@ class Restarts:
         self._next_search = -math.inf
 
     def end_turn(self) -> None:
-        """Start those again that are due at the end of a turn of the loop."""
+        """Start the processes whose next start is due."""
         self._clean_up()
         self._start_due()
 
     def cancel(self, task: ProcessTask) -> None:
-        """Do not start a process again, if it waits for that."""
+        """Cancel the next start of a process, if it waits for one."""
         respawn = self._waiting.pop(task.number, None)
         if respawn is not None:
             respawn.cancel()
 
     def cancel_all(self) -> None:
-        """Start none of those that wait."""
+        """Cancel the next starts of all processes."""
         for respawn in self._waiting.values():
             respawn.cancel()
         self._waiting.clear()
@@ -201,7 +201,7 @@ class Restarts:
             )
 
     def check_limit(self, task: ProcessTask, failed: bool) -> None:
-        """Report a process that its settings do not start any more."""
+        """Report that the settings of a process allow no further restart."""
         policy = _policy_of(task)
         if policy is None or not _restarts_after(policy, failed):
             return
@@ -217,7 +217,7 @@ class Restarts:
             self._supervisor.stop(f'{task.process.label} keeps ending')
 
     def _clean_up(self) -> None:
-        """Begin to end what processes that are respawned left running."""
+        """Begin to end what the last runs of processes left running."""
         begin = self._loop.time()
         unclean = [r for r in self._waiting.values() if not r.is_clean]
         if not unclean or begin < self._next_search:

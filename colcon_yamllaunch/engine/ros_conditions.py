@@ -211,7 +211,7 @@ class Condition:
         self._gone_until = now + FORGET_DELAY
 
     def explain(self) -> str:
-        """Return what there is instead, as a part of a sentence."""
+        """Return what exists instead, as a part of a sentence."""
         return self._similar(self._all())
 
     @property
@@ -225,7 +225,7 @@ class Condition:
         """Clean up after a check."""
 
     def _identities(self) -> Identities:
-        """Return the identities of what there is."""
+        """Return the identities of what exists and may meet the condition."""
         return NONE
 
     def _holds(self, fresh: Identities) -> bool:
@@ -253,7 +253,7 @@ class Condition:
         return name[len(prefix) :] if name.startswith(prefix) else name
 
     def _similar(self, names: Iterable[str]) -> str:
-        """Return that there are similar names, if there are."""
+        """Return a remark on similar names, or an empty text."""
         near = get_close_matches(self._name, sorted(names), MAXIMUM_NAMES)
         return f'there is {", ".join(map(self._shown, near))}' if near else ''
 
@@ -266,7 +266,7 @@ class Condition:
         return ', '.join([*near, *rest][:MAXIMUM_NAMES])
 
     def _missing_node(self) -> str:
-        """Return that its node is missing, if it is."""
+        """Return a remark if its node is missing, else an empty text."""
         nodes = self._graph.nodes
         if self._node in nodes:
             return ''
@@ -567,7 +567,7 @@ class Transform(Condition):
             self._succeed()
 
     def _root(self, frame: str) -> str:
-        """Return the frame that a frame is below of in the end."""
+        """Return the root of the tree that a frame is in."""
         way = [frame]
         while frame in self._parents:
             frame = self._parents[frame]
@@ -607,13 +607,13 @@ class Conditions:
         self.look_soon()
 
     def explain(self, request: Json) -> None:
-        """Answer what there is instead of what a condition is about."""
+        """Answer what exists instead of what a condition waits for."""
         condition = self._condition(request)
         self.graph = Graph(self.ros.node)
         self.ros.answer(request['id'], ok=True, found=condition.explain())
 
     def cancel(self, request: int) -> bool:
-        """End the check that was requested so; return whether there is one."""
+        """End the check of a request; return whether there is one."""
         for condition in self._known.values():
             if condition.request == request:
                 condition.cancel()

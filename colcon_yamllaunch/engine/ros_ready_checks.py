@@ -21,7 +21,7 @@ from colcon_yamllaunch.plan.ros_names import names_of, NodeNames
 
 
 class RosCheck(ReadyCheck):
-    """Checks something that the ROS client sees."""
+    """Checks a condition of the ROS graph, through the ROS client."""
 
     _request: StandingRequest | None = None
 
@@ -38,7 +38,7 @@ class RosCheck(ReadyCheck):
             self._requests.withdraw(self._request)
 
     def explain(self, explained: Callable[[str], object]) -> None:
-        """Ask the client what there is instead."""
+        """Ask the client what exists instead."""
         if not self._requests.is_ready:
             super().explain(explained)
             return
@@ -102,7 +102,7 @@ class RosCheck(ReadyCheck):
 
 
 def check_of(member: Member, condition: ReadyCondition) -> type[ReadyCheck]:
-    """Return what checks a condition of a member, one of `ROS_KINDS`."""
+    """Return the check of a condition, which is one of `ROS_KINDS`."""
     if condition.kind == 'lifecycle' and member.is_lifecycle:
         # its states are followed all the same
         return LifecycleCheck

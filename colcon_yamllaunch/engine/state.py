@@ -779,7 +779,7 @@ class LaunchState:
         return True
 
     def _begin(self, member: MemberState) -> None:
-        """Apply that a member is started or loaded."""
+        """Apply the start of a process, or the loading of a component."""
         member.restarts += member.is_begun
         member.waits_for = ()
         member.is_ready = member.is_given_up = False

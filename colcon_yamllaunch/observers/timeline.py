@@ -84,7 +84,7 @@ class Start:
 
     @property
     def done(self) -> float | None:
-        """When those that wait for it could start, as far as is known."""
+        """When the members that wait for it could start, None if unknown."""
         return self.started if self.ready is None else self.ready
 
 
@@ -104,7 +104,7 @@ class Timeline:
 
     @property
     def chain(self) -> tuple[Start, ...]:
-        """The last one to be ready, the last one that it waited for, etc."""
+        """The last member to be ready, the last that it waited for, etc."""
         by_label = {start.label: start for start in self.starts}
         waiting = [s for s in self.starts if s.done is not None]
         chain: list[Start] = []

@@ -42,7 +42,7 @@ class PlanFeed(Participant):
     answers extend the plan.
 
     :param growing: Translates the answers of the worker into entries
-    :param settled: Returns entries with the settings of the deployment;
+    :param with_settings: Returns entries with the settings of the deployment;
       raises LaunchError when it does not fit them
     """
 
@@ -50,13 +50,13 @@ class PlanFeed(Participant):
         self,
         link: WorkerProcess,
         growing: GrowingLaunch,
-        settled: Callable[
+        with_settings: Callable[
             [tuple[Entry, ...]], tuple[Entry, ...]
         ] = lambda entries: entries,
     ) -> None:
         self._link = link
         self._growing = growing
-        self._settled = settled
+        self._with_settings = with_settings
         self._launch: Engine | None = None
         # a copy, as the link closes its descriptor at any time
         self._watched = -1
@@ -237,7 +237,7 @@ class PlanFeed(Participant):
     def _grow(self, growth: Growth) -> None:
         entries, texts = growth.entries, list(growth.problems)
         try:
-            entries = self._settled(entries)
+            entries = self._with_settings(entries)
         except LaunchError as error:
             entries = ()
             texts.append(render(error.diagnostics, os.getcwd()))

@@ -62,7 +62,7 @@ class Notifier(Participant):
             self._ping()
 
     def handle(self, event: events.Event) -> None:
-        """Note what the state of the launch does not tell."""
+        """Note members that are not ready in time, and report the end."""
         match event:
             case events.NotReady(member=member):
                 self._late.add(member.label)
@@ -124,7 +124,7 @@ class Notifier(Participant):
         return text
 
     def _wait(self, member: MemberState) -> str:
-        """Return what is waited for, as a part of a sentence."""
+        """Return a member with what it waits for, as a part of a sentence."""
         settings = self._settings.get(member.label)
         conditions = () if settings is None else settings.ready
         reason = member.ending or ' and '.join(map(str, conditions))

@@ -30,7 +30,7 @@ class _Separated:
         self.missing: dict[str, tuple[str, ...]] = {}
 
     def entry(self, entry: Entry) -> Entry:
-        """Return an entry without what is elsewhere."""
+        """Return an entry that waits for nothing on other machines."""
         if isinstance(entry, Member):
             return self._member(entry)
         if isinstance(entry, AfterReady):

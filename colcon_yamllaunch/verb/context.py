@@ -200,7 +200,9 @@ class LaunchContext:
         except LaunchError as e:
             self.fail(e.diagnostics)
 
-    def _settled(self, entries: 'tuple[Entry, ...]') -> 'tuple[Entry, ...]':
+    def _with_settings(
+        self, entries: 'tuple[Entry, ...]'
+    ) -> 'tuple[Entry, ...]':
         """
         Return entries that are added while the launch runs, with settings.
 
@@ -367,7 +369,9 @@ class LaunchContext:
         from colcon_yamllaunch.python_launch.plan_feed import PlanFeed
 
         self._worker.entrust()
-        return identity, (PlanFeed(self._worker, growing, self._settled),)
+        return identity, (
+            PlanFeed(self._worker, growing, self._with_settings),
+        )
 
     def close(self) -> None:
         """End the connections to machines and the worker."""

@@ -52,7 +52,7 @@ _NAME = re.compile(r'[A-Za-z0-9][A-Za-z0-9_.-]{0,99}')
 @dataclass(frozen=True, slots=True)
 class _Scope:
     """
-    Whose services are meant: those of the system, or those of the user.
+    The services of the system, or those of the user.
 
     :param folder: The folder with the folders of services
     :param units: The folder with their unit files
@@ -78,7 +78,7 @@ class _Scope:
 
     def rights(self) -> tuple[str, ...]:
         """
-        Return what begins a command that changes them.
+        Return the first words of a command that changes the services.
 
         :raises UserError: when this needs root, and there is no way to it
         """
@@ -219,7 +219,7 @@ def _need_systemd() -> None:
 
 def _refuse_name(name: str, scope: _Scope) -> None:
     """
-    Refuse what is no name, or that of a unit which was not installed by this.
+    Refuse a wrong name, and that of a unit which we have not installed.
 
     :raises UserError: when it is one of these
     """

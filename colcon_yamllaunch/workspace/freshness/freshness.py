@@ -171,7 +171,7 @@ class Freshness:
             name, source = package.name, package.path
             record = self._known_record(name)
             recorded = source if record is None else Path(record.source)
-            # the traces tell in which build folder they were
+            # the traces of a build name the build folder it was made in
             if record is None or (recorded, record.traces) != (
                 source,
                 products.traces(name),
