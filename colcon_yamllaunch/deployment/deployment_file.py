@@ -274,7 +274,8 @@ class _Reader:
 
     def _rule(self, item: Value, machines: Sequence[str]) -> ProcessRule:
         pairs = pairs_of(item, 'a rule', _RULE_HINT)
-        check_keys(pairs, ('match', 'machine', *SETTINGS), 'a rule')
+        with self._collected():
+            check_keys(pairs, ('match', 'machine', *SETTINGS), 'a rule')
         if 'match' not in pairs:
             message = "this rule has no 'match'"
             raise error(message, item.position, hint=_RULE_HINT)

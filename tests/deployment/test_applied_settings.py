@@ -217,6 +217,16 @@ def test_wrong_settings_are_one_error(deploy, text, expected):
         assert part in shown
 
 
+def test_all_mistakes_of_a_rule_are_reported_at_once(deploy):
+    shown = error_of(
+        deploy,
+        'processes: [{match: lidar, ncie: 5, ready: {topci: a}, oom: high}]',
+    )
+    assert shown.count('error:') == 3
+    for wrong in ("'ncie'", "'topci'", "'high'"):
+        assert wrong in shown
+
+
 @pytest.mark.parametrize(
     ('files', 'expected'),
     [
